@@ -1,0 +1,179 @@
+//! The common grid on which the densities of all methods are compared.
+//!
+//! One grid a snapshot, fixed by the problem alone: the image of the 4-sigma ellipse under the flow bounds the cloud.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::angle::{Circular, fold, nearest};
+use crate::dynamics::State;
+use crate::flow::{Escaped, Flow};
+use crate::problem::Problem;
+
+/// A uniform partition of an interval into bins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// Lower edge of the first bin.
+    pub low: f64,
+    /// Upper edge of the last bin.
+    pub high: f64,
+    /// Number of bins.
+    pub bins: usize,
+}
+
+impl Axis {
+    /// Width of a bin.
+    pub fn width(&self) -> f64 {
+        (self.high - self.low) / self.bins as f64
+    }
+
+    /// Lower edge of bin `i`; the upper edge of the last for `i = bins`.
+    pub fn edge(&self, i: usize) -> f64 {
+        self.low + (self.high - self.low) * (i as f64 / self.bins as f64)
+    }
+
+    /// All `bins + 1` edges.
+    pub fn edges(&self) -> Vec<f64> {
+        (0..=self.bins).map(|i| self.edge(i)).collect()
+    }
+
+    /// Middle of bin `i`.
+    pub fn centre(&self, i: usize) -> f64 {
+        self.low + (self.high - self.low) * ((i as f64 + 0.5) / self.bins as f64)
+    }
+
+    /// The bin that `value` falls into.
+    pub fn bin(&self, value: f64) -> Option<usize> {
+        let position = (value - self.low) / (self.high - self.low) * self.bins as f64;
+        (position >= 0.0 && position < self.bins as f64).then_some(position as usize)
+    }
+}
+
+/// Bins in the `(phi, e)` plane. Arrays over it are flat, `phi` outermost: bin `(i, j)` is element `i * e.bins + j`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// Bins in the solar angle \[rad\], on the branch that keeps the cloud whole; at most 2π wide.
+    pub phi: Axis,
+    /// Bins in the eccentricity.
+    pub e: Axis,
+}
+
+impl Grid {
+    /// Number of bins.
+    pub fn len(&self) -> usize {
+        self.phi.bins * self.e.bins
+    }
+
+    /// Whether the grid has no bins at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Area of a bin \[rad\].
+    pub fn bin_area(&self) -> f64 {
+        self.phi.width() * self.e.width()
+    }
+
+    /// The representative of `phi` on the branch that starts at the grid's lower edge, moved down by half of what the
+    /// grid leaves of the circle, so that a point just below the grid stays below it.
+    pub fn fold(&self, phi: f64) -> f64 {
+        fold(phi, self.branch_low())
+    }
+
+    /// Where the grid's branch of `phi` starts \[rad\].
+    pub fn branch_low(&self) -> f64 {
+        self.phi.low.midpoint(self.phi.high) - PI
+    }
+
+    /// The flat index of the bin that `(phi, e)` falls into; `phi` on any branch.
+    pub fn bin(&self, phi: f64, e: f64) -> Option<usize> {
+        Some(self.phi.bin(self.fold(phi))? * self.e.bins + self.e.bin(e)?)
+    }
+}
+
+/// Bounds the cloud of `problem` at each snapshot: the comparison grids, `bins_phi` x `bins_e` each.
+///
+/// # Errors
+/// [`Escaped`] if a trajectory of the 4-sigma ellipse leaves `e < 1`.
+pub fn comparison_grids(problem: &Problem, flow: &Flow, bins_phi: usize, bins_e: usize) -> Result<Vec<Grid>, Escaped> {
+    let rings = ellipse_rings(problem);
+    let mut x1: Vec<f64> = rings.iter().map(|(state, _)| state.x1).collect();
+    let mut x2: Vec<f64> = rings.iter().map(|(state, _)| state.x2).collect();
+    let mut now = 0.0;
+    let mut grids = Vec::with_capacity(problem.times.len());
+    for &time in &problem.times {
+        flow.advance(&mut x1, &mut x2, time - now)?;
+        now = time;
+        let states: Vec<State> = x1.iter().zip(&x2).map(|(&x1, &x2)| State { x1, x2 }).collect();
+        let weights = rings.iter().map(|&(_, weight)| weight);
+        grids.push(bounding_grid(&states, weights, bins_phi, bins_e));
+    }
+    Ok(grids)
+}
+
+/// Points on concentric rings that fill the 4-sigma ellipse of the initial Gaussian, with their share of its mass.
+fn ellipse_rings(problem: &Problem) -> Vec<(State, f64)> {
+    const RINGS: u32 = 16;
+    const SPOKES: u32 = 120;
+    const E_RANGE: (f64, f64) = (1e-9, 0.999);
+    let mut points = Vec::new();
+    for ring in 1..=RINGS {
+        let radius = 4.0 * f64::from(ring) / f64::from(RINGS);
+        for spoke in 0..SPOKES {
+            let (sin, cos) = (TAU * f64::from(spoke) / f64::from(SPOKES)).sin_cos();
+            let (phi, e) = problem.initial.point(radius * cos, radius * sin);
+            let weight = radius * (-0.5 * radius * radius).exp();
+            points.push((State::from_polar(phi, e.clamp(E_RANGE.0, E_RANGE.1)), weight));
+        }
+    }
+    points
+}
+
+fn bounding_grid(states: &[State], weights: impl Iterator<Item = f64>, bins_phi: usize, bins_e: usize) -> Grid {
+    const MARGIN: f64 = 0.02;
+    let (sin, cos) = states.iter().zip(weights).fold((0.0, 0.0), |(sin, cos), (state, weight)| {
+        let e = state.eccentricity();
+        (sin + weight * state.x1 / e, cos + weight * state.x2 / e)
+    });
+    let centre = Circular::from_mean_vector(sin, cos).mean;
+    let (phi_low, phi_high) = range(states.iter().map(|state| nearest(state.solar_angle(), centre)));
+    let (e_low, e_high) = range(states.iter().map(|state| state.eccentricity()));
+    let (phi_margin, e_margin) = (MARGIN * (phi_high - phi_low), MARGIN * (e_high - e_low));
+    Grid {
+        phi: Axis {
+            low: (phi_low - phi_margin).max(centre - PI),
+            high: (phi_high + phi_margin).min(centre + PI),
+            bins: bins_phi,
+        },
+        e: Axis { low: (e_low - e_margin).max(0.0), high: (e_high + e_margin).min(1.0), bins: bins_e },
+    }
+}
+
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::paper::scenario;
+
+    #[test]
+    fn every_value_has_the_bin_whose_edges_enclose_it() {
+        let axis = Axis { low: -1.0, high: 2.0, bins: 7 };
+        for i in 0..axis.bins {
+            assert_eq!(axis.bin(axis.centre(i)), Some(i));
+        }
+        assert_eq!(axis.bin(2.0), None);
+        assert_eq!(axis.bin(-1.1), None);
+        assert_eq!(axis.bin(f64::NAN), None);
+    }
+
+    #[test]
+    fn grids_of_scenario_three_keep_the_cloud_astride_zero_whole() {
+        let problem = scenario(3);
+        let grids = comparison_grids(&problem, &Flow::new(problem.force), 100, 100).unwrap();
+        let last = grids[4].phi;
+        assert!(last.high - last.low < 1.2, "{last:?}");
+        assert!(grids[4].fold(0.01) > grids[4].fold(TAU - 0.01) || grids[4].phi.high < TAU);
+    }
+}

@@ -1,0 +1,11 @@
+//! The science of phasecloud, as a plain library: nothing here knows a process or a topic.
+//!
+//! A [`problem::Problem`] is carried by the [`flow::Flow`] of its [`dynamics::Force`]; every method ends in an
+//! [`estimate::Estimate`] on the problem's comparison [`grid::Grid`].
+
+pub mod angle;
+pub mod dynamics;
+pub mod estimate;
+pub mod flow;
+pub mod grid;
+pub mod problem;
