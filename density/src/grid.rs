@@ -6,7 +6,8 @@ use std::f64::consts::{PI, TAU};
 
 use crate::angle::{Circular, fold, nearest};
 use crate::dynamics::State;
-use crate::flow::{Escaped, Flow};
+use crate::flow::Flow;
+use crate::orbits::{LostOrbit, Orbits};
 use crate::problem::Problem;
 
 /// A uniform partition of an interval into bins.
@@ -93,17 +94,20 @@ impl Grid {
 /// Bounds the cloud of `problem` at each snapshot: the comparison grids, `bins_phi` x `bins_e` each.
 ///
 /// # Errors
-/// [`Escaped`] if a trajectory of the 4-sigma ellipse leaves `e < 1`.
-pub fn comparison_grids(problem: &Problem, flow: &Flow, bins_phi: usize, bins_e: usize) -> Result<Vec<Grid>, Escaped> {
+/// [`LostOrbit`] if a trajectory of the 4-sigma ellipse leaves `e < 1`.
+pub fn comparison_grids(
+    problem: &Problem,
+    flow: &Flow,
+    bins_phi: usize,
+    bins_e: usize,
+) -> Result<Vec<Grid>, LostOrbit> {
     let rings = ellipse_rings(problem);
-    let mut x1: Vec<f64> = rings.iter().map(|(state, _)| state.x1).collect();
-    let mut x2: Vec<f64> = rings.iter().map(|(state, _)| state.x2).collect();
-    let mut now = 0.0;
+    let (x1, x2) = rings.iter().map(|(state, _)| (state.x1, state.x2)).unzip();
+    let mut orbits = Orbits::new(*flow, x1, x2);
     let mut grids = Vec::with_capacity(problem.times.len());
     for &time in &problem.times {
-        flow.advance(&mut x1, &mut x2, time - now)?;
-        now = time;
-        let states: Vec<State> = x1.iter().zip(&x2).map(|(&x1, &x2)| State { x1, x2 }).collect();
+        orbits.advance_to(time)?;
+        let states: Vec<State> = orbits.x1.iter().zip(&orbits.x2).map(|(&x1, &x2)| State { x1, x2 }).collect();
         let weights = rings.iter().map(|&(_, weight)| weight);
         grids.push(bounding_grid(&states, weights, bins_phi, bins_e));
     }

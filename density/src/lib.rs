@@ -4,8 +4,11 @@
 //! [`estimate::Estimate`] on the problem's comparison [`grid::Grid`].
 
 pub mod angle;
+pub mod binning;
 pub mod dynamics;
 pub mod estimate;
 pub mod flow;
 pub mod grid;
+pub mod orbits;
 pub mod problem;
+pub mod sampling;

@@ -1,1 +1,22 @@
-//! stub
+//! phasecloud's processes, one module each, and the small [`kit`] with which anyone writes a propagator of their own.
+//!
+//! A process is a [`session::Session`] (its access to the run) and a loop that sleeps until a message arrives. The science
+//! is in `density`, the contract in `messages`; here is only what joins them.
+
+pub mod assignment;
+pub mod builtin;
+pub mod comparator;
+pub mod course;
+pub mod dee;
+pub mod estimator;
+pub mod failure;
+pub mod gmm_ut;
+pub mod input;
+pub mod kit;
+pub mod mc;
+pub mod method;
+pub mod recorder;
+pub mod roster;
+pub mod scenario;
+pub mod scenario_file;
+pub mod session;

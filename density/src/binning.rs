@@ -1,0 +1,60 @@
+//! Monte Carlo's density: the share of samples in each bin, per area (Eqs. 9-10 of Sun et al. 2022).
+//!
+//! Moments are those of the samples themselves, not of the bins.
+
+use rayon::prelude::*;
+
+use crate::estimate::{Estimate, weighted_moments};
+use crate::grid::Grid;
+
+/// Samples that a thread counts at a time.
+const CHUNK: usize = 65_536;
+
+/// The density of equally weighted samples; samples outside the grid count in the total and in the moments.
+///
+/// # Panics
+/// If `phi` and `e` differ in length.
+pub fn estimate(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate {
+    let counts = count(phi, e, &grid);
+    let scale = 1.0 / (phi.len() as f64 * grid.bin_area());
+    let joint = counts.into_iter().map(|count| count as f64 * scale).collect();
+    let (moments, circular) = weighted_moments(phi, e, None, critical_e);
+    Estimate::from_joint(grid, joint, moments, circular)
+}
+
+fn count(phi: &[f64], e: &[f64], grid: &Grid) -> Vec<u64> {
+    phi.par_chunks(CHUNK)
+        .zip(e.par_chunks(CHUNK))
+        .map(|(phi, e)| {
+            let mut counts = vec![0u64; grid.len()];
+            for (&phi, &e) in phi.iter().zip(e) {
+                if let Some(bin) = grid.bin(phi, e) {
+                    counts[bin] += 1;
+                }
+            }
+            counts
+        })
+        .reduce(
+            || vec![0; grid.len()],
+            |mut sum, counts| {
+                sum.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+                sum
+            },
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Axis;
+
+    #[test]
+    fn samples_on_the_grid_make_its_mass() {
+        let grid = Grid { phi: Axis { low: 6.0, high: 6.5, bins: 5 }, e: Axis { low: 0.1, high: 0.3, bins: 4 } };
+        let (phi, e) = ([6.05, 0.1, 3.0, 6.45], [0.15, 0.29, 0.2, 0.5]); // two inside, one a turn lower
+        let estimate = estimate(&phi, &e, grid, 0.25);
+        assert!((estimate.mass() - 0.5).abs() < 1e-15);
+        assert!((estimate.moments.prob_above_critical_e - 0.5).abs() < 1e-15);
+        assert!((estimate.marginal_phi.iter().sum::<f64>() * grid.phi.width() - 0.5).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,312 @@
+//! Launch files: which cases are run on which scenarios, and compared with which.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use nodes::builtin::BuiltIn;
+use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
+use nodes::scenario_file::{self, ScenarioFile};
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+
+/// The launch file that `phasecloud run` takes when none is named, and the scenario it names.
+const DEFAULT: (&str, &str) = (include_str!("scenario-1.toml"), include_str!("scenarios/scenario-1.toml"));
+
+/// Most cases in a launch file.
+const MOST_CASES: usize = 64;
+/// Most bins of the comparison grid an axis.
+const MOST_BINS: i64 = 2000;
+
+/// A checked launch file.
+#[derive(Debug, Clone)]
+pub struct Launch {
+    /// The file's text, for the record.
+    pub text: String,
+    /// Its name.
+    pub name: String,
+    /// The scenarios, in order.
+    pub scenarios: Vec<ScenarioInput>,
+    /// Label of the case that all are compared with.
+    pub reference: String,
+    /// Bins of the comparison grid in `phi` and `e`.
+    pub bins: (usize, usize),
+    /// Seconds without any sign of life after which a case is given up.
+    pub patience: f64,
+    /// The cases.
+    pub cases: Vec<Case>,
+}
+
+/// A scenario with the file it came from.
+#[derive(Debug, Clone)]
+pub struct ScenarioInput {
+    /// The file; empty for the scenario built into the program.
+    pub text: String,
+    /// What it says.
+    pub content: ScenarioFile,
+}
+
+/// One case: a propagator under a label.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// The label.
+    pub label: String,
+    /// What runs.
+    pub runs: Runs,
+}
+
+/// What a case runs.
+#[derive(Debug, Clone)]
+pub enum Runs {
+    /// A propagator that comes with phasecloud.
+    BuiltIn {
+        /// Its name.
+        node: String,
+        /// Its settings.
+        settings: BuiltIn,
+    },
+    /// Any program: command and arguments.
+    Command(Vec<String>),
+}
+
+/// The file's top level, without the propagators.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    name: Spanned<String>,
+    scenarios: Spanned<Vec<Spanned<PathBuf>>>,
+    reference: Spanned<String>,
+    bins: Option<Spanned<(i64, i64)>>,
+    patience: Option<Spanned<f64>>,
+}
+
+/// What every propagator's table has besides its settings.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawCase {
+    label: Spanned<String>,
+    node: Option<Spanned<String>>,
+    command: Option<Spanned<Vec<String>>>,
+}
+
+impl Launch {
+    /// Reads a launch file, or the one built in; `scenario` replaces the scenarios it names.
+    pub fn load(path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
+        let file = match path {
+            Some(path) => InputFile::read(path)?,
+            None => InputFile::from_text(Path::new("launch/scenario-1.toml"), DEFAULT.0),
+        };
+        let mut top = file.table()?;
+        let propagators = top.get_mut().remove("propagator");
+        let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;
+        let cases = cases(&file, propagators)?;
+        check_name(&file, &raw.name)?;
+        let reference = raw.reference.get_ref();
+        if !cases.iter().any(|case| case.label == *reference) {
+            let labels: Vec<_> = cases.iter().map(|case| case.label.as_str()).collect();
+            let problem = format!("no propagator has the label \"{reference}\"; there are {}", labels.join(", "));
+            return Err(file.error(&raw.reference, &problem));
+        }
+        Ok(Self {
+            text: file.text().into(),
+            name: raw.name.get_ref().clone(),
+            scenarios: scenarios(&file, path, &raw, scenario)?,
+            reference: reference.clone(),
+            bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(&file, bins))?,
+            patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(&file, patience))?,
+            cases,
+        })
+    }
+}
+
+fn check_name(file: &InputFile, name: &Spanned<String>) -> Result<(), InputError> {
+    if is_plain_name(name.get_ref()) {
+        return Ok(());
+    }
+    Err(file.error(name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", name.get_ref())))
+}
+
+fn checked_bins(file: &InputFile, bins: &Spanned<(i64, i64)>) -> Result<(usize, usize), InputError> {
+    let allowed = 1..=MOST_BINS;
+    let (phi, e) = *bins.get_ref();
+    if allowed.contains(&phi) && allowed.contains(&e) {
+        return Ok((phi as usize, e as usize));
+    }
+    Err(file.error(bins, &format!("[{phi}, {e}] is not allowed, both must be between 1 and {MOST_BINS}")))
+}
+
+fn checked_patience(file: &InputFile, patience: &Spanned<f64>) -> Result<f64, InputError> {
+    let seconds = *patience.get_ref();
+    if seconds.is_finite() && seconds > 0.0 {
+        return Ok(seconds);
+    }
+    Err(file.error(patience, &format!("{seconds} is not allowed, it must be a number of seconds greater than 0")))
+}
+
+/// The scenarios that a launch file names, relative to its folder, or the one that replaces them.
+fn scenarios(
+    file: &InputFile,
+    path: Option<&Path>,
+    raw: &Raw,
+    replacement: Option<&Path>,
+) -> Result<Vec<ScenarioInput>, InputError> {
+    if let Some(replacement) = replacement {
+        return Ok(vec![scenario(InputFile::read(replacement)?)?]);
+    }
+    let Some(path) = path else {
+        return Ok(vec![scenario(InputFile::from_text(Path::new("launch/scenarios/scenario-1.toml"), DEFAULT.1))?]);
+    };
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let named = raw.scenarios.get_ref();
+    if named.is_empty() {
+        return Err(file.error(&raw.scenarios, "names no scenario; it must name at least one file"));
+    }
+    let mut names = BTreeSet::new();
+    let mut inputs = Vec::new();
+    for relative in named {
+        let content =
+            InputFile::read(&folder.join(relative.get_ref())).map_err(|e| file.error(relative, &e.to_string()))?;
+        let input = scenario(content)?;
+        if !names.insert(input.content.name.clone()) {
+            let problem = format!("a second scenario with the name \"{}\"; names must differ", input.content.name);
+            return Err(file.error(relative, &problem));
+        }
+        inputs.push(input);
+    }
+    Ok(inputs)
+}
+
+fn scenario(file: InputFile) -> Result<ScenarioInput, InputError> {
+    Ok(ScenarioInput { content: scenario_file::check(&file)?, text: file.text().into() })
+}
+
+fn cases(file: &InputFile, propagators: Option<Spanned<DeValue<'_>>>) -> Result<Vec<Case>, InputError> {
+    let Some(propagators) = propagators else {
+        return Err(file.error_in_whole("there is no [[propagator]] table; a run needs at least one"));
+    };
+    let span = propagators.span();
+    let DeValue::Array(tables) = propagators.into_inner() else {
+        return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
+    };
+    let mut labels = BTreeSet::new();
+    let mut cases = Vec::new();
+    for table in tables {
+        let (label, case) = case(file, table)?;
+        if !labels.insert(case.label.clone()) {
+            let problem = format!("a second propagator with the label \"{}\"; labels must differ", case.label);
+            return Err(file.error(&label, &problem));
+        }
+        if labels.len() > MOST_CASES {
+            return Err(file.error(&label, &format!("more than {MOST_CASES} propagators in one run")));
+        }
+        cases.push(case);
+    }
+    if cases.is_empty() {
+        return Err(file.error(&Spanned::new(span, ()), "is empty; a run needs at least one propagator"));
+    }
+    Ok(cases)
+}
+
+/// Labels of the processes that are not propagators.
+const RESERVED: [&str; 5] = ["scenario", "estimator", "comparator", "recorder", "launcher"];
+
+fn case<'i>(file: &InputFile, table: Spanned<DeValue<'i>>) -> Result<(Spanned<String>, Case), InputError> {
+    let span = table.span();
+    let DeValue::Table(mut settings) = table.into_inner() else {
+        return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
+    };
+    let mut head = DeTable::new();
+    for key in ["label", "node", "command"] {
+        if let Some((key, value)) = settings.remove_entry(key) {
+            head.insert(key, value);
+        }
+    }
+    let raw =
+        RawCase::deserialize(Deserializer::from(Spanned::new(span.clone(), head))).map_err(|e| file.toml_error(&e))?;
+    check_name(file, &raw.label)?;
+    let label = raw.label.get_ref().clone();
+    if RESERVED.contains(&label.as_str()) {
+        return Err(file.error(&raw.label, &format!("\"{label}\" is the name of one of phasecloud's own processes")));
+    }
+    let runs = match (raw.node, raw.command) {
+        (Some(node), None) => built_in(file, &node, Spanned::new(span, DeValue::Table(settings)))?,
+        (None, Some(command)) => {
+            if let Some((key, _)) = settings.into_iter().next() {
+                let problem = "is not allowed beside command; give a program its settings as arguments";
+                return Err(file.error(&key, problem));
+            }
+            if command.get_ref().first().is_none_or(String::is_empty) {
+                return Err(file.error(&command, "is empty; it must be a program and its arguments"));
+            }
+            Runs::Command(command.get_ref().clone())
+        }
+        _ => return Err(file.error(&raw.label, "needs either node or command, and not both")),
+    };
+    Ok((raw.label, Case { label, runs }))
+}
+
+fn built_in(file: &InputFile, node: &Spanned<String>, settings: Spanned<DeValue<'_>>) -> Result<Runs, InputError> {
+    let name = node.get_ref();
+    match BuiltIn::from_settings(name, ValueDeserializer::from(settings)) {
+        Some(Ok(settings)) => Ok(Runs::BuiltIn { node: name.clone(), settings }),
+        Some(Err(error)) => Err(file.toml_error(&error)),
+        None => {
+            let problem = format!("\"{name}\" is unknown; it must be one of {}", BuiltIn::NAMES.join(", "));
+            Err(file.error(node, &problem))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(text: &str) -> Result<Launch, InputError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("l.toml");
+        std::fs::write(folder.path().join("s.toml"), DEFAULT.1).unwrap();
+        std::fs::write(&path, text).unwrap();
+        Launch::load(Some(&path), None)
+    }
+
+    const GOOD: &str = "name = \"l\"\nscenarios = [\"s.toml\"]\nreference = \"mc\"\n\
+        [[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 10\n\
+        [[propagator]]\nlabel = \"mine\"\ncommand = [\"./mine\", \"-x\"]\n";
+
+    #[test]
+    fn the_launch_files_of_the_project_are_good() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("launch");
+        for entry in std::fs::read_dir(folder).unwrap().flatten() {
+            if entry.path().extension().is_some_and(|e| e == "toml") {
+                Launch::load(Some(&entry.path()), None).unwrap();
+            }
+        }
+        assert_eq!(Launch::load(None, None).unwrap().cases.len(), 4);
+    }
+
+    #[test]
+    fn every_mistake_is_told_with_line_and_key() {
+        let cases = [
+            ("samples = 10", "samples = 0", 7, "propagator.samples", "at least 1"),
+            ("samples = 10", "sample = 10", 7, "propagator.sample", "expected `samples` or `seed`"),
+            ("samples = 10", "samples = \"x\"", 7, "propagator.samples", "invalid type: string \"x\""),
+            ("node = \"mc\"", "node = \"nc\"", 6, "propagator.node", "one of mc, dee, gmm-ut"),
+            ("label = \"mine\"", "label = \"mc\"", 9, "propagator.label", "labels must differ"),
+            ("label = \"mine\"", "label = \"../mine\"", 9, "propagator.label", "letters, digits"),
+            ("label = \"mine\"", "label = \"recorder\"", 9, "propagator.label", "own processes"),
+            ("reference = \"mc\"", "reference = \"md\"", 3, "reference", "there are mc, mine"),
+            ("reference = \"mc\"", "referense = \"mc\"", 3, "referense", "unknown field"),
+            ("s.toml", "t.toml", 2, "scenarios", "cannot be read"),
+            ("[\"./mine\", \"-x\"]", "[]", 10, "propagator.command", "is empty"),
+            ("node = \"mc\"\n", "", 5, "propagator.label", "either node or command"),
+            ("reference = \"mc\"", "reference = \"mc\"\nbins = [0, 5]", 4, "bins", "between 1 and 2000"),
+        ];
+        for (from, to, line, key, words) in cases {
+            assert!(GOOD.contains(from), "{from}");
+            let error = load(&GOOD.replace(from, to)).unwrap_err();
+            assert_eq!((error.line, error.key.as_str()), (line, key), "{error}");
+            assert!(error.to_string().contains(words), "{error}");
+        }
+        load(GOOD).unwrap();
+    }
+}

@@ -1,0 +1,100 @@
+//! Child processes: started, watched, and ended without exception.
+
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process_group};
+
+/// How long a process may take to end after it was asked to.
+const GRACE: Duration = Duration::from_millis(1500);
+
+/// A process of the run.
+#[derive(Debug)]
+struct Process {
+    name: String,
+    child: Child,
+    end: Option<ExitStatus>,
+}
+
+impl Process {
+    /// Looks whether the process has ended.
+    fn reap(&mut self) -> Option<ExitStatus> {
+        if self.end.is_none() {
+            self.end = self.child.try_wait().ok().flatten();
+        }
+        self.end
+    }
+
+    /// Signals the process and whatever it has started itself.
+    fn signal(&self, signal: Signal) {
+        if let Some(group) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) {
+            let _ = kill_process_group(group, signal);
+        }
+    }
+}
+
+/// All processes of a run. Dropping it kills those that are left.
+#[derive(Debug, Default)]
+pub struct Supervisor {
+    processes: Vec<Process>,
+}
+
+impl Supervisor {
+    /// Starts a process in a group of its own, so that Ctrl-C reaches the launcher alone.
+    ///
+    /// # Errors
+    /// If the program cannot be started.
+    pub fn start(&mut self, name: &str, mut command: Command) -> Result<(), String> {
+        let program = command.get_program().to_string_lossy().into_owned();
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(std::io::stderr())
+            .process_group(0)
+            .spawn()
+            .map_err(|e| format!("{program} cannot be started: {e}"))?;
+        self.processes.push(Process { name: name.into(), child, end: None });
+        Ok(())
+    }
+
+    /// The processes that have ended since the last look, with how.
+    pub fn newly_ended(&mut self) -> Vec<(String, ExitStatus)> {
+        self.processes
+            .iter_mut()
+            .filter(|process| process.end.is_none())
+            .filter_map(|process| Some((process.name.clone(), process.reap()?)))
+            .collect()
+    }
+
+    /// Kills one process.
+    pub fn kill(&mut self, name: &str) {
+        for process in self.processes.iter().filter(|process| process.name == name && process.end.is_none()) {
+            process.signal(Signal::KILL);
+        }
+    }
+
+    /// Asks all to end, kills after a while those that do not, and says how each ended.
+    pub fn stop_all(&mut self) -> Vec<(String, ExitStatus)> {
+        for process in self.processes.iter().filter(|process| process.end.is_none()) {
+            process.signal(Signal::TERM);
+        }
+        let deadline = Instant::now() + GRACE;
+        while Instant::now() < deadline && self.processes.iter_mut().any(|process| process.reap().is_none()) {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        for process in &mut self.processes {
+            // Also after a normal end: a program may have left children behind in its group.
+            process.signal(Signal::KILL);
+            if process.end.is_none() {
+                process.end = process.child.wait().ok();
+            }
+        }
+        self.processes.iter().filter_map(|process| Some((process.name.clone(), process.end?))).collect()
+    }
+}
+
+impl Drop for Supervisor {
+    fn drop(&mut self) {
+        self.stop_all();
+    }
+}

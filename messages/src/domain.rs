@@ -1,0 +1,206 @@
+//! The corner of shared memory that belongs to one run: a root folder and a prefix of names.
+//!
+//! Two domains never see each other. The launcher makes a fresh one a run, holds every topic open while the run lasts,
+//! alone cleans up after dead nodes, and removes the domain at the end.
+
+use std::os::unix::fs::DirBuilderExt;
+use std::path::{Path, PathBuf};
+
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::{event, publish_subscribe};
+
+use crate::port::{Inlet, Outlet, PortError};
+use crate::topic::{Capacity, Comparison, Density, Roster, Scenario, Snapshot, Status, Topic};
+
+/// Environment variable that names the root folder.
+pub const ROOT_VARIABLE: &str = "PHASECLOUD_ROOT";
+/// Environment variable that names the prefix.
+pub const PREFIX_VARIABLE: &str = "PHASECLOUD_PREFIX";
+
+/// Where a domain lies.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// Folder of its management files.
+    pub root: PathBuf,
+    /// What its names in shared memory start with.
+    pub prefix: String,
+}
+
+impl Place {
+    /// The place that the environment names, if it names one.
+    pub fn from_environment() -> Option<Self> {
+        let root = std::env::var_os(ROOT_VARIABLE)?.into();
+        let prefix = std::env::var(PREFIX_VARIABLE).ok()?;
+        Some(Self { root, prefix })
+    }
+
+    /// Creates the root folder, for its owner alone.
+    ///
+    /// # Errors
+    /// If it cannot be created.
+    pub fn create(&self) -> std::io::Result<()> {
+        std::fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root)
+    }
+
+    /// Removes everything that the domain's processes may have left. Only for whoever created it, after all have ended.
+    ///
+    /// # Errors
+    /// The first file that cannot be removed.
+    pub fn remove(&self) -> std::io::Result<()> {
+        for entry in std::fs::read_dir("/dev/shm")?.flatten() {
+            if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
+                remove_if_present(std::fs::remove_file(entry.path()))?;
+            }
+        }
+        remove_if_present(std::fs::remove_dir_all(&self.root))
+    }
+
+    fn config(&self) -> Result<Config, PortError> {
+        let failed = |error: &dyn std::fmt::Debug| PortError::new("open", &self.root.display().to_string(), error);
+        let mut config = Config::default();
+        let root = iceoryx2::prelude::Path::new(path_bytes(&self.root)).map_err(|e| failed(&e))?;
+        config.global.set_root_path(&root);
+        config.global.prefix = FileName::new(self.prefix.as_bytes()).map_err(|e| failed(&e))?;
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
+        Ok(config)
+    }
+}
+
+fn path_bytes(path: &Path) -> &[u8] {
+    std::os::unix::ffi::OsStrExt::as_bytes(path.as_os_str())
+}
+
+fn remove_if_present(result: std::io::Result<()>) -> std::io::Result<()> {
+    match result {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}
+
+/// A process's access to a domain.
+#[derive(Debug)]
+pub struct Domain {
+    node: Node<ipc::Service>,
+}
+
+/// Both services of a topic.
+pub(crate) type Services<T> = (
+    publish_subscribe::PortFactory<ipc::Service, [<T as Topic>::Item], <T as Topic>::Header>,
+    event::PortFactory<ipc::Service>,
+);
+
+impl Domain {
+    /// Enters the domain as a node called `name`.
+    ///
+    /// # Errors
+    /// [`PortError`] if the place cannot be used.
+    pub fn enter(place: &Place, name: &str) -> Result<Self, PortError> {
+        set_log_level_from_env_or(LogLevel::Fatal);
+        let failed = |error: &dyn std::fmt::Debug| PortError::new("enter the domain as", name, error);
+        let node_name = NodeName::new(name).map_err(|e| failed(&e))?;
+        let node = NodeBuilder::new()
+            .name(&node_name)
+            .config(&place.config()?)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(|e| failed(&e))?;
+        Ok(Self { node })
+    }
+
+    /// A way to receive the messages of a topic.
+    ///
+    /// # Errors
+    /// [`PortError`] if the topic does not exist, is of another version, or has no room for another reader.
+    pub fn inlet<T: Topic>(&self) -> Result<Inlet<T>, PortError> {
+        Inlet::create(self.open::<T>()?)
+    }
+
+    /// A way to send messages of at most `most_items` items on a topic.
+    ///
+    /// # Errors
+    /// [`PortError`] if the topic does not exist, is of another version, or has no room for another publisher.
+    pub fn outlet<T: Topic>(&self, most_items: usize) -> Result<Outlet<T>, PortError> {
+        Outlet::create(self.open::<T>()?, most_items)
+    }
+
+    fn open<T: Topic>(&self) -> Result<Services<T>, PortError> {
+        let failed = |error: &dyn std::fmt::Debug| PortError::new("open", T::NAME, error);
+        let name = ServiceName::new(T::NAME).map_err(|e| failed(&e))?;
+        let messages = self
+            .node
+            .service_builder(&name)
+            .publish_subscribe::<[T::Item]>()
+            .user_header::<T::Header>()
+            .open()
+            .map_err(|e| failed(&e))?;
+        let events = self.node.service_builder(&name).event().open().map_err(|e| failed(&e))?;
+        Ok((messages, events))
+    }
+
+    fn create<T: Topic>(&self, capacity: &Capacity) -> Result<Services<T>, PortError> {
+        let failed = |error: &dyn std::fmt::Debug| PortError::new("create", T::NAME, error);
+        let name = ServiceName::new(T::NAME).map_err(|e| failed(&e))?;
+        let depth = T::depth(capacity);
+        let messages = self
+            .node
+            .service_builder(&name)
+            .publish_subscribe::<[T::Item]>()
+            .user_header::<T::Header>()
+            .enable_safe_overflow(false)
+            .history_size(depth)
+            .subscriber_max_buffer_size(depth)
+            .subscriber_max_borrowed_samples(4)
+            .max_publishers(capacity.nodes())
+            .max_subscribers(capacity.nodes())
+            .max_nodes(capacity.nodes())
+            .create()
+            .map_err(|e| failed(&e))?;
+        let events = self
+            .node
+            .service_builder(&name)
+            .event()
+            .max_notifiers(2 * capacity.nodes())
+            .max_listeners(capacity.nodes())
+            .max_nodes(capacity.nodes())
+            .create()
+            .map_err(|e| failed(&e))?;
+        Ok((messages, events))
+    }
+}
+
+/// The domain of a run, with every topic held open. Dropping it closes them; [`Place::remove`] then removes the rest.
+#[derive(Debug)]
+pub struct HeldDomain {
+    /// The holder's own access.
+    pub domain: Domain,
+    _topics: (
+        Services<Scenario>,
+        Services<Snapshot>,
+        Services<Density>,
+        Services<Comparison>,
+        Services<Status>,
+        Services<Roster>,
+    ),
+}
+
+impl HeldDomain {
+    /// Creates the domain at `place` and all topics in it.
+    ///
+    /// # Errors
+    /// [`PortError`] if that fails; what was created is then still to be removed with [`Place::remove`].
+    pub fn create(place: &Place, capacity: &Capacity) -> Result<Self, PortError> {
+        place.create().map_err(|e| PortError::new("create", &place.root.display().to_string(), &e))?;
+        let domain = Domain::enter(place, "launcher")?;
+        let topics = (
+            domain.create::<Scenario>(capacity)?,
+            domain.create::<Snapshot>(capacity)?,
+            domain.create::<Density>(capacity)?,
+            domain.create::<Comparison>(capacity)?,
+            domain.create::<Status>(capacity)?,
+            domain.create::<Roster>(capacity)?,
+        );
+        Ok(Self { domain, _topics: topics })
+    }
+}

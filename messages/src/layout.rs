@@ -1,0 +1,278 @@
+//! The headers, byte for byte.
+//!
+//! Rules, so that every language sees the same bytes: `#[repr(C)]`; 64-bit fields first, then `u32` in pairs; size a
+//! multiple of 8; text NUL-padded UTF-8; codes instead of enums and bools; no pointer. The version is part of the type name,
+//! which iceoryx2 compares when a topic is opened: nodes of different versions cannot meet. Payloads are slices of `f64`,
+//! or of [`RosterEntry`].
+
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::text::Label;
+
+/// The problem. Payload: one row a snapshot, [`SCENARIO_COLUMNS`] numbers each: time \[yr\], then the comparison grid's
+/// lowest and highest `phi` \[rad\], lowest and highest `e`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("phasecloud/ScenarioHeader/1")]
+pub struct ScenarioHeader {
+    /// Names the run; every message carries it.
+    pub run_id: u64,
+    /// Radiation parameter `C`.
+    pub radiation: f64,
+    /// Oblateness parameter `W`.
+    pub oblateness: f64,
+    /// Mean solar angle at `t = 0` \[rad\].
+    pub mean_phi: f64,
+    /// Mean eccentricity at `t = 0`.
+    pub mean_e: f64,
+    /// Standard deviation of the solar angle at `t = 0` \[rad\].
+    pub sigma_phi: f64,
+    /// Standard deviation of the eccentricity at `t = 0`.
+    pub sigma_e: f64,
+    /// Eccentricity at which the satellite re-enters.
+    pub critical_e: f64,
+    /// Position of the scenario in the run, from 0.
+    pub scenario: u32,
+    /// Scenarios in the run.
+    pub scenarios: u32,
+    /// Snapshots in the scenario.
+    pub snapshots: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Bins of the comparison grids in `phi`.
+    pub phi_bins: u32,
+    /// Bins of the comparison grids in `e`.
+    pub e_bins: u32,
+    /// The scenario's name.
+    pub name: Label,
+}
+
+/// The most snapshots that a scenario message holds.
+pub const MOST_SNAPSHOTS: usize = 64;
+
+/// Numbers in a row of a scenario's payload.
+pub const SCENARIO_COLUMNS: usize = 5;
+
+/// What a snapshot's columns are.
+pub mod kind {
+    /// Equally weighted samples: `phi` \[rad\], `e`.
+    pub const SAMPLES: u32 = 1;
+    /// Characteristics: `phi` \[rad\], `e`, density `n` \[1/rad\] carried along.
+    pub const CHARACTERISTICS: u32 = 2;
+    /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
+    pub const MIXTURE: u32 = 3;
+}
+
+/// Columns of a kind of snapshot; `None` for a kind this version does not know.
+pub fn columns(kind: u32) -> Option<u32> {
+    match kind {
+        kind::SAMPLES => Some(2),
+        kind::CHARACTERISTICS => Some(3),
+        kind::MIXTURE => Some(6),
+        _ => None,
+    }
+}
+
+/// How the estimator treats a snapshot.
+pub mod treatment {
+    /// The corrected method.
+    pub const CORRECTED: u32 = 0;
+    /// As the paper printed it, flaws included.
+    pub const AS_PRINTED: u32 = 1;
+}
+
+/// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("phasecloud/SnapshotHeader/1")]
+pub struct SnapshotHeader {
+    /// Names the run.
+    pub run_id: u64,
+    /// Time of the snapshot \[yr\].
+    pub time: f64,
+    /// CPU time that the propagator spent on this snapshot \[s\].
+    pub seconds: f64,
+    /// Position of the scenario in the run.
+    pub scenario: u32,
+    /// Position of the snapshot in the scenario, from 0.
+    pub index: u32,
+    /// Snapshots in the scenario.
+    pub count: u32,
+    /// What the columns are, see [`kind`].
+    pub kind: u32,
+    /// Length of a column.
+    pub rows: u32,
+    /// Number of columns.
+    pub columns: u32,
+    /// How to estimate the density, see [`treatment`].
+    pub treatment: u32,
+    /// Characteristics only: interpolation points an axis (the paper's Ngrid); 0 for the default.
+    pub resolution: u32,
+    /// Characteristics only: points a side if the initial points form a square lattice, row by row; else 0.
+    pub lattice: u32,
+    /// 0.
+    pub reserved: u32,
+    /// The propagator's label.
+    pub label: Label,
+}
+
+/// Moments in the order of a message: mean `phi` \[rad\], its standard deviation, mean `e`, its standard deviation,
+/// covariance \[rad\], probability that `e` exceeds its critical value at this instant.
+pub type MomentFields = [f64; 6];
+
+/// A density estimated from a snapshot. Payload: the joint density \[1/rad\] (`phi_bins` x `e_bins`, `phi` outermost), the
+/// marginal of `phi` \[1/rad\], the marginal of `e`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("phasecloud/DensityHeader/1")]
+pub struct DensityHeader {
+    /// Names the run.
+    pub run_id: u64,
+    /// Time of the snapshot \[yr\].
+    pub time: f64,
+    /// CPU time that the propagator spent on the snapshot \[s\].
+    pub propagation_seconds: f64,
+    /// CPU time that the estimator spent on it \[s\].
+    pub estimation_seconds: f64,
+    /// Edges of the grid: lowest and highest `phi` \[rad\], lowest and highest `e`.
+    pub grid: [f64; 4],
+    /// Moments of the cloud.
+    pub moments: MomentFields,
+    /// Their standard errors; NaN where the method has none.
+    pub standard_errors: MomentFields,
+    /// Circular mean of `phi`, in `[0, 2π)` \[rad\].
+    pub circular_mean: f64,
+    /// Mean resultant length of `phi`.
+    pub resultant: f64,
+    /// Probability on the grid; what is missing to 1 lies outside or was lost.
+    pub mass_on_grid: f64,
+    /// Position of the scenario in the run.
+    pub scenario: u32,
+    /// Position of the snapshot in the scenario.
+    pub index: u32,
+    /// Snapshots in the scenario.
+    pub count: u32,
+    /// Rows of the snapshot.
+    pub rows: u32,
+    /// Bins in `phi`.
+    pub phi_bins: u32,
+    /// Bins in `e`.
+    pub e_bins: u32,
+    /// The propagator's label.
+    pub label: Label,
+}
+
+/// What a comparison says.
+pub mod comparison {
+    /// Errors of the four moments of the paper at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) each.
+    pub const MOMENTS: u32 = 1;
+    /// Effort over the whole scenario: [`EFFORT_COLUMNS`](super::EFFORT_COLUMNS) numbers.
+    pub const EFFORT: u32 = 2;
+    /// Nothing more comes for this scenario.
+    pub const END: u32 = 3;
+}
+
+/// Numbers in a row of a comparison of moments: value, reference value, absolute error, relative error.
+pub const ERROR_COLUMNS: usize = 4;
+/// Numbers in a comparison of effort: seconds of propagation, of estimation, their sum, its ratio to that of `mc`.
+pub const EFFORT_COLUMNS: usize = 4;
+
+/// How a method compares to the reference, see [`comparison`].
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("phasecloud/ComparisonHeader/1")]
+pub struct ComparisonHeader {
+    /// Names the run.
+    pub run_id: u64,
+    /// Time of the snapshot \[yr\].
+    pub time: f64,
+    /// Position of the scenario in the run.
+    pub scenario: u32,
+    /// Position of the snapshot in the scenario.
+    pub index: u32,
+    /// What is said, see [`comparison`].
+    pub kind: u32,
+    /// Numbers in the payload.
+    pub length: u32,
+    /// Whose results are compared.
+    pub label: Label,
+    /// With whose.
+    pub reference: Label,
+}
+
+/// How a node is doing.
+pub mod phase {
+    /// It has opened its topics and waits for work.
+    pub const READY: u32 = 1;
+    /// It works; the payload says how far it is.
+    pub const WORKING: u32 = 2;
+    /// It has finished a scenario.
+    pub const DONE: u32 = 3;
+    /// The case named by the subject cannot be completed.
+    pub const FAILED: u32 = 4;
+}
+
+/// A node's report to the launcher. Payload: two numbers, the units of work done and the units in all.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[type_name("phasecloud/StatusHeader/1")]
+pub struct StatusHeader {
+    /// Names the run.
+    pub run_id: u64,
+    /// See [`phase`].
+    pub phase: u32,
+    /// Position of the scenario in the run.
+    pub scenario: u32,
+    /// Who reports: a propagator's label or the name of another node.
+    pub node: Label,
+    /// Whom it is about: for a failure the label of the case that failed, else the same as `node`.
+    pub subject: Label,
+    /// What went wrong.
+    pub text: [u8; 384],
+}
+
+impl Default for StatusHeader {
+    fn default() -> Self {
+        Self { run_id: 0, phase: 0, scenario: 0, node: [0; 32], subject: [0; 32], text: [0; 384] }
+    }
+}
+
+/// What the launcher tells about all cases of a run. Payload: one [`RosterEntry`] a propagator, in the launch file's order.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("phasecloud/RosterHeader/1")]
+pub struct RosterHeader {
+    /// Names the run.
+    pub run_id: u64,
+    /// Label of the case that all are compared with.
+    pub reference: Label,
+}
+
+/// One case of a run.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("phasecloud/RosterEntry/1")]
+pub struct RosterEntry {
+    /// The propagator's label.
+    pub label: Label,
+    /// 1 once it has failed and nothing more is to be waited for, else 0.
+    pub failed: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
+        assert_eq!(size_of::<ScenarioHeader>(), 120);
+        assert_eq!(size_of::<SnapshotHeader>(), 96);
+        assert_eq!(size_of::<DensityHeader>(), 248);
+        assert_eq!(size_of::<ComparisonHeader>(), 96);
+        assert_eq!(size_of::<StatusHeader>(), 464);
+        assert_eq!(size_of::<RosterHeader>(), 40);
+        assert_eq!(size_of::<RosterEntry>(), 40);
+    }
+}

@@ -1,0 +1,208 @@
+//! Sending and receiving without losing anything in silence.
+
+use std::fmt::{self, Debug};
+use std::time::Duration;
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::port::{BackpressureAction, LoanError};
+use iceoryx2::prelude::*;
+use iceoryx2::sample::Sample;
+use iceoryx2::sample_mut::SampleMut;
+
+use crate::domain::Services;
+use crate::topic::Topic;
+use crate::wait::Awaited;
+
+/// Longest wait of a publisher for a reader whose buffer is full.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Event of a publisher: messages are there, or may be.
+const SENT: EventId = EventId::new(1);
+/// Event of a reader: it has joined and wants what was sent before.
+const JOINED: EventId = EventId::new(2);
+
+/// The transport refused something.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PortError {
+    action: &'static str,
+    object: String,
+    cause: String,
+}
+
+impl PortError {
+    pub(crate) fn new(action: &'static str, object: &str, cause: &dyn Debug) -> Self {
+        Self { action, object: object.into(), cause: format!("{cause:?}") }
+    }
+}
+
+impl fmt::Display for PortError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot {} {}: {}", self.action, self.object, self.cause)
+    }
+}
+
+impl std::error::Error for PortError {}
+
+/// Sends messages on a topic. Keep it until the receivers are done: a message dies with its publisher.
+#[derive(Debug)]
+pub struct Outlet<T: Topic> {
+    publisher: Publisher<ipc::Service, [T::Item], T::Header>,
+    notifier: Notifier<ipc::Service>,
+    listener: Listener<ipc::Service>,
+}
+
+/// A message being written, in the memory in which it will be read.
+#[derive(Debug)]
+pub struct Draft<T: Topic> {
+    sample: SampleMut<ipc::Service, [T::Item], T::Header>,
+}
+
+impl<T: Topic> Outlet<T> {
+    pub(crate) fn create((messages, events): Services<T>, most_items: usize) -> Result<Self, PortError> {
+        let failed = |error: &dyn Debug| PortError::new("publish on", T::NAME, error);
+        let publisher = messages
+            .publisher_builder()
+            .initial_max_slice_len(most_items)
+            .allocation_strategy(AllocationStrategy::Static)
+            .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
+            .set_backpressure_handler(|info| {
+                if info.elapsed_time > PATIENCE {
+                    BackpressureAction::DiscardDataAndFail
+                } else {
+                    BackpressureAction::Retry
+                }
+            })
+            .max_loaned_samples(2)
+            .create()
+            .map_err(|e| failed(&e))?;
+        let notifier = events.notifier_builder().create().map_err(|e| failed(&e))?;
+        let listener = events.listener_builder().create().map_err(|e| failed(&e))?;
+        let outlet = Self { publisher, notifier, listener };
+        outlet.wake();
+        Ok(outlet)
+    }
+
+    /// Borrows room for a message of `items` items, all zero.
+    ///
+    /// # Errors
+    /// [`PortError`] if `items` is more than the outlet was made for, or too many drafts are open.
+    pub fn draft(&self, items: usize) -> Result<Draft<T>, PortError> {
+        let loan: Result<_, LoanError> = self.publisher.loan_slice(items);
+        loan.map(|sample| Draft { sample }).map_err(|e| PortError::new("borrow memory on", T::NAME, &e))
+    }
+
+    /// Sends a draft and wakes the readers.
+    ///
+    /// # Errors
+    /// [`PortError`] if a reader did not take its messages for a minute.
+    pub fn send(&self, draft: Draft<T>, header: T::Header) -> Result<(), PortError> {
+        let mut sample = draft.sample;
+        *sample.user_header_mut() = header;
+        sample.send().map_err(|e| PortError::new("send on", T::NAME, &e))?;
+        self.wake();
+        Ok(())
+    }
+
+    /// Copies `items` into a message and sends it.
+    ///
+    /// # Errors
+    /// As [`Outlet::draft`] and [`Outlet::send`].
+    pub fn send_items(&self, header: T::Header, items: &[T::Item]) -> Result<(), PortError> {
+        let mut draft = self.draft(items.len())?;
+        draft.items_mut().copy_from_slice(items);
+        self.send(draft, header)
+    }
+
+    fn wake(&self) {
+        let _ = self.notifier.notify_with_custom_event_id(SENT);
+    }
+}
+
+impl<T: Topic> Draft<T> {
+    /// The items to write.
+    pub fn items_mut(&mut self) -> &mut [T::Item] {
+        self.sample.payload_mut()
+    }
+}
+
+/// Receives the messages of a topic.
+#[derive(Debug)]
+pub struct Inlet<T: Topic> {
+    subscriber: Subscriber<ipc::Service, [T::Item], T::Header>,
+    listener: Listener<ipc::Service>,
+    _notifier: Notifier<ipc::Service>,
+}
+
+/// A received message; its memory is freed when it is dropped.
+#[derive(Debug)]
+pub struct Message<T: Topic> {
+    sample: Sample<ipc::Service, [T::Item], T::Header>,
+}
+
+impl<T: Topic> Inlet<T> {
+    pub(crate) fn create((messages, events): Services<T>) -> Result<Self, PortError> {
+        let failed = |error: &dyn Debug| PortError::new("subscribe to", T::NAME, error);
+        let listener = events.listener_builder().create().map_err(|e| failed(&e))?;
+        let subscriber = messages.subscriber_builder().create().map_err(|e| failed(&e))?;
+        let notifier = events.notifier_builder().create().map_err(|e| failed(&e))?;
+        let _ = notifier.notify_with_custom_event_id(JOINED);
+        Ok(Self { subscriber, listener, _notifier: notifier })
+    }
+
+    /// The next message, if one has arrived.
+    ///
+    /// # Errors
+    /// [`PortError`] if too many messages are held, or the connection to a publisher is broken.
+    pub fn receive(&self) -> Result<Option<Message<T>>, PortError> {
+        let received = self.subscriber.receive().map_err(|e| PortError::new("receive on", T::NAME, &e))?;
+        Ok(received.map(|sample| Message { sample }))
+    }
+}
+
+impl<T: Topic> Message<T> {
+    /// The header.
+    pub fn header(&self) -> &T::Header {
+        self.sample.user_header()
+    }
+
+    /// The items.
+    pub fn items(&self) -> &[T::Item] {
+        self.sample.payload()
+    }
+
+    /// The run that the message belongs to.
+    pub fn run_id(&self) -> u64 {
+        T::run_id(self.header())
+    }
+}
+
+impl<T: Topic> Awaited for Inlet<T> {
+    fn listener(&self) -> &Listener<ipc::Service> {
+        &self.listener
+    }
+
+    /// Forgets the events: they only say "look", the messages wait in their buffer.
+    fn attend(&self) {
+        let _ = self.listener.try_wait(|_| ());
+    }
+}
+
+impl<T: Topic> Awaited for Outlet<T> {
+    fn listener(&self) -> &Listener<ipc::Service> {
+        &self.listener
+    }
+
+    /// Delivers what has been sent to readers that have joined since.
+    fn attend(&self) {
+        let mut joined = false;
+        let _ = self.listener.try_wait(|event| joined |= event.id == JOINED);
+        if joined {
+            let _ = self.publisher.update_connections();
+            self.wake();
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The topics: which header and which items a message has, and how many messages a topic holds.
+//!
+//! iceoryx2 drops or loses data in silence in three default settings. Here overflow is off, every reader's buffer holds all
+//! messages that a scenario can bring, publishers keep them as history for readers that come late, and a publisher that
+//! would have to wait waits a bounded time and then fails by name.
+
+use std::fmt::Debug;
+
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::layout::{
+    ComparisonHeader, DensityHeader, RosterEntry, RosterHeader, ScenarioHeader, SnapshotHeader, StatusHeader,
+};
+
+/// A topic of the contract.
+pub trait Topic: 'static {
+    /// Goes with every message.
+    type Header: ZeroCopySend + Debug + Default + Copy + 'static;
+    /// What the payload is a slice of.
+    type Item: ZeroCopySend + Debug + Default + Copy + 'static;
+    /// Name of the topic's services: publish-subscribe for the messages, event to wake its readers.
+    const NAME: &'static str;
+    /// The run that a message belongs to.
+    fn run_id(header: &Self::Header) -> u64;
+    /// Messages that one publisher may have under way.
+    fn depth(capacity: &Capacity) -> usize;
+}
+
+/// How much a run needs of its topics; the launcher creates them accordingly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Capacity {
+    /// Propagators that publish snapshots.
+    pub propagators: usize,
+    /// Scenarios of the run.
+    pub scenarios: usize,
+    /// Snapshots of the longest scenario.
+    pub snapshots: usize,
+}
+
+impl Capacity {
+    /// Processes and helpers that may open the topics at once: the nodes, the launcher and a few onlookers.
+    pub fn nodes(&self) -> usize {
+        self.propagators + 16
+    }
+}
+
+macro_rules! topic {
+    ($(#[$doc:meta])* $topic:ident, $name:literal, $header:ty, [$item:ty], |$capacity:ident| $depth:expr) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy)]
+        pub struct $topic;
+
+        impl Topic for $topic {
+            type Header = $header;
+            type Item = $item;
+            const NAME: &'static str = $name;
+            fn run_id(header: &Self::Header) -> u64 {
+                header.run_id
+            }
+            fn depth($capacity: &Capacity) -> usize {
+                $depth
+            }
+        }
+    };
+}
+
+topic!(
+    /// From the scenario node to all others: the problem.
+    Scenario, "phasecloud/scenario", ScenarioHeader, [f64], |capacity| capacity.scenarios
+);
+topic!(
+    /// From the propagators to the estimator.
+    Snapshot, "phasecloud/snapshot", SnapshotHeader, [f64], |capacity| capacity.snapshots
+);
+topic!(
+    /// From the estimator to comparator and recorder.
+    Density, "phasecloud/density", DensityHeader, [f64], |capacity| capacity.snapshots * capacity.propagators
+);
+topic!(
+    /// From the comparator to the recorder.
+    Comparison, "phasecloud/comparison", ComparisonHeader, [f64],
+    |capacity| 3 * (capacity.snapshots + 1) * capacity.propagators + 1
+);
+topic!(
+    /// From every node to launcher and scenario node.
+    Status, "phasecloud/status", StatusHeader, [f64], |_capacity| 256
+);
+topic!(
+    /// From the launcher to comparator and recorder: who takes part and who has failed.
+    Roster, "phasecloud/roster", RosterHeader, [RosterEntry], |capacity| capacity.propagators + 1
+);

@@ -1,0 +1,150 @@
+//! The problem as it arrives on the scenario topic, checked and in the terms of science; and the way back.
+
+use density::dynamics::Force;
+use density::grid::{Axis, Grid};
+use density::problem::{InitialGaussian, Problem};
+use messages::layout::{SCENARIO_COLUMNS, ScenarioHeader};
+use messages::port::Message;
+use messages::text::{pack, unpack};
+use messages::topic::Scenario;
+
+use crate::failure::Failure;
+
+/// A scenario to work on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assignment {
+    /// Names the run.
+    pub run_id: u64,
+    /// The scenario's name.
+    pub name: String,
+    /// Position of the scenario in the run.
+    pub scenario: u32,
+    /// Scenarios in the run.
+    pub scenarios: u32,
+    /// The problem.
+    pub problem: Problem,
+    /// The common comparison grid of each snapshot.
+    pub grids: Vec<Grid>,
+}
+
+impl Assignment {
+    /// Reads a message.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] says which field is wrong.
+    pub fn read(message: &Message<Scenario>) -> Result<Self, Failure> {
+        Self::from_parts(message.header(), message.items()).map_err(|why| Failure::Refused(format!("scenario: {why}")))
+    }
+
+    fn from_parts(header: &ScenarioHeader, items: &[f64]) -> Result<Self, String> {
+        let snapshots = header.snapshots as usize;
+        if snapshots == 0 || items.len() != snapshots * SCENARIO_COLUMNS {
+            return Err(format!("{} numbers for {snapshots} snapshots", items.len()));
+        }
+        if header.phi_bins == 0 || header.e_bins == 0 {
+            return Err("a grid without bins".into());
+        }
+        let fields = [header.radiation, header.oblateness, header.mean_phi, header.critical_e];
+        if !fields.iter().chain(items).all(|value| value.is_finite()) {
+            return Err("a number that is not finite".into());
+        }
+        if !(header.sigma_phi > 0.0 && header.sigma_e > 0.0 && header.mean_e > 0.0 && header.mean_e < 1.0) {
+            return Err("an initial Gaussian without width, or centred outside 0 < e < 1".into());
+        }
+        let rows = || items.chunks_exact(SCENARIO_COLUMNS);
+        let grid = |row: &[f64]| Grid {
+            phi: Axis { low: row[1], high: row[2], bins: header.phi_bins as usize },
+            e: Axis { low: row[3], high: row[4], bins: header.e_bins as usize },
+        };
+        if !rows().all(|row| row[1] < row[2] && row[3] < row[4]) || !rows().is_sorted_by(|a, b| a[0] < b[0]) {
+            return Err("grids without extent, or times that do not ascend".into());
+        }
+        Ok(Self {
+            run_id: header.run_id,
+            name: unpack(&header.name),
+            scenario: header.scenario,
+            scenarios: header.scenarios,
+            problem: Problem {
+                force: Force { radiation: header.radiation, oblateness: header.oblateness },
+                initial: InitialGaussian {
+                    mean_phi: header.mean_phi,
+                    mean_e: header.mean_e,
+                    sigma_phi: header.sigma_phi,
+                    sigma_e: header.sigma_e,
+                },
+                times: rows().map(|row| row[0]).collect(),
+                critical_e: header.critical_e,
+            },
+            grids: rows().map(grid).collect(),
+        })
+    }
+
+    /// The message's header and items.
+    pub fn to_parts(&self) -> (ScenarioHeader, Vec<f64>) {
+        let Problem { force, initial, times, critical_e } = &self.problem;
+        let header = ScenarioHeader {
+            run_id: self.run_id,
+            radiation: force.radiation,
+            oblateness: force.oblateness,
+            mean_phi: initial.mean_phi,
+            mean_e: initial.mean_e,
+            sigma_phi: initial.sigma_phi,
+            sigma_e: initial.sigma_e,
+            critical_e: *critical_e,
+            scenario: self.scenario,
+            scenarios: self.scenarios,
+            snapshots: times.len() as u32,
+            reserved: 0,
+            phi_bins: self.grids.first().map_or(0, |grid| grid.phi.bins as u32),
+            e_bins: self.grids.first().map_or(0, |grid| grid.e.bins as u32),
+            name: pack(&self.name),
+        };
+        let items = times
+            .iter()
+            .zip(&self.grids)
+            .flat_map(|(&time, grid)| [time, grid.phi.low, grid.phi.high, grid.e.low, grid.e.high])
+            .collect();
+        (header, items)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example() -> Assignment {
+        Assignment {
+            run_id: 7,
+            name: "scenario-1".into(),
+            scenario: 0,
+            scenarios: 1,
+            problem: Problem {
+                force: Force { radiation: 0.15, oblateness: 0.4 },
+                initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
+                times: vec![0.0, 0.5],
+                critical_e: 0.6,
+            },
+            grids: vec![
+                Grid { phi: Axis { low: 1.0, high: 2.0, bins: 3 }, e: Axis { low: 0.0, high: 0.2, bins: 4 } };
+                2
+            ],
+        }
+    }
+
+    #[test]
+    fn a_scenario_survives_the_way_through_a_message() {
+        let (header, items) = example().to_parts();
+        assert_eq!(Assignment::from_parts(&header, &items), Ok(example()));
+    }
+
+    #[test]
+    fn a_message_that_cannot_be_right_is_refused() {
+        let (header, items) = example().to_parts();
+        assert!(Assignment::from_parts(&header, &items[1..]).is_err());
+        assert!(Assignment::from_parts(&ScenarioHeader { sigma_e: 0.0, ..header }, &items).is_err());
+        assert!(Assignment::from_parts(&ScenarioHeader { radiation: f64::NAN, ..header }, &items).is_err());
+        assert!(Assignment::from_parts(&ScenarioHeader { phi_bins: 0, ..header }, &items).is_err());
+        let backwards: Vec<f64> = items.chunks(SCENARIO_COLUMNS).rev().flatten().copied().collect();
+        assert!(Assignment::from_parts(&header, &backwards).is_err());
+    }
+}

@@ -1,0 +1,67 @@
+//! The propagators that come with phasecloud, by the name that a launch file gives as `node`.
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::failure::Failure;
+use crate::mc;
+use crate::session::Session;
+use crate::{dee, gmm_ut, kit};
+
+/// A built-in propagator with its settings.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum BuiltIn {
+    /// `mc`.
+    MonteCarlo(mc::Settings),
+    /// `dee`.
+    DensityEvolution(dee::Settings),
+    /// `gmm-ut`.
+    GaussianMixture(gmm_ut::Settings),
+}
+
+impl BuiltIn {
+    /// The names.
+    pub const NAMES: [&str; 3] = ["mc", "dee", "gmm-ut"];
+
+    /// The propagator `name` with settings from a table; `None` if there is no such propagator.
+    ///
+    /// # Errors
+    /// An unknown key or a value that is not allowed.
+    pub fn from_settings<'de, D: Deserializer<'de>>(name: &str, table: D) -> Option<Result<Self, D::Error>> {
+        Some(match name {
+            "mc" => mc::Settings::deserialize(table).map(Self::MonteCarlo),
+            "dee" => dee::Settings::deserialize(table).map(Self::DensityEvolution),
+            "gmm-ut" => gmm_ut::Settings::deserialize(table).map(Self::GaussianMixture),
+            _ => return None,
+        })
+    }
+
+    /// The settings as lines `key = value`.
+    ///
+    /// # Errors
+    /// If they cannot be written as TOML, which no settings here cause.
+    pub fn to_lines(&self) -> Result<Vec<String>, toml::ser::Error> {
+        Ok(toml::to_string(self)?.lines().filter(|line| !line.is_empty()).map(Into::into).collect())
+    }
+
+    /// The most numbers that a snapshot can hold.
+    pub fn most_numbers(&self) -> usize {
+        match self {
+            Self::MonteCarlo(settings) => 2 * settings.samples,
+            Self::DensityEvolution(settings) => 3 * settings.samples,
+            Self::GaussianMixture(settings) => 6 * settings.most_components(),
+        }
+    }
+
+    /// Propagates scenario after scenario until asked to stop.
+    ///
+    /// # Errors
+    /// [`Failure::Stopped`] is the normal end.
+    pub fn serve(self, session: &Session) -> Result<(), Failure> {
+        match self {
+            Self::MonteCarlo(settings) => kit::serve(session, mc::MonteCarlo::new(settings)),
+            Self::DensityEvolution(settings) => kit::serve(session, dee::DensityEvolution::new(settings)),
+            Self::GaussianMixture(settings) => kit::serve(session, gmm_ut::GaussianMixture::new(settings)),
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Orbits on their way through the snapshots of a scenario.
+
+use density::orbits::Orbits;
+use density::problem::Problem;
+
+use crate::failure::Failure;
+
+/// Orbits and the times they have to reach.
+#[derive(Debug)]
+pub struct Course {
+    /// The orbits.
+    pub orbits: Orbits,
+    times: Vec<f64>,
+}
+
+impl Course {
+    /// The course of `orbits` through the snapshots of `problem`.
+    pub fn new(orbits: Orbits, problem: &Problem) -> Self {
+        Self { orbits, times: problem.times.clone() }
+    }
+
+    /// The course that `begin` has laid out.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] if there is none.
+    pub fn under_way(course: &mut Option<Self>) -> Result<&mut Self, Failure> {
+        course.as_mut().ok_or_else(|| Failure::Refused("a snapshot was asked for before any scenario".into()))
+    }
+
+    /// Moves the orbits to snapshot `index` and returns how many they are.
+    ///
+    /// # Errors
+    /// [`Failure::LostOrbit`] names the orbit that cannot be followed.
+    pub fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+        self.orbits.advance_to(self.times[index])?;
+        Ok(self.orbits.len())
+    }
+}

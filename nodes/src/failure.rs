@@ -1,0 +1,35 @@
+//! Why a node ends before its work is done.
+
+use messages::port::PortError;
+
+/// Why a node ends before its work is done.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// It was asked to stop.
+    #[error("stopped on request")]
+    Stopped,
+    /// The transport refused something.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// A trajectory left the domain of the equations of motion.
+    #[error(transparent)]
+    LostOrbit(#[from] density::orbits::LostOrbit),
+    /// A file could not be written or read.
+    #[error("{file}: {cause}")]
+    File {
+        /// Which file.
+        file: String,
+        /// What the operating system or the format says.
+        cause: String,
+    },
+    /// Anything else, in words: what was wrong and what would be right.
+    #[error("{0}")]
+    Refused(String),
+}
+
+impl Failure {
+    /// A failure of a file operation.
+    pub fn file(file: &std::path::Path, cause: impl std::fmt::Display) -> Self {
+        Self::File { file: file.display().to_string(), cause: cause.to_string() }
+    }
+}

@@ -1,0 +1,112 @@
+//! The kit for writing a propagator: implement [`Propagator`], call [`serve`].
+//!
+//! The kit does the topics, the handshake, the timing, progress, errors, signals and the end. A propagator only turns a
+//! scenario into snapshots, each written straight into the shared memory in which the estimator will read it.
+
+use messages::layout::{SnapshotHeader, columns};
+use messages::port::Outlet;
+use messages::text::pack;
+use messages::topic::{Scenario, Snapshot};
+
+use crate::assignment::Assignment;
+use crate::failure::Failure;
+use crate::session::{EffortClock, Session};
+
+/// A method that propagates the initial density.
+pub trait Propagator {
+    /// Prepares for a scenario.
+    ///
+    /// # Errors
+    /// Whatever makes the scenario impossible for this method.
+    fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure>;
+
+    /// Moves to snapshot `index`, the next after the last one, and returns how many rows it has.
+    ///
+    /// # Errors
+    /// Whatever makes it impossible to go on.
+    fn advance(&mut self, index: usize) -> Result<usize, Failure>;
+
+    /// Writes the snapshot that [`Propagator::advance`] has reached: the columns of its kind, one after the other.
+    fn write(&self, columns: &mut [f64]);
+}
+
+/// What a propagator's snapshots look like; see the fields of the same names in [`SnapshotHeader`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Form {
+    /// What the columns are, see [`messages::layout::kind`].
+    pub kind: u32,
+    /// The most rows that a snapshot of the scenario can have.
+    pub most_rows: usize,
+    /// How to estimate the density, see [`messages::layout::treatment`].
+    pub treatment: u32,
+    /// Interpolation points an axis, or 0.
+    pub resolution: u32,
+    /// Points a side of a square lattice, or 0.
+    pub lattice: u32,
+}
+
+/// Serves scenario after scenario with `propagator` until asked to stop.
+///
+/// # Errors
+/// [`Failure::Stopped`] is the normal end; anything else has also been reported to the launcher.
+pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), Failure> {
+    let scenarios = session.domain.inlet::<Scenario>()?;
+    session.ready()?;
+    let mut outlet: Option<Outlet<Snapshot>> = None;
+    loop {
+        while let Some(message) = scenarios.receive()? {
+            let assignment = Assignment::read(&message)?;
+            drop(message);
+            drop(outlet.take()); // frees the last scenario's memory before the next takes its own
+            outlet = Some(serve_one(session, &mut propagator, &assignment).inspect_err(|failure| {
+                if !matches!(failure, Failure::Stopped) {
+                    let _ = session.failed(assignment.scenario, &session.name, &failure.to_string());
+                }
+            })?);
+        }
+        match &outlet {
+            Some(outlet) => session.wait(&[&scenarios, outlet])?,
+            None => session.wait(&[&scenarios])?,
+        }
+    }
+}
+
+fn serve_one(
+    session: &Session,
+    propagator: &mut impl Propagator,
+    assignment: &Assignment,
+) -> Result<Outlet<Snapshot>, Failure> {
+    let mut clock = EffortClock::start();
+    let form = propagator.begin(assignment)?;
+    let column_count = columns(form.kind)
+        .ok_or_else(|| Failure::Refused(format!("snapshots of kind {} are unknown to this version", form.kind)))?;
+    let outlet = session.domain.outlet::<Snapshot>(form.most_rows * column_count as usize)?;
+    let count = assignment.problem.times.len();
+    for (index, &time) in assignment.problem.times.iter().enumerate() {
+        session.check_stop()?;
+        let rows = propagator.advance(index)?;
+        let mut draft = outlet.draft(rows * column_count as usize)?;
+        propagator.write(draft.items_mut());
+        let header = SnapshotHeader {
+            run_id: assignment.run_id,
+            time,
+            seconds: clock.seconds(),
+            scenario: assignment.scenario,
+            index: index as u32,
+            count: count as u32,
+            kind: form.kind,
+            rows: rows as u32,
+            columns: column_count,
+            treatment: form.treatment,
+            resolution: form.resolution,
+            lattice: form.lattice,
+            reserved: 0,
+            label: pack(&session.name),
+        };
+        outlet.send(draft, header)?;
+        clock = EffortClock::start();
+        session.working(assignment.scenario, index + 1, count)?;
+    }
+    session.done(assignment.scenario)?;
+    Ok(outlet)
+}

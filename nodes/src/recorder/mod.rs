@@ -1,0 +1,121 @@
+//! The recorder: keeps what estimator and comparator publish as a folder of plain files.
+
+mod tables;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use messages::layout::{ComparisonHeader, DensityHeader, comparison};
+use messages::port::Message;
+use messages::text::unpack;
+use messages::topic::{Comparison, Density, Roster as RosterTopic, Scenario};
+
+use crate::assignment::Assignment;
+use crate::failure::Failure;
+use crate::roster::Roster;
+use crate::session::Session;
+use tables::Tables;
+
+/// A density as it was published.
+#[derive(Debug)]
+struct RecordedDensity {
+    header: DensityHeader,
+    values: Vec<f64>,
+}
+
+/// A comparison as it was published.
+#[derive(Debug)]
+struct RecordedComparison {
+    header: ComparisonHeader,
+    values: Vec<f64>,
+}
+
+/// What has arrived of a scenario.
+#[derive(Debug)]
+struct Recording {
+    assignment: Assignment,
+    densities: BTreeMap<(String, u32), RecordedDensity>,
+    comparisons: Vec<RecordedComparison>,
+}
+
+impl Recording {
+    fn new(assignment: Assignment) -> Self {
+        Self { assignment, densities: BTreeMap::new(), comparisons: Vec::new() }
+    }
+
+    fn take_density(&mut self, message: &Message<Density>) {
+        let header = *message.header();
+        if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
+            let density = RecordedDensity { header, values: message.items().to_vec() };
+            self.densities.insert((unpack(&header.label), header.index), density);
+        }
+    }
+
+    fn take_comparison(&mut self, message: &Message<Comparison>) {
+        let header = *message.header();
+        if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
+            self.comparisons.push(RecordedComparison { header, values: message.items().to_vec() });
+        }
+    }
+
+    /// All snapshots of a case, if they are all there.
+    fn case(&self, label: &str) -> Option<Vec<&RecordedDensity>> {
+        let snapshots: Vec<_> = (0..self.assignment.problem.times.len() as u32)
+            .map_while(|index| self.densities.get(&(label.into(), index)))
+            .collect();
+        (snapshots.len() == self.assignment.problem.times.len()).then_some(snapshots)
+    }
+
+    /// Whether the comparator has finished and every density that it compared has arrived here too.
+    fn is_complete(&self) -> bool {
+        let of_kind = |kind| self.comparisons.iter().filter(move |c| c.header.kind == kind);
+        of_kind(comparison::END).next().is_some()
+            && of_kind(comparison::EFFORT).all(|c| self.case(&unpack(&c.header.label)).is_some())
+    }
+}
+
+/// Records all scenarios of a run into `folder`, which exists.
+///
+/// # Errors
+/// [`Failure::Stopped`] is the normal end; [`Failure::File`] if something cannot be written.
+pub fn run(session: &Session, folder: PathBuf) -> Result<(), Failure> {
+    let scenarios = session.domain.inlet::<Scenario>()?;
+    let densities = session.domain.inlet::<Density>()?;
+    let comparisons = session.domain.inlet::<Comparison>()?;
+    let rosters = session.domain.inlet::<RosterTopic>()?;
+    let mut tables = Some(Tables::create(folder)?);
+    session.ready()?;
+    let mut roster = Roster::default();
+    let mut current: Option<Recording> = None;
+    loop {
+        if current.is_none()
+            && let Some(message) = scenarios.receive()?
+        {
+            current = Some(Recording::new(Assignment::read(&message)?));
+        }
+        roster.update(&rosters)?;
+        if let Some(recording) = &mut current {
+            while let Some(message) = densities.receive()? {
+                recording.take_density(&message);
+            }
+            while let Some(message) = comparisons.receive()? {
+                recording.take_comparison(&message);
+            }
+            if recording.is_complete()
+                && let Some(open) = &mut tables
+            {
+                open.write(recording, &roster)?;
+                let Assignment { scenario, scenarios: count, .. } = recording.assignment;
+                if scenario + 1 == count
+                    && let Some(all) = tables.take()
+                {
+                    all.finish()?;
+                }
+                session.done(scenario)?;
+                current = None;
+                continue;
+            }
+        }
+        session.wait(&[&scenarios, &densities, &comparisons, &rosters])?;
+    }
+}

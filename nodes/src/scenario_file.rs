@@ -1,0 +1,216 @@
+//! Scenario files: the problem as a user writes it.
+
+use std::path::Path;
+
+use density::dynamics::{Force, force_from_orbit};
+use density::problem::{InitialGaussian, Problem};
+use messages::layout::MOST_SNAPSHOTS;
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
+
+/// A scenario as its file describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScenarioFile {
+    /// Its name.
+    pub name: String,
+    /// The problem.
+    pub problem: Problem,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    name: Spanned<String>,
+    orbit: Spanned<Orbit>,
+    initial: Initial,
+    times: Times,
+    disposal: Disposal,
+}
+
+/// Either both dimensionless parameters, or what Eq. 2 derives them from.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Orbit {
+    radiation: Option<Spanned<f64>>,
+    oblateness: Option<Spanned<f64>>,
+    semi_major_axis: Option<Spanned<f64>>,
+    area_to_mass: Option<Spanned<f64>>,
+    reflectivity: Option<Spanned<f64>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Initial {
+    phi: Spanned<f64>,
+    e: Spanned<f64>,
+    delta_phi: Spanned<f64>,
+    delta_e: Spanned<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Times {
+    end: Spanned<f64>,
+    step: Spanned<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Disposal {
+    critical_e: Spanned<f64>,
+}
+
+/// Reads and checks a scenario file.
+///
+/// # Errors
+/// [`InputError`] with file, line and key.
+pub fn load(path: &Path) -> Result<ScenarioFile, InputError> {
+    check(&InputFile::read(path)?)
+}
+
+/// Checks a scenario file that has been read.
+///
+/// # Errors
+/// [`InputError`] with file, line and key.
+pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
+    let raw: Raw = file.parse()?;
+    if !is_plain_name(raw.name.get_ref()) {
+        return Err(file.error(&raw.name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", raw.name.get_ref())));
+    }
+    let Initial { phi, e, delta_phi, delta_e } = &raw.initial;
+    let initial = InitialGaussian {
+        mean_phi: number(file, phi, "a finite angle in radians", |x| x.abs() <= 1e3)?,
+        mean_e: number(file, e, "between 0 and 1, both excluded", |x| x > 0.0 && x < 1.0)?,
+        sigma_phi: 0.5 * number(file, delta_phi, "greater than 0 and at most 2π", |x| x > 0.0 && x <= 6.2832)?,
+        sigma_e: 0.5 * number(file, delta_e, "greater than 0 and at most 1", |x| x > 0.0 && x <= 1.0)?,
+    };
+    let critical = &raw.disposal.critical_e;
+    Ok(ScenarioFile {
+        name: raw.name.get_ref().clone(),
+        problem: Problem {
+            force: force(file, &raw.orbit)?,
+            initial,
+            times: times(file, &raw.times)?,
+            critical_e: number(file, critical, "between 0 and 1, both excluded", |x| x > 0.0 && x < 1.0)?,
+        },
+    })
+}
+
+fn number(
+    file: &InputFile,
+    value: &Spanned<f64>,
+    range: &str,
+    is_right: impl Fn(f64) -> bool,
+) -> Result<f64, InputError> {
+    let x = *value.get_ref();
+    if x.is_finite() && is_right(x) {
+        Ok(x)
+    } else {
+        Err(file.error(value, &format!("{x} is not allowed, it must be {range}")))
+    }
+}
+
+fn force(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Force, InputError> {
+    match orbit.get_ref() {
+        Orbit {
+            radiation: Some(c),
+            oblateness: Some(w),
+            semi_major_axis: None,
+            area_to_mass: None,
+            reflectivity: None,
+        } => Ok(Force {
+            radiation: number(file, c, "0 or greater, at most 100", |x| (0.0..=100.0).contains(&x))?,
+            oblateness: number(file, w, "0 or greater, at most 100", |x| (0.0..=100.0).contains(&x))?,
+        }),
+        Orbit {
+            radiation: None,
+            oblateness: None,
+            semi_major_axis: Some(a),
+            area_to_mass: Some(ratio),
+            reflectivity: Some(reflectivity),
+        } => Ok(force_from_orbit(
+            number(file, a, "more than 1 Earth radius, at most 100", |x| x > 1.0 && x <= 100.0)?,
+            number(file, ratio, "0 or greater, at most 1000 m²/kg", |x| (0.0..=1000.0).contains(&x))?,
+            number(file, reflectivity, "between 0 and 2", |x| (0.0..=2.0).contains(&x))?,
+        )),
+        _ => Err(file.error(
+            orbit,
+            "must have either radiation and oblateness, or semi_major_axis, area_to_mass and reflectivity",
+        )),
+    }
+}
+
+fn times(file: &InputFile, times: &Times) -> Result<Vec<f64>, InputError> {
+    let end = number(file, &times.end, "greater than 0 and at most 1000 yr", |x| x > 0.0 && x <= 1000.0)?;
+    let step = number(file, &times.step, "greater than 0 and at most end", |x| x > 0.0 && x <= end)?;
+    let steps = (end / step).round();
+    if (steps * step - end).abs() > 1e-9 * end {
+        let nearest = end / steps;
+        return Err(file.error(&times.step, &format!("{step} does not divide end = {end}; {nearest} would")));
+    }
+    let most = MOST_SNAPSHOTS as f64 - 1.0;
+    if steps > most {
+        let problem = format!(
+            "{} snapshots are more than a message holds, {MOST_SNAPSHOTS}; step must be at least {}",
+            steps + 1.0,
+            end / most
+        );
+        return Err(file.error(&times.step, &problem));
+    }
+    Ok((0..=steps as u32).map(|k| if f64::from(k) == steps { end } else { f64::from(k) * step }).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "name = \"mine\"\n[orbit]\nradiation = 0.15\noblateness = 0.40921\n[initial]\nphi = 2.2069\ne = 0.145\n\
+         delta_phi = 0.39\ndelta_e = 0.05\n[times]\nend = 2.0\nstep = 0.5\n[disposal]\ncritical_e = 0.6\n";
+
+    fn load(text: &str) -> Result<ScenarioFile, InputError> {
+        check(&InputFile::from_text(Path::new("s.toml"), text))
+    }
+
+    fn load_with(from: &str, to: &str) -> Result<ScenarioFile, InputError> {
+        assert!(GOOD.contains(from));
+        load(&GOOD.replace(from, to))
+    }
+
+    #[test]
+    fn a_good_file_gives_half_of_each_delta_and_all_times() {
+        let scenario = load(GOOD).unwrap();
+        assert_eq!(scenario.problem.times, [0.0, 0.5, 1.0, 1.5, 2.0]);
+        assert_eq!(scenario.problem.initial.sigma_e, 0.025);
+    }
+
+    #[test]
+    fn parameters_follow_from_the_orbit() {
+        let orbit = "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2";
+        let scenario = load_with("radiation = 0.15\noblateness = 0.40921", orbit).unwrap();
+        assert!((scenario.problem.force.oblateness - 0.40921).abs() < 1e-5);
+        assert!(scenario.problem.force.radiation > 0.0);
+    }
+
+    #[test]
+    fn every_mistake_is_told_with_line_and_key() {
+        let cases = [
+            ("delta_e = 0.05", "delta_e = 0.0", 9, "initial.delta_e", "greater than 0"),
+            ("e = 0.145", "e = 1.0", 7, "initial.e", "between 0 and 1"),
+            ("step = 0.5", "step = 0.3", 12, "times.step", "does not divide end = 2"),
+            ("step = 0.5", "step = 0.01", 12, "times.step", "more than a message holds"),
+            ("phi = 2.2069", "phi = \"x\"", 6, "initial.phi", "expected f64"),
+            ("phi = 2.2069", "phi = nan", 6, "initial.phi", "finite angle"),
+            ("critical_e", "critical_q", 14, "disposal.critical_q", "expected `critical_e`"),
+            ("radiation = 0.15", "area_to_mass = 1.0", 2, "orbit", "either radiation and oblateness"),
+            ("mine", "../mine", 1, "name", "letters, digits"),
+            ("[times]", "[times", 10, "times", ""),
+        ];
+        for (from, to, line, key, words) in cases {
+            let error = load_with(from, to).unwrap_err();
+            assert_eq!((error.line, error.key.as_str()), (line, key), "{error}");
+            assert!(error.to_string().contains(words), "{error}");
+        }
+    }
+}

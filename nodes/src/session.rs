@@ -1,0 +1,122 @@
+//! What every node has: its name, its access to the run's domain, its line to the launcher, and its ear for signals.
+
+use std::time::Duration;
+
+use messages::domain::{Domain, Place};
+use messages::layout::{StatusHeader, phase};
+use messages::port::Outlet;
+use messages::text::pack;
+use messages::topic::Status;
+use messages::wait::{Awaited, Signals};
+use rustix::time::{ClockId, clock_gettime};
+
+use crate::failure::Failure;
+
+/// A node sleeps at most this long before it looks around, in case a wake-up was missed.
+const LONGEST_SLEEP: Duration = Duration::from_secs(1);
+
+/// A node's access to a run.
+#[derive(Debug)]
+pub struct Session {
+    /// The node's name; a propagator's is its label.
+    pub name: String,
+    /// Names the run.
+    pub run_id: u64,
+    /// The run's domain.
+    pub domain: Domain,
+    signals: Signals,
+    status: Outlet<Status>,
+}
+
+impl Session {
+    /// Enters the domain at `place` as `name`. From here on SIGINT and SIGTERM ask the node to stop.
+    ///
+    /// # Errors
+    /// [`Failure::Port`] if the domain cannot be used.
+    pub fn enter(place: &Place, name: &str, run_id: u64) -> Result<Self, Failure> {
+        let signals = Signals::catch(&[]).map_err(|e| Failure::Refused(format!("cannot catch signals: {e}")))?;
+        let domain = Domain::enter(place, name)?;
+        let status = domain.outlet::<Status>(2)?;
+        Ok(Self { name: name.into(), run_id, domain, signals, status })
+    }
+
+    /// Tells the launcher that the node waits for work.
+    ///
+    /// # Errors
+    /// [`Failure::Port`] if the message cannot be sent.
+    pub fn ready(&self) -> Result<(), Failure> {
+        self.report(phase::READY, 0, &self.name, "", [0.0, 0.0])
+    }
+
+    /// Tells the launcher how much of the scenario's work is done.
+    ///
+    /// # Errors
+    /// [`Failure::Port`] if the message cannot be sent.
+    pub fn working(&self, scenario: u32, done: usize, of: usize) -> Result<(), Failure> {
+        self.report(phase::WORKING, scenario, &self.name, "", [done as f64, of as f64])
+    }
+
+    /// Tells the launcher that the node has finished a scenario.
+    ///
+    /// # Errors
+    /// [`Failure::Port`] if the message cannot be sent.
+    pub fn done(&self, scenario: u32) -> Result<(), Failure> {
+        self.report(phase::DONE, scenario, &self.name, "", [1.0, 1.0])
+    }
+
+    /// Tells the launcher that the case of `subject` cannot be completed, and why.
+    ///
+    /// # Errors
+    /// [`Failure::Port`] if the message cannot be sent.
+    pub fn failed(&self, scenario: u32, subject: &str, why: &str) -> Result<(), Failure> {
+        self.report(phase::FAILED, scenario, subject, why, [0.0, 0.0])
+    }
+
+    fn report(&self, phase: u32, scenario: u32, subject: &str, text: &str, units: [f64; 2]) -> Result<(), Failure> {
+        let header = StatusHeader {
+            run_id: self.run_id,
+            phase,
+            scenario,
+            node: pack(&self.name),
+            subject: pack(subject),
+            text: pack(text),
+        };
+        Ok(self.status.send_items(header, &units)?)
+    }
+
+    /// Sleeps until something happens on one of the ports.
+    ///
+    /// # Errors
+    /// [`Failure::Stopped`] if the node has been asked to stop.
+    pub fn wait(&self, ports: &[&dyn Awaited]) -> Result<(), Failure> {
+        self.signals.wait(ports, LONGEST_SLEEP)?;
+        self.check_stop()
+    }
+
+    /// # Errors
+    /// [`Failure::Stopped`] if the node has been asked to stop.
+    pub fn check_stop(&self) -> Result<(), Failure> {
+        if self.signals.stop_requested() { Err(Failure::Stopped) } else { Ok(()) }
+    }
+}
+
+/// Measures the CPU time that this process, all threads together, spends on something \[s\].
+#[derive(Debug, Clone, Copy)]
+pub struct EffortClock(f64);
+
+impl EffortClock {
+    /// Starts now.
+    pub fn start() -> Self {
+        Self(cpu_seconds())
+    }
+
+    /// CPU time since the start \[s\].
+    pub fn seconds(self) -> f64 {
+        cpu_seconds() - self.0
+    }
+}
+
+fn cpu_seconds() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
