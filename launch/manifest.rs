@@ -41,7 +41,7 @@ pub fn write(
     failures: &BTreeMap<String, String>,
 ) -> Result<(), String> {
     let manifest = Manifest {
-        run_id: format!("{run_id:016x}"),
+        run_id: format!("{run_id:012x}"),
         started,
         versions: BTreeMap::from([
             ("phasecloud", env!("CARGO_PKG_VERSION")),

@@ -7,13 +7,9 @@ use nodes::builtin::BuiltIn;
 use nodes::failure::Failure;
 use nodes::session::Session;
 use nodes::{comparator, estimator, recorder, scenario};
-use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 
 use crate::BAD_INPUT;
 use crate::cli::NodeArguments;
-
-/// Environment variable that holds the launcher's process id: a node that it started ends with it.
-pub const LAUNCHER_VARIABLE: &str = "PHASECLOUD_LAUNCHER";
 
 /// A node as the command line describes it.
 enum Kind {
@@ -35,7 +31,7 @@ pub fn run(arguments: NodeArguments) -> ExitCode {
         }
     };
     let name = arguments.label.clone().unwrap_or_else(|| arguments.kind.clone());
-    match end_with_launcher().and_then(|()| serve(kind, &place, &name, arguments)) {
+    match serve(kind, &place, &name, arguments) {
         Ok(()) | Err(Failure::Stopped) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("error: {name}: {failure}");
@@ -75,17 +71,6 @@ fn place(arguments: &NodeArguments) -> Result<Place, String> {
         }
         None => Place::from_environment().ok_or_else(|| "which run? Give --domain ROOT:PREFIX".into()),
     }
-}
-
-/// Asks the kernel to stop this node should its launcher die, if a launcher started it.
-fn end_with_launcher() -> Result<(), Failure> {
-    let Some(launcher) = std::env::var(LAUNCHER_VARIABLE).ok().and_then(|text| text.parse::<i32>().ok()) else {
-        return Ok(());
-    };
-    set_parent_process_death_signal(Some(Signal::TERM))
-        .map_err(|e| Failure::Refused(format!("cannot follow the launcher: {e}")))?;
-    let orphaned = getppid().is_none_or(|parent| parent.as_raw_nonzero().get() != launcher);
-    if orphaned { Err(Failure::Stopped) } else { Ok(()) }
 }
 
 fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Result<(), Failure> {

@@ -31,7 +31,7 @@ impl ResultsFolder {
         }
         let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(parent).map_err(unusable)?;
-        let draft = parent.join(format!(".phasecloud-{run_id:016x}.partial"));
+        let draft = parent.join(format!(".phasecloud-{run_id:012x}.partial"));
         std::fs::create_dir(&draft).map_err(unusable)?;
         Ok(Self { draft, path })
     }

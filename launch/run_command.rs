@@ -11,11 +11,11 @@ use messages::port::{Inlet, Outlet, PortError};
 use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Roster, Status};
 use messages::wait::Signals;
+use nodes::session::{LABEL_VARIABLE, LAUNCHER_VARIABLE, RUN_VARIABLE};
 
 use crate::BAD_INPUT;
 use crate::cli::RunArguments;
 use crate::launch_file::{Case, Launch, Runs};
-use crate::node_command::LAUNCHER_VARIABLE;
 use crate::progress::Progress;
 use crate::results_folder::ResultsFolder;
 use crate::supervisor::Supervisor;
@@ -89,17 +89,19 @@ pub fn run(arguments: &RunArguments) -> ExitCode {
     }
 }
 
-/// A number that no other run has.
+/// A number that no other run has; 48 bits, so that names made of it stay short.
 fn fresh_run_id() -> u64 {
     let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-    (now.as_nanos() as u64).rotate_left(20) ^ u64::from(std::process::id())
+    ((now.as_nanos() as u64) ^ (u64::from(std::process::id()) << 28)) & 0xffff_ffff_ffff
 }
 
-/// The domain of run `run_id`, in a folder of the user's own.
+/// The domain of run `run_id`, in a folder of the user's own among the temporary files.
 fn place(run_id: u64) -> Place {
-    let user = rustix::process::getuid().as_raw();
-    let root = std::env::temp_dir().join(format!("phasecloud-{user}")).join(format!("{run_id:016x}"));
-    Place { root, prefix: format!("phasecloud-{run_id:016x}-") }
+    let user = format!("phasecloud-{}", rustix::process::getuid().as_raw());
+    let name = format!("{run_id:012x}");
+    let inside = |folder: &Path| Place { root: folder.join(&user).join(&name), prefix: format!("pc{name}-") };
+    let place = inside(&std::env::temp_dir());
+    if place.is_short_enough() { place } else { inside(Path::new("/tmp")) }
 }
 
 /// Conducts the run in a fresh domain, removes the domain, and publishes the results. Returns the failures by name.
@@ -345,7 +347,7 @@ impl<'a> Run<'a> {
                 let mut command = Command::new(&words[0]);
                 command.args(&words[1..]);
                 self.describe_run(&mut command);
-                command.env("PHASECLOUD_LABEL", &case.label);
+                command.env(LABEL_VARIABLE, &case.label);
                 Ok(command)
             }
         }
@@ -357,13 +359,13 @@ impl<'a> Run<'a> {
         let mut command = Command::new(program);
         command.args(["node", kind, "--run-id", &self.run_id.to_string()]);
         self.describe_run(&mut command);
-        command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
         Ok(command)
     }
 
     fn describe_run(&self, command: &mut Command) {
         command.env(ROOT_VARIABLE, &self.place.root).env(PREFIX_VARIABLE, &self.place.prefix);
-        command.env("PHASECLOUD_RUN_ID", self.run_id.to_string());
+        command.env(RUN_VARIABLE, self.run_id.to_string());
+        command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
     }
 
     /// Ends all processes and says how each ended.

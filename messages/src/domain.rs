@@ -17,6 +17,10 @@ pub const ROOT_VARIABLE: &str = "PHASECLOUD_ROOT";
 /// Environment variable that names the prefix.
 pub const PREFIX_VARIABLE: &str = "PHASECLOUD_PREFIX";
 
+/// Longest root and prefix together: with a slash, a number of 39 digits and `.event` they make the name of a Unix socket,
+/// which has at most 107 bytes.
+const LONGEST: usize = 107 - 1 - 39 - 6;
+
 /// Where a domain lies.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
@@ -34,11 +38,20 @@ impl Place {
         Some(Self { root, prefix })
     }
 
+    /// Whether the names of the domain's sockets fit into what the operating system allows.
+    pub fn is_short_enough(&self) -> bool {
+        self.root.as_os_str().len() + self.prefix.len() <= LONGEST
+    }
+
     /// Creates the root folder, for its owner alone.
     ///
     /// # Errors
-    /// If it cannot be created.
+    /// If it cannot be created, or its path is too long.
     pub fn create(&self) -> std::io::Result<()> {
+        if !self.is_short_enough() {
+            let problem = format!("root and prefix together must not be longer than {LONGEST} bytes");
+            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, problem));
+        }
         std::fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root)
     }
 
@@ -175,14 +188,12 @@ impl Domain {
 pub struct HeldDomain {
     /// The holder's own access.
     pub domain: Domain,
-    _topics: (
-        Services<Scenario>,
-        Services<Snapshot>,
-        Services<Density>,
-        Services<Comparison>,
-        Services<Status>,
-        Services<Roster>,
-    ),
+    _scenario: Services<Scenario>,
+    _snapshot: Services<Snapshot>,
+    _density: Services<Density>,
+    _comparison: Services<Comparison>,
+    _status: Services<Status>,
+    _roster: Services<Roster>,
 }
 
 impl HeldDomain {
@@ -193,14 +204,14 @@ impl HeldDomain {
     pub fn create(place: &Place, capacity: &Capacity) -> Result<Self, PortError> {
         place.create().map_err(|e| PortError::new("create", &place.root.display().to_string(), &e))?;
         let domain = Domain::enter(place, "launcher")?;
-        let topics = (
-            domain.create::<Scenario>(capacity)?,
-            domain.create::<Snapshot>(capacity)?,
-            domain.create::<Density>(capacity)?,
-            domain.create::<Comparison>(capacity)?,
-            domain.create::<Status>(capacity)?,
-            domain.create::<Roster>(capacity)?,
-        );
-        Ok(Self { domain, _topics: topics })
+        Ok(Self {
+            _scenario: domain.create::<Scenario>(capacity)?,
+            _snapshot: domain.create::<Snapshot>(capacity)?,
+            _density: domain.create::<Density>(capacity)?,
+            _comparison: domain.create::<Comparison>(capacity)?,
+            _status: domain.create::<Status>(capacity)?,
+            _roster: domain.create::<Roster>(capacity)?,
+            domain,
+        })
     }
 }

@@ -1,7 +1,9 @@
-//! The kit for writing a propagator: implement [`Propagator`], call [`serve`].
+//! The kit for writing a propagator: implement [`Propagator`], and let `main` return [`main`]'s result.
 //!
 //! The kit does the topics, the handshake, the timing, progress, errors, signals and the end. A propagator only turns a
 //! scenario into snapshots, each written straight into the shared memory in which the estimator will read it.
+
+use std::process::ExitCode;
 
 use messages::layout::{SnapshotHeader, columns};
 use messages::port::Outlet;
@@ -43,6 +45,18 @@ pub struct Form {
     pub resolution: u32,
     /// Points a side of a square lattice, or 0.
     pub lattice: u32,
+}
+
+/// The `main` of a propagator: serves the run that started the process until it ends.
+pub fn main(propagator: impl Propagator) -> ExitCode {
+    let served = Session::from_environment().and_then(|session| serve(&session, propagator));
+    match served {
+        Ok(()) | Err(Failure::Stopped) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::FAILURE
+        }
+    }
 }
 
 /// Serves scenario after scenario with `propagator` until asked to stop.

@@ -1,5 +1,6 @@
 //! Scenario files: the problem as a user writes it.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use density::dynamics::{Force, force_from_orbit};
@@ -83,7 +84,7 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     let initial = InitialGaussian {
         mean_phi: number(file, phi, "a finite angle in radians", |x| x.abs() <= 1e3)?,
         mean_e: number(file, e, "between 0 and 1, both excluded", |x| x > 0.0 && x < 1.0)?,
-        sigma_phi: 0.5 * number(file, delta_phi, "greater than 0 and at most 2π", |x| x > 0.0 && x <= 6.2832)?,
+        sigma_phi: 0.5 * number(file, delta_phi, "greater than 0 and at most 2π", |x| x > 0.0 && x <= TAU)?,
         sigma_e: 0.5 * number(file, delta_e, "greater than 0 and at most 1", |x| x > 0.0 && x <= 1.0)?,
     };
     let critical = &raw.disposal.critical_e;

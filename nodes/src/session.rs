@@ -2,18 +2,26 @@
 
 use std::time::Duration;
 
-use messages::domain::{Domain, Place};
+use messages::domain::{Domain, Place, ROOT_VARIABLE};
 use messages::layout::{StatusHeader, phase};
 use messages::port::Outlet;
 use messages::text::pack;
 use messages::topic::Status;
 use messages::wait::{Awaited, Signals};
+use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::failure::Failure;
 
 /// A node sleeps at most this long before it looks around, in case a wake-up was missed.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
+
+/// Environment variable that holds a propagator's label.
+pub const LABEL_VARIABLE: &str = "PHASECLOUD_LABEL";
+/// Environment variable that holds the number that names the run.
+pub const RUN_VARIABLE: &str = "PHASECLOUD_RUN_ID";
+/// Environment variable that holds the launcher's process id: a node that it started ends with it.
+pub const LAUNCHER_VARIABLE: &str = "PHASECLOUD_LAUNCHER";
 
 /// A node's access to a run.
 #[derive(Debug)]
@@ -29,11 +37,25 @@ pub struct Session {
 }
 
 impl Session {
-    /// Enters the domain at `place` as `name`. From here on SIGINT and SIGTERM ask the node to stop.
+    /// Enters the run that the environment describes, as the launcher has set it for a propagator.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] if a variable is missing, and as [`Session::enter`].
+    pub fn from_environment() -> Result<Self, Failure> {
+        let missing = |name: &str| Failure::Refused(format!("{name} is not set; the launcher of a run sets it"));
+        let place = Place::from_environment().ok_or_else(|| missing(ROOT_VARIABLE))?;
+        let label = std::env::var(LABEL_VARIABLE).map_err(|_| missing(LABEL_VARIABLE))?;
+        let run_id = std::env::var(RUN_VARIABLE).ok().and_then(|text| text.parse().ok());
+        Self::enter(&place, &label, run_id.ok_or_else(|| missing(RUN_VARIABLE))?)
+    }
+
+    /// Enters the domain at `place` as `name`. From here on SIGINT and SIGTERM ask the node to stop, and so does the end
+    /// of the launcher, if one started it.
     ///
     /// # Errors
     /// [`Failure::Port`] if the domain cannot be used.
     pub fn enter(place: &Place, name: &str, run_id: u64) -> Result<Self, Failure> {
+        end_with_launcher()?;
         let signals = Signals::catch(&[]).map_err(|e| Failure::Refused(format!("cannot catch signals: {e}")))?;
         let domain = Domain::enter(place, name)?;
         let status = domain.outlet::<Status>(2)?;
@@ -98,6 +120,17 @@ impl Session {
     pub fn check_stop(&self) -> Result<(), Failure> {
         if self.signals.stop_requested() { Err(Failure::Stopped) } else { Ok(()) }
     }
+}
+
+/// Asks the kernel to stop this process should its launcher die, if a launcher started it.
+fn end_with_launcher() -> Result<(), Failure> {
+    let Some(launcher) = std::env::var(LAUNCHER_VARIABLE).ok().and_then(|text| text.parse::<i32>().ok()) else {
+        return Ok(());
+    };
+    set_parent_process_death_signal(Some(Signal::TERM))
+        .map_err(|e| Failure::Refused(format!("cannot follow the launcher: {e}")))?;
+    let orphaned = getppid().is_none_or(|parent| parent.as_raw_nonzero().get() != launcher);
+    if orphaned { Err(Failure::Stopped) } else { Ok(()) }
 }
 
 /// Measures the CPU time that this process, all threads together, spends on something \[s\].

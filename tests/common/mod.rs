@@ -1,0 +1,105 @@
+//! A fresh folder and a fresh place for shared memory for every test, and the program under test.
+#![allow(dead_code, missing_docs, reason = "each test file uses its own part")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use tempfile::TempDir;
+
+pub const SCENARIO_1: &str = include_str!("../../launch/scenarios/scenario-1.toml");
+
+/// The paper's four cases with few samples.
+pub const FOUR_CASES: &str = r#"
+[[propagator]]
+label = "mc"
+node = "mc"
+samples = 4_000
+seed = 11
+
+[[propagator]]
+label = "dee-961"
+node = "dee"
+samples = 961
+
+[[propagator]]
+label = "dee-1e5"
+node = "dee"
+samples = 2_500
+
+[[propagator]]
+label = "gmm-ut"
+node = "gmm-ut"
+"#;
+
+/// A place in which `phasecloud` runs without meeting anybody else.
+pub struct Bench {
+    folder: TempDir,
+}
+
+impl Bench {
+    pub fn new() -> Self {
+        let bench = Self { folder: tempfile::tempdir().unwrap() };
+        bench.write("scenario-1.toml", SCENARIO_1);
+        bench
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+
+    /// A launch file on scenario 1 with these cases.
+    pub fn launch_file(&self, name: &str, cases: &str) -> PathBuf {
+        let head = "scenarios = [\"scenario-1.toml\"]\nreference = \"mc\"\n";
+        self.write(&format!("{name}.toml"), &format!("name = \"{name}\"\n{head}{cases}"))
+    }
+
+    /// The program, with its domains inside this bench's folder.
+    pub fn phasecloud(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_phasecloud"));
+        command.current_dir(self.folder.path()).env("TMPDIR", self.folder.path()).stdin(Stdio::null());
+        command
+    }
+
+    pub fn run(&self, launch: &Path, out: &str) -> Output {
+        self.phasecloud().arg("run").arg(launch).arg("--out").arg(self.path(out)).output().unwrap()
+    }
+
+    /// Runs and expects success.
+    pub fn run_well(&self, launch: &Path, out: &str) -> Output {
+        let output = self.run(launch, out);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        output
+    }
+
+    /// The domains that exist at this moment.
+    pub fn domains(&self) -> Vec<String> {
+        let user = self.path(&format!("phasecloud-{}", rustix::process::getuid().as_raw()));
+        let domains = std::fs::read_dir(user).into_iter().flatten().flatten();
+        domains.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+    }
+
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    /// The rows of a table of the results as maps from column to text.
+    pub fn table(&self, name: &str) -> Vec<std::collections::HashMap<String, String>> {
+        csv::Reader::from_path(self.path(name)).unwrap().deserialize().map(Result::unwrap).collect()
+    }
+}
+
+/// Files in shared memory that belong to domain `run_id`.
+pub fn shared_memory_of(run_id: &str) -> Vec<String> {
+    let names = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    names.map(|entry| entry.file_name().to_string_lossy().into_owned()).filter(|n| n.contains(run_id)).collect()
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}

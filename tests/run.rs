@@ -1,0 +1,117 @@
+//! Whole runs: real processes, real shared memory.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::{Bench, FOUR_CASES, text};
+
+/// The files of a results folder that depend on the seed alone.
+const REPRODUCIBLE: [&str; 3] = ["moments.csv", "errors.csv", "densities.npz"];
+
+#[test]
+fn a_run_compares_all_cases_and_leaves_nothing_behind() {
+    let bench = Bench::new();
+    let output = bench.run_well(&bench.launch_file("four", FOUR_CASES), "out");
+
+    let moments = bench.table("out/moments.csv");
+    assert_eq!(moments.len(), 4 * 5);
+    for row in &moments {
+        let value = |column: &str| row[column].parse::<f64>().unwrap();
+        assert!(value("std_phi_rad") > 0.0 && value("std_e") > 0.0);
+        assert!((0.0..=1.0).contains(&value("prob_above_critical_e")));
+    }
+    assert_eq!(bench.table("out/errors.csv").len(), 4 * 5 * 4);
+    assert_eq!(bench.table("out/effort.csv").len(), 4);
+    let manifest: serde_json::Value = serde_json::from_slice(&bench.read("out/manifest.json")).unwrap();
+    assert_eq!(manifest["nodes"].as_object().unwrap().len(), 8);
+    assert_eq!(manifest["scenarios"]["scenario-1"], common::SCENARIO_1);
+
+    let printed = text(&output.stdout);
+    assert!(printed.contains("(3.57337)"), "the paper's Table 3 is beside ours: {printed}");
+    assert!(printed.contains("(4370.77)"), "the paper's Table 4 is beside ours: {printed}");
+    let run_id = manifest["run_id"].as_str().unwrap();
+    assert_eq!(common::shared_memory_of(run_id), [""; 0]);
+    assert_eq!(bench.domains(), [""; 0]);
+}
+
+#[test]
+fn monte_carlo_has_the_papers_moments_within_its_sampling_error() {
+    let bench = Bench::new();
+    bench.run_well(&bench.launch_file("four", FOUR_CASES), "out");
+    let exact = [2.2069, 0.952094, 3.573033, 5.266951, 3.326947];
+    for (row, exact) in bench.table("out/moments.csv").iter().zip(exact) {
+        let error = row["std_phi_rad"].parse::<f64>().unwrap() / 4000f64.sqrt();
+        assert!((row["mean_phi_rad"].parse::<f64>().unwrap() - exact).abs() < 4.0 * error, "{row:?}");
+    }
+}
+
+#[test]
+fn the_same_seeds_give_the_same_bytes_also_beside_another_run() {
+    let bench = Bench::new();
+    let launch = bench.launch_file("four", FOUR_CASES);
+    let other = bench.launch_file("other", &FOUR_CASES.replace("seed = 11", "seed = 12"));
+    bench.run_well(&launch, "alone");
+    std::thread::scope(|scope| {
+        scope.spawn(|| bench.run_well(&launch, "beside"));
+        scope.spawn(|| bench.run_well(&other, "other"));
+    });
+    for file in REPRODUCIBLE {
+        assert!(bench.read(&format!("alone/{file}")) == bench.read(&format!("beside/{file}")), "{file}");
+        assert!(bench.read(&format!("alone/{file}")) != bench.read(&format!("other/{file}")), "{file}");
+    }
+}
+
+#[test]
+fn a_swapped_propagator_leaves_the_other_cases_unchanged() {
+    let bench = Bench::new();
+    let mine = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/linear_gaussian");
+    let swapped = FOUR_CASES.replace("node = \"gmm-ut\"", &format!("command = [\"{}\"]", mine.display()));
+    bench.run_well(&bench.launch_file("four", FOUR_CASES), "before");
+    bench.run_well(&bench.launch_file("swapped", &swapped), "after");
+
+    let (before, after) = (bench.table("before/moments.csv"), bench.table("after/moments.csv"));
+    assert_eq!(before[..15], after[..15]);
+    let of = |row: &std::collections::HashMap<String, String>, name: &str| row[name].parse::<f64>().unwrap();
+    for (theirs, ours) in before[15..].iter().zip(&after[15..]) {
+        assert_eq!((ours["method"].as_str(), &ours["t_yr"]), ("gmm-ut", &theirs["t_yr"]));
+        // A single linearised Gaussian is near in the mean where the cloud is small, and differs elsewhere.
+        assert!((of(ours, "mean_e") - of(theirs, "mean_e")).abs() < 0.02);
+    }
+    assert_ne!(before[19]["std_phi_rad"], after[19]["std_phi_rad"]);
+}
+
+#[test]
+fn a_propagator_that_fails_is_named_and_the_others_are_compared() {
+    let bench = Bench::new();
+    for (program, words) in [
+        (r#"["sh", "-c", "exit 3"]"#, "exit status: 3"),
+        (r#"["no-such-program"]"#, "no-such-program cannot be started"),
+        (r#"["true"]"#, "ended before the run did: exit status: 0"),
+    ] {
+        let cases = FOUR_CASES.replace("node = \"gmm-ut\"", &format!("command = {program}"));
+        let out = format!("out-{}", words.len());
+        let output = bench.run(&bench.launch_file("failing", &cases), &out);
+        assert_eq!(output.status.code(), Some(1));
+        let errors = text(&output.stderr);
+        assert!(errors.contains("gmm-ut") && errors.contains(words), "{errors}");
+        let moments = bench.table(&format!("{out}/moments.csv"));
+        assert_eq!(moments.len(), 15);
+        assert!(moments.iter().all(|row| row["method"] != "gmm-ut"));
+        let manifest = text(&bench.read(&format!("{out}/manifest.json")));
+        assert!(manifest.contains(words), "{manifest}");
+    }
+    assert_eq!(bench.domains(), [""; 0]);
+}
+
+#[test]
+fn a_trajectory_that_leaves_the_domain_is_named_with_where_it_started() {
+    let bench = Bench::new();
+    let scenario = common::SCENARIO_1.replace("radiation = 0.15", "radiation = 3.0").replace("0.40921", "0.0");
+    bench.write("scenario-1.toml", &scenario);
+    let output = bench.run(&bench.launch_file("four", FOUR_CASES), "out");
+    assert_eq!(output.status.code(), Some(1));
+    let errors = text(&output.stderr);
+    assert!(errors.contains("which started at phi =") && errors.contains("left the domain e < 1"), "{errors}");
+    assert!(!bench.path("out").exists(), "no results are better than half of them");
+    assert_eq!(bench.domains(), [""; 0]);
+}

@@ -1,0 +1,103 @@
+//! Ends that nobody planned: signals to the launcher.
+#![allow(missing_docs)]
+
+mod common;
+
+use std::process::{Child, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use common::Bench;
+use rustix::process::{Pid, Signal, kill_process};
+
+/// A case that computes for as long as a test may need.
+const LONG: &str = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 20_000_000\n";
+
+/// Long past anything that a healthy machine takes; only to end a test that would hang.
+const WATCHDOG: Duration = Duration::from_secs(60);
+
+/// Starts a run and waits until all its processes compute.
+fn start(bench: &Bench) -> (Child, String) {
+    let launch = bench.launch_file("long", LONG);
+    let child = bench
+        .phasecloud()
+        .arg("run")
+        .arg(launch)
+        .arg("--out")
+        .arg(bench.path("out"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let started = Instant::now();
+    let run_id = loop {
+        assert!(started.elapsed() < WATCHDOG, "the run did not start");
+        std::thread::sleep(Duration::from_millis(20));
+        let Some(run_id) = bench.domains().pop() else { continue };
+        if processes_of(&run_id).len() == 5 {
+            break run_id;
+        }
+    };
+    (child, run_id)
+}
+
+/// Processes whose environment names the domain, other than the launcher itself.
+fn processes_of(run_id: &str) -> Vec<String> {
+    let processes = std::fs::read_dir("/proc").unwrap().flatten();
+    processes
+        .filter(|entry| {
+            let environment = std::fs::read(entry.path().join("environ")).unwrap_or_default();
+            environment.windows(run_id.len()).any(|window| window == run_id.as_bytes())
+        })
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect()
+}
+
+fn signal(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
+}
+
+fn wait(child: &mut Child) -> ExitStatus {
+    let started = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return status;
+        }
+        assert!(started.elapsed() < WATCHDOG, "the launcher did not end");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn wait_until_gone(run_id: &str) {
+    let started = Instant::now();
+    while !processes_of(run_id).is_empty() {
+        assert!(started.elapsed() < WATCHDOG, "orphans: {:?}", processes_of(run_id));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn interrupt_and_terminate_end_every_process_and_remove_the_domain() {
+    for request in [Signal::INT, Signal::TERM] {
+        let bench = Bench::new();
+        let (mut child, run_id) = start(&bench);
+        signal(&child, request);
+        assert_eq!(wait(&mut child).code(), Some(130));
+        assert_eq!(processes_of(&run_id), [""; 0]);
+        assert_eq!(common::shared_memory_of(&run_id), [""; 0]);
+        assert_eq!(bench.domains(), [""; 0]);
+        assert!(!bench.path("out").exists());
+    }
+}
+
+#[test]
+fn processes_end_by_themselves_when_the_launcher_is_killed() {
+    let bench = Bench::new();
+    let (mut child, run_id) = start(&bench);
+    signal(&child, Signal::KILL);
+    wait(&mut child);
+    wait_until_gone(&run_id);
+    // Nobody is left to clean up after them here.
+    for file in common::shared_memory_of(&run_id) {
+        std::fs::remove_file(std::path::Path::new("/dev/shm").join(file)).unwrap();
+    }
+}
