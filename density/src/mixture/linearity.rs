@@ -48,14 +48,16 @@ impl Bends {
 
     /// `D_c`, with `resolution` the square roots of the diagonal of `R`.
     pub(super) fn disagreement(&self, resolution: [f64; 2]) -> f64 {
+        self.length(self.shifts[0], resolution) + self.length(self.shifts[1], resolution)
+    }
+
+    /// The length of a shift in standard deviations of the linear prediction, widened by the resolution.
+    pub(super) fn length(&self, [phi, e]: [f64; 2], resolution: [f64; 2]) -> f64 {
         let [phi_phi, phi_e, e_e] = self.linear;
         let (phi_phi, e_e) = (phi_phi + resolution[0] * resolution[0], e_e + resolution[1] * resolution[1]);
         let determinant = (phi_phi * e_e - phi_e * phi_e).max(f64::MIN_POSITIVE);
-        let length = |[phi, e]: [f64; 2]| {
-            let square = phi * phi * e_e - 2.0 * phi * e * phi_e + e * e * phi_phi;
-            (square.max(0.0) / determinant).sqrt()
-        };
-        length(self.shifts[0]) + length(self.shifts[1])
+        let square = phi * phi * e_e - 2.0 * phi * e * phi_e + e * e * phi_phi;
+        (square.max(0.0) / determinant).sqrt()
     }
 }
 

@@ -48,6 +48,11 @@ pub mod propagator;
 pub mod split;
 pub mod unscented;
 
+#[cfg(test)]
+mod exact_joint;
+#[cfg(test)]
+mod tests;
+
 pub use moments::estimate;
 pub use propagator::{Mixture, Propagator};
 
