@@ -1,7 +1,7 @@
 //! The exact joint density for the tests, as bin averages: the initial mass carried forward.
 //!
 //! A lattice of orbits over `±6 sigma` is propagated through all snapshots; between its nodes the flow map is interpolated by
-//! Lagrange polynomials of third order along both directions. Each cell's probability is spread over 144 points of a Kronecker sequence
+//! Lagrange polynomials of third order along both directions. Each cell's probability is spread over 100 points of a Kronecker sequence
 //! and dropped into the bins. The error of the sum of absolute differences is about 2e-3 on 100 x 100 bins.
 
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use crate::problem::Problem;
 
 const CELLS: usize = 320;
 const EDGE: f64 = 6.0;
-const POINTS: usize = 144;
+const POINTS: usize = 100;
 const SPACING: f64 = 2.0 * EDGE / CELLS as f64;
 
 /// Nodes along an axis: one more on either side than the cells need.

@@ -8,8 +8,9 @@
 //! B(i, j) = ½ [(w_i + w_j) ln det P_ij - w_i ln det P_i - w_j ln det P_j]
 //! ```
 //!
-//! Mean and covariance of the mixture stay as they are to rounding. Every component keeps its cheapest partner; the time is that of
-//! a few comparisons of all pairs, about a second for 5,000 components.
+//! Mean and covariance of the mixture stay as they are to rounding. Every merger asks all components for their cheapest partner:
+//! the time grows with the third power of their number, under half a second from 877 to 300, 8 s from 4,155 to 2,000 on two threads. Those 2,000
+//! had the same `L1` error as the 4,155 at all snapshots of scenario 1; 1,000 had 0.004 instead of 0.003 at one year, 300 had 0.02.
 
 use rayon::prelude::*;
 
@@ -22,19 +23,20 @@ use crate::angle::nearest;
 /// [`MixtureError::NoGaussian`] and [`MixtureError::Weightless`].
 pub fn merge(components: &[Component], most: usize) -> Result<Vec<Component>, MixtureError> {
     check(components)?;
-    let mut left: Vec<Component> = components.iter().filter(|component| component.weight > 0.0).copied().collect();
+    let left: Vec<Component> = components.iter().filter(|component| component.weight > 0.0).copied().collect();
+    let mut left: Vec<Weighed> = left.iter().map(Weighed::new).collect();
     let mut partners: Vec<Partner> = (0..left.len()).into_par_iter().map(|i| cheapest_partner(&left, i)).collect();
     while left.len() > most.max(1) {
         let Some(i) = (0..left.len()).min_by(|&a, &b| partners[a].cost.total_cmp(&partners[b].cost)) else { break };
         let j = partners[i].index;
-        left[i] = merged(&left[i], &left[j]);
+        left[i] = Weighed::new(&merged(&left[i].component, &left[j].component));
         let last = left.len() - 1;
         left.swap_remove(j);
         partners.swap_remove(j);
         let moved = |index: usize| if index == last { j } else { index };
         let i = moved(i);
         let renewed = left[i];
-        partners.par_iter_mut().enumerate().for_each(|(k, partner)| {
+        partners.iter_mut().enumerate().for_each(|(k, partner)| {
             let lost = partner.index == j || moved(partner.index) == i;
             partner.index = moved(partner.index);
             if k == i || lost {
@@ -47,7 +49,7 @@ pub fn merge(components: &[Component], most: usize) -> Result<Vec<Component>, Mi
             }
         });
     }
-    Ok(left)
+    Ok(left.iter().map(|weighed| weighed.component).collect())
 }
 
 /// The partner with which a component merges at the least cost.
@@ -57,7 +59,7 @@ struct Partner {
     cost: f64,
 }
 
-fn cheapest_partner(components: &[Component], i: usize) -> Partner {
+fn cheapest_partner(components: &[Weighed], i: usize) -> Partner {
     let nobody = Partner { index: i, cost: f64::INFINITY };
     (0..components.len()).filter(|&j| j != i).fold(nobody, |best, index| {
         let cost = cost(&components[i], &components[index]);
@@ -65,11 +67,26 @@ fn cheapest_partner(components: &[Component], i: usize) -> Partner {
     })
 }
 
+/// A component and its `w ln det P`.
+#[derive(Clone, Copy)]
+struct Weighed {
+    component: Component,
+    entropy: f64,
+}
+
+impl Weighed {
+    fn new(component: &Component) -> Self {
+        Self { component: *component, entropy: entropy(component) }
+    }
+}
+
+fn entropy(component: &Component) -> f64 {
+    component.weight * determinant(component).ln()
+}
+
 /// Runnalls' bound.
-fn cost(a: &Component, b: &Component) -> f64 {
-    let together = merged(a, b);
-    let entropy = |c: &Component| c.weight * determinant(c).ln();
-    0.5 * (entropy(&together) - entropy(a) - entropy(b))
+fn cost(a: &Weighed, b: &Weighed) -> f64 {
+    0.5 * (entropy(&merged(&a.component, &b.component)) - a.entropy - b.entropy)
 }
 
 /// Kept above zero for components that the flow has drawn out to a line.

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use super::library::Library;
 use super::split::{Direction, SigmaPoints, split};
 use super::unscented::{Stencil, Unscented};
-use super::{Component, MixtureError, Settings, Split, linearity, moments, plan};
+use super::{Component, MixtureError, Settings, Split, direction, linearity, moments, plan};
 use crate::angle::nearest;
 use crate::dynamics::State;
 use crate::flow::Flow;
@@ -135,6 +135,6 @@ fn angle(direction: Direction, problem: &Problem, flow: &Flow) -> Result<(f64, u
         Direction::SolarAngle => Ok((0.0, 0)),
         Direction::Eccentricity => Ok((FRAC_PI_2, 0)),
         Direction::Angle(angle) => Ok((angle.rem_euclid(PI), 0)),
-        Direction::StrongestNonlinearity => plan::strongest_nonlinearity(problem, flow),
+        Direction::StrongestNonlinearity => direction::strongest_nonlinearity(problem, flow),
     }
 }

@@ -26,7 +26,7 @@ pub enum Direction {
     Eccentricity,
     /// At this angle from the `phi` axis towards the `e` axis \[rad\], in standardised coordinates.
     Angle(f64),
-    /// Where the flow bends most, see [`super::plan::strongest_nonlinearity`].
+    /// Where the flow bends most, see [`super::direction::strongest_nonlinearity`].
     StrongestNonlinearity,
 }
 
