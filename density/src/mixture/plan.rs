@@ -13,7 +13,7 @@
 //! every snapshot; if that is more than allowed, the lattice with the least `D` among those that are allowed.
 //!
 //! One lattice serves the whole cloud and all snapshots. Refining only where the flow bends would break the lattice, and with
-//! it the sharing of sigma points, see [`super::lattice`]; it was not tried, as the lattice met every goal with fewer points.
+//! it the sharing of sigma points, see [`super::lattice`]; it was not tried, as the lattice needed fewer points than were allowed.
 
 use std::f64::consts::FRAC_PI_2;
 
