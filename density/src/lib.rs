@@ -9,6 +9,7 @@ pub mod dynamics;
 pub mod estimate;
 pub mod flow;
 pub mod grid;
+pub mod mixture;
 pub mod orbits;
 pub mod problem;
 pub mod sampling;

@@ -1,0 +1,285 @@
+//! The joint density of a Gaussian mixture as bin averages on the comparison grid.
+//!
+//! A bin holds the integral of Eq. 14 over its area, divided by that area. A Gaussian in `(phi, e)` is the marginal in
+//! `phi` times the conditional in `e`, so its probability in the bin `[a, b] x [c, d]` is
+//!
+//! ```text
+//! w ∫_a^b N(phi; m_phi, P_phiphi) [Φ((d - μ)/s) - Φ((c - μ)/s)] dphi
+//! μ(phi) = m_e + (P_phie/P_phiphi) (phi - m_phi),   s² = P_ee - P_phie²/P_phiphi
+//! ```
+//!
+//! with `Φ` the standard normal distribution function: exact in `e`, and in `phi` by Gauss-Legendre panels no wider than
+//! 1.5 `sigma_phi`. Where a thin tilted ellipse crosses an edge in `e`, the bracket changes over the much shorter length
+//! `s P_phiphi/|P_phie|`; there panels are halved until they are no wider than 1.5 times that. The error is below 1e-6 of a
+//! component's weight for correlations up to 0.999999. Sampling the density at bin centres instead would be wrong wherever a component is thinner than a bin, and the clouds of
+//! scenarios 1 and 2 are.
+//!
+//! `Φ` is interpolated in a table: a picture takes 10 million of them.
+//!
+//! `phi` lives on a circle: every image of a component a multiple of 2π away that reaches the grid counts. Probability that
+//! a component has at `e < 0` lies outside every grid and is lost; [`crate::estimate::Estimate::mass`] shows how much.
+
+use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
+
+use rayon::prelude::*;
+
+use super::Component;
+use crate::grid::Grid;
+
+/// Standard deviations from its mean beyond which a component is not looked for; the tail left out is 2e-9.
+const REACH: f64 = 6.0;
+/// Most times a panel is halved.
+const MOST_HALVINGS: u32 = 16;
+/// Width of a panel in lengths over which the integrand changes.
+const PANEL: f64 = 1.5;
+/// Nodes and weights of the four-point Gauss-Legendre rule on `[-1, 1]`.
+const GAUSS_LEGENDRE: [(f64, f64); 4] = [
+    (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+    (-0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+    (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+    (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+];
+
+/// Mean density of the mixture in each bin \[1/rad\], `phi` outermost.
+pub fn bin_averages(components: &[Component], grid: &Grid) -> Vec<f64> {
+    let conditionals: Vec<Conditional> = components.iter().filter_map(Conditional::new).collect();
+    let normal = NormalDistribution::new();
+    let mut joint = vec![0.0; grid.len()];
+    joint.par_chunks_mut(grid.e.bins).enumerate().for_each(|(i, row)| {
+        let (low, high) = (grid.phi.edge(i), grid.phi.edge(i + 1));
+        for component in &conditionals {
+            component.add_to_row(low, high, &mut Row { grid, normal: &normal, bins: row });
+        }
+        row.iter_mut().for_each(|bin| *bin /= grid.bin_area());
+    });
+    joint
+}
+
+/// A component as its marginal in `phi` and its conditional in `e`.
+struct Conditional {
+    weight: f64,
+    mean_phi: f64,
+    sigma_phi: f64,
+    mean_e: f64,
+    /// `P_phie/P_phiphi` \[1/rad\].
+    slope: f64,
+    /// Standard deviation of `e` at a given `phi`.
+    sigma_e: f64,
+    /// `phi` over which an edge in `e` is crossed \[rad\].
+    crossing: f64,
+}
+
+impl Conditional {
+    /// `None` if the component weighs nothing.
+    fn new(component: &Component) -> Option<Self> {
+        let sigma_phi = component.var_phi.sqrt().max(f64::MIN_POSITIVE.sqrt());
+        let slope = component.cov_phi_e / (sigma_phi * sigma_phi);
+        let sigma_e = (component.var_e - slope * component.cov_phi_e).max(1e-14 * component.var_e).sqrt();
+        let crossing = sigma_e / slope.abs().max(f64::MIN_POSITIVE);
+        let (weight, mean_phi, mean_e) = (component.weight, component.mean_phi, component.mean_e);
+        (weight != 0.0).then_some(Self { weight, mean_phi, sigma_phi, mean_e, slope, sigma_e, crossing })
+    }
+
+    /// Adds the probability in every bin of the row `low <= phi < high`.
+    fn add_to_row(&self, low: f64, high: f64, row: &mut Row) {
+        let reach = REACH * self.sigma_phi;
+        let first = ((low - reach - self.mean_phi) / TAU).ceil() as i64;
+        let last = ((high + reach - self.mean_phi) / TAU).floor() as i64;
+        for image in first..=last {
+            let mean_phi = self.mean_phi + TAU * image as f64;
+            let (from, to) = (low.max(mean_phi - reach), high.min(mean_phi + reach));
+            if from < to {
+                self.add_interval(from - mean_phi, to - mean_phi, row);
+            }
+        }
+    }
+
+    /// Integrates over the offsets `from..to` from the component's mean in `phi`.
+    fn add_interval(&self, from: f64, to: f64, row: &mut Row) {
+        let panels = ((to - from) / (PANEL * self.sigma_phi)).ceil().max(1.0);
+        let width = (to - from) / panels;
+        for panel in 0..panels as usize {
+            let start = from + width * panel as f64;
+            self.add_panel(start, start + width, MOST_HALVINGS, row);
+        }
+    }
+
+    /// Integrates over a panel, halved as often as needed.
+    fn add_panel(&self, from: f64, to: f64, halvings: u32, row: &mut Row) {
+        let (start, end) = (self.slope.mul_add(from, self.mean_e), self.slope.mul_add(to, self.mean_e));
+        let reach = REACH * self.sigma_e;
+        let (first, last) = (row.position(start.min(end) - reach), row.position(start.max(end) + reach));
+        if last < 0.0 || first >= row.bins.len() as f64 {
+            return;
+        }
+        if first == last {
+            row.bins[first as usize] += self.quadrature(from, to).iter().map(|&(_, mass)| mass).sum::<f64>();
+        } else if to - from <= PANEL * self.crossing || halvings == 0 {
+            for (offset, mass) in self.quadrature(from, to) {
+                row.add_column(mass, self.slope.mul_add(offset, self.mean_e), self.sigma_e);
+            }
+        } else {
+            let middle = from.midpoint(to);
+            self.add_panel(from, middle, halvings - 1, row);
+            self.add_panel(middle, to, halvings - 1, row);
+        }
+    }
+
+    /// Offsets in `phi`, and the probability that each stands for.
+    fn quadrature(&self, from: f64, to: f64) -> [(f64, f64); 4] {
+        let (middle, half) = (from.midpoint(to), 0.5 * (to - from));
+        GAUSS_LEGENDRE.map(|(node, weight)| {
+            let offset = half.mul_add(node, middle);
+            let standard = offset / self.sigma_phi;
+            let marginal = (-0.5 * standard * standard).exp() / (self.sigma_phi * (2.0 * PI).sqrt());
+            (offset, self.weight * weight * half * marginal)
+        })
+    }
+}
+
+/// The bins of one interval of `phi`.
+struct Row<'a> {
+    grid: &'a Grid,
+    normal: &'a NormalDistribution,
+    bins: &'a mut [f64],
+}
+
+impl Row<'_> {
+    /// The bin of `e`, also beyond the grid.
+    fn position(&self, e: f64) -> f64 {
+        ((e - self.grid.e.low) / self.grid.e.width()).floor()
+    }
+
+    /// Spreads `mass` over the bins in `e` as a Gaussian.
+    fn add_column(&mut self, mass: f64, mean: f64, sigma: f64) {
+        let bins = self.bins.len() as f64;
+        let first = self.position(mean - REACH * sigma).clamp(0.0, bins) as usize;
+        let last = self.position(mean + REACH * sigma).clamp(-1.0, bins - 1.0) + 1.0;
+        let (step, start) = (self.grid.e.width() / sigma, (self.grid.e.low - mean) / sigma);
+        let below_edge = |i: usize| self.normal.below(step.mul_add(i as f64, start));
+        let mut below = below_edge(first);
+        for (i, bin) in self.bins.iter_mut().enumerate().take(last as usize).skip(first) {
+            let above = below_edge(i + 1);
+            *bin += mass * (above - below);
+            below = above;
+        }
+    }
+}
+
+/// `Φ` on `[-REACH, REACH]` by cubic Hermite interpolation, good to 4e-9; 0 and 1 beyond.
+struct NormalDistribution {
+    /// `Φ` and its derivative, times the spacing, at even nodes.
+    nodes: Vec<[f64; 2]>,
+}
+
+impl NormalDistribution {
+    const NODES_PER_SIGMA: f64 = 32.0;
+
+    fn new() -> Self {
+        let node = |k: u32| {
+            let x = f64::from(k) / Self::NODES_PER_SIGMA - REACH;
+            let density = (-0.5 * x * x).exp() / TAU.sqrt();
+            [0.5 * libm::erfc(-x * FRAC_1_SQRT_2), density / Self::NODES_PER_SIGMA]
+        };
+        Self { nodes: (0..=(2.0 * REACH * Self::NODES_PER_SIGMA) as u32).map(node).collect() }
+    }
+
+    fn below(&self, x: f64) -> f64 {
+        let position = (x + REACH) * Self::NODES_PER_SIGMA;
+        if position < 0.0 {
+            return 0.0;
+        }
+        let index = position as usize;
+        let Some(&[[low, low_slope], [high, high_slope]]) = self.nodes.get(index..).and_then(|rest| rest.first_chunk())
+        else {
+            return 1.0;
+        };
+        let t = position - index as f64;
+        let rise = high - low;
+        let curve = 3.0 * rise - 2.0 * low_slope - high_slope;
+        low + t * (low_slope + t * (curve + t * (low_slope + high_slope - 2.0 * rise)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Axis;
+
+    fn component(mean_phi: f64, mean_e: f64, [sigma_phi, sigma_e, correlation]: [f64; 3]) -> Component {
+        let (var_phi, var_e) = (sigma_phi * sigma_phi, sigma_e * sigma_e);
+        Component { weight: 1.0, mean_phi, mean_e, var_phi, cov_phi_e: correlation * sigma_phi * sigma_e, var_e }
+    }
+
+    fn grid(phi: (f64, f64), e: (f64, f64), bins: usize) -> Grid {
+        let axis = |(low, high)| Axis { low, high, bins };
+        Grid { phi: axis(phi), e: axis(e) }
+    }
+
+    fn masses(components: &[Component], grid: &Grid) -> Vec<f64> {
+        bin_averages(components, grid).iter().map(|average| average * grid.bin_area()).collect()
+    }
+
+    #[test]
+    fn the_table_of_the_normal_distribution_is_that_of_the_error_function() {
+        let normal = NormalDistribution::new();
+        for k in -8000..8000 {
+            let x = f64::from(k) / 1000.0;
+            assert!((normal.below(x) - 0.5 * libm::erfc(-x * FRAC_1_SQRT_2)).abs() < 4e-9, "{x}");
+        }
+    }
+
+    #[test]
+    fn quadrants_hold_the_orthant_probability_at_every_correlation() {
+        // Sheppard (1899): P(x > 0, y > 0) = 1/4 + asin(rho)/(2 pi).
+        let grid = grid((1.0, 3.0), (0.2, 0.6), 2);
+        for correlation in [-0.999_999, -0.99, -0.5, 0.0, 0.3, 0.9, 0.999, 0.999_999] {
+            let masses = masses(&[component(2.0, 0.4, [0.1, 0.02, correlation])], &grid);
+            let expected = 0.25 + f64::asin(correlation) / TAU;
+            for (quadrant, expected) in [(0, expected), (1, 0.5 - expected), (2, 0.5 - expected), (3, expected)] {
+                assert!((masses[quadrant] - expected).abs() < 1e-6, "{correlation}: {masses:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn marginal_masses_of_a_tilted_component_are_differences_of_the_distribution_function() {
+        let grid = grid((0.7, 3.1), (0.21, 0.62), 30);
+        let masses = masses(&[component(2.0, 0.4, [0.3, 0.05, -0.8])], &grid);
+        let probability = |low: f64, high: f64, mean: f64, sigma: f64| {
+            let below = |x: f64| 0.5 * libm::erfc((mean - x) * FRAC_1_SQRT_2 / sigma);
+            below(high) - below(low)
+        };
+        for j in 0..30 {
+            let column: f64 = masses.iter().skip(j).step_by(30).sum();
+            let cut = probability(0.7, 3.1, 2.0, 0.3);
+            let whole = probability(grid.e.edge(j), grid.e.edge(j + 1), 0.4, 0.05);
+            assert!((column - whole).abs() < 1e-6 + (1.0 - cut), "{j}: {column} {whole}");
+        }
+        assert!((masses.iter().sum::<f64>() - 1.0).abs() < 3e-4);
+    }
+
+    #[test]
+    fn a_component_far_thinner_than_a_bin_lies_in_its_bin() {
+        let grid = grid((0.0, 1.0), (0.0, 1.0), 10);
+        let masses = masses(&[component(0.35, 0.65, [1e-7, 1e-9, 0.5])], &grid);
+        for (bin, mass) in masses.iter().enumerate() {
+            assert!((mass - f64::from(bin == 36)).abs() < 1e-6, "{bin}: {mass}");
+        }
+    }
+
+    #[test]
+    fn images_of_a_component_round_the_circle_count() {
+        let grid = grid((-1.0, 1.0), (0.3, 0.5), 8);
+        let near = masses(&[component(0.2, 0.4, [0.3, 0.02, 0.4])], &grid);
+        let far = masses(&[component(0.2 + 3.0 * TAU, 0.4, [0.3, 0.02, 0.4])], &grid);
+        near.iter().zip(&far).for_each(|(near, far)| assert!((near - far).abs() < 1e-13));
+
+        let full = super::tests::grid((0.0, TAU), (0.3, 0.5), 8);
+        let wide = masses(&[component(0.2, 0.4, [2.0, 0.01, 0.0])], &full);
+        assert!(
+            (wide.iter().sum::<f64>() - 1.0).abs() < 1e-7,
+            "a component wider than the circle keeps its mass on it"
+        );
+    }
+}

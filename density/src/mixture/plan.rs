@@ -1,0 +1,99 @@
+//! Which lattice a problem needs: a look ahead with a few hundred pilot points.
+//!
+//! A pilot lattice of spacing 0.5 is carried through all snapshots. At each of its nodes the nine points around it give the
+//! first and second derivatives of the flow map, from which the disagreement `D` of [`super::linearity`] follows for a component
+//! of any width and orientation:
+//!
+//! ```text
+//! a_i = d_i ∂x/∂p_i,   b_i = ½ d_i² ∂²x/∂p_i²,   d_i the spacing along direction i
+//! ```
+//!
+//! without propagating anything again. The twist `d_1 d_2 ∂²x/∂p_1∂p_2`, which sigma points on the axes do not see, is added as a
+//! third bend. The plan is the lattice with the fewest points whose `D` is below the tolerance at
+//! every snapshot; if that is more than allowed, the lattice with the least `D` among those that are allowed.
+//!
+//! One lattice serves the whole cloud and all snapshots. Refining only where the flow bends would break the lattice, and with
+//! it the sharing of sigma points, see [`super::lattice`]; it was not tried, as the lattice needed fewer points than were allowed.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::MixtureError;
+use super::lattice::Lattice;
+use super::pilot::Pilot;
+use super::unscented::Unscented;
+use crate::flow::Flow;
+use crate::problem::Problem;
+
+/// Fewest points to plan with: those of the pilot and of a coarse lattice.
+const LEAST_POINTS: usize = 600;
+/// Orientations tried in a quarter turn.
+const ORIENTATIONS: u32 = 6;
+/// Spacings tried, each a sixth of an octave below the last.
+const SPACINGS: i32 = 40;
+/// The widest spacing tried \[standard deviations\].
+const WIDEST: f64 = 0.6;
+
+/// What a plan may cost and what it has to reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adaptive {
+    /// Largest disagreement `D`, twist included, that the plan allows at any snapshot.
+    pub tolerance: f64,
+    /// Most sigma points, those of the pilot included.
+    pub sigma_points: usize,
+}
+
+impl Default for Adaptive {
+    fn default() -> Self {
+        Self { tolerance: 0.15, sigma_points: 5000 }
+    }
+}
+
+/// A lattice, and what it is expected to reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// The lattice.
+    pub lattice: Lattice,
+    /// The largest disagreement `D`, twist included, expected at any snapshot.
+    pub disagreement: f64,
+    /// Points that were propagated to find out.
+    pub pilot_points: usize,
+}
+
+/// Plans the lattice of a problem.
+///
+/// # Errors
+/// [`MixtureError::Plan`] if there is no room, [`MixtureError::NothingInside`], [`MixtureError::Escaped`].
+pub fn plan(problem: &Problem, flow: &Flow, unscented: &Unscented, adaptive: &Adaptive) -> Result<Plan, MixtureError> {
+    let Adaptive { tolerance, sigma_points } = *adaptive;
+    if sigma_points < LEAST_POINTS || tolerance.is_nan() || tolerance <= 0.0 {
+        return Err(MixtureError::Plan { tolerance, points: sigma_points, least: LEAST_POINTS });
+    }
+    let pilot = Pilot::fly(problem, flow)?;
+    let room = (sigma_points - pilot.points) as f64;
+    let widest = WIDEST.min(0.9 * Lattice::spacing_limit(unscented));
+    let spacing = |k: i32| widest * (-f64::from(k) / 6.0).exp2();
+    let mut best: Option<(Plan, f64)> = None;
+    for orientation in 0..ORIENTATIONS {
+        let angle = FRAC_PI_2 * f64::from(orientation) / f64::from(ORIENTATIONS);
+        for (i, j) in (0..SPACINGS).flat_map(|i| (0..SPACINGS).map(move |j| (i, j))) {
+            let lattice = Lattice { angle, spacing: [spacing(i), spacing(j)], ..Lattice::default() };
+            let points = 1.02 * lattice.points(unscented);
+            if points > room {
+                continue;
+            }
+            let disagreement = pilot.disagreement(&lattice, unscented);
+            let better = best.as_ref().is_none_or(|(plan, least)| {
+                if disagreement <= tolerance && plan.disagreement <= tolerance {
+                    points < *least
+                } else {
+                    disagreement < plan.disagreement
+                }
+            });
+            if better {
+                best = Some((Plan { lattice, disagreement, pilot_points: pilot.points }, points));
+            }
+        }
+    }
+    let refused = MixtureError::Plan { tolerance, points: sigma_points, least: LEAST_POINTS };
+    best.map(|(plan, _)| plan).ok_or(refused)
+}
