@@ -1,0 +1,164 @@
+//! Circulation of the initial measure along a piece of curve that is known as a polynomial.
+//!
+//! A [`Panel`] holds the Chebyshev coefficients of `x1`, `x2` along the backward image of a piece of curve. That image is
+//! smooth on the scale of the dynamics, however narrow the cloud, so the flow is called at a few nodes only; the one-form
+//! `G(e) w(phi) dphi` varies on the scale of the cloud and is integrated by Gauss-Legendre rules on pieces of the
+//! polynomial that are short in standard deviations.
+
+use std::f64::consts::PI;
+
+use super::measure::{Measure, REACH, Side};
+
+/// Abscissae and weights of Gauss-Legendre rules on `[-1, 1]`, positive half (Abramowitz & Stegun 1964, Table 25.4).
+const GAUSS_4: [(f64, f64); 2] =
+    [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_8)];
+const GAUSS_8: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+];
+/// Halvings after which a piece is integrated whatever its length.
+const DEEPEST: u32 = 40;
+
+/// How long a piece may be, in standard deviations.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Resolution {
+    /// For the four-point rule.
+    four: f64,
+    /// For the eight-point rule.
+    eight: f64,
+}
+
+impl Resolution {
+    pub(super) const COARSE: Self = Self { four: 0.8, eight: 3.0 };
+    pub(super) const FINE: Self = Self { four: 0.4, eight: 1.5 };
+}
+
+/// The `order`-node Chebyshev points on `[-1, 1]`.
+pub(super) fn chebyshev_nodes<const N: usize>() -> [f64; N] {
+    std::array::from_fn(|k| (PI * (k as f64 + 0.5) / N as f64).cos())
+}
+
+/// The matrix that turns values at [`chebyshev_nodes`] into Chebyshev coefficients, row by row.
+pub(super) fn chebyshev_transform<const N: usize>() -> [[f64; N]; N] {
+    std::array::from_fn(|j| {
+        let scale = if j == 0 { 1.0 } else { 2.0 } / N as f64;
+        std::array::from_fn(|k| scale * (j as f64 * PI * (k as f64 + 0.5) / N as f64).cos())
+    })
+}
+
+/// A polynomial piece of curve, parameter in `[-1, 1]`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Panel<const N: usize> {
+    /// Chebyshev coefficients of `x1`.
+    pub x1: [f64; N],
+    /// Chebyshev coefficients of `x2`.
+    pub x2: [f64; N],
+}
+
+/// A point of a panel and its velocity, in standard deviations of the initial Gaussian.
+#[derive(Clone, Copy)]
+struct Point {
+    u: f64,
+    v: f64,
+    du: f64,
+    dv: f64,
+    /// Speed relative to the distance from the origin, about which `u` turns.
+    turning: f64,
+}
+
+impl<const N: usize> Panel<N> {
+    /// Size of the last two coefficients: how far the polynomial may be from the curve.
+    pub(super) fn tail(&self) -> f64 {
+        [self.x1, self.x2].iter().flat_map(|c| &c[N - 2..]).fold(0.0, |most: f64, c| most.max(c.abs()))
+    }
+
+    fn point(&self, measure: &Measure, xi: f64) -> Point {
+        let (mut t, mut t_next, mut d, mut d_next) = (1.0, xi, 0.0, 1.0);
+        let (mut x1, mut x2, mut dx1, mut dx2) = (0.0, 0.0, 0.0, 0.0);
+        for (c1, c2) in self.x1.iter().zip(&self.x2) {
+            x1 += c1 * t;
+            x2 += c2 * t;
+            dx1 += c1 * d;
+            dx2 += c2 * d;
+            let after = 2.0 * xi * t_next - t;
+            let d_after = 2.0 * t_next + 2.0 * xi * d_next - d;
+            (t, t_next, d, d_next) = (t_next, after, d_next, d_after);
+        }
+        let e_squared = (x1 * x1 + x2 * x2).max(f64::MIN_POSITIVE);
+        let e = e_squared.sqrt();
+        Point {
+            u: measure.phi_sigmas(x1.atan2(x2)),
+            v: measure.e_sigmas(e),
+            du: (x2 * dx1 - x1 * dx2) / (e_squared * measure.gaussian.sigma_phi),
+            dv: (x1 * dx1 + x2 * dx2) / (e * measure.gaussian.sigma_e),
+            turning: dx1.hypot(dx2) / e,
+        }
+    }
+
+    /// `∫ G w dphi` (or `U`) along the panel from parameter `from` to `to`.
+    pub(super) fn circulation(
+        &self,
+        measure: &Measure,
+        side: Side,
+        resolution: Resolution,
+        (from, to): (f64, f64),
+    ) -> f64 {
+        self.piece(measure, side, resolution, from, to, 0)
+    }
+
+    fn piece(&self, measure: &Measure, side: Side, resolution: Resolution, from: f64, to: f64, depth: u32) -> f64 {
+        let (middle, half) = (from.midpoint(to), 0.5 * (to - from));
+        let points = GAUSS_4.map(|(x, _)| [-x, x].map(|x| self.point(measure, middle + half * x)));
+        let reach = Extent::of(measure, side, points.as_flattened(), half);
+        if reach.empty {
+            return 0.0;
+        }
+        if reach.length <= resolution.four || depth == DEEPEST {
+            let terms = GAUSS_4.iter().zip(&points);
+            return half * terms.map(|(&(_, w), pair)| w * pair.map(|p| p.form(measure, side)).iter().sum::<f64>()).sum::<f64>();
+        }
+        if reach.length <= resolution.eight {
+            let at = |x: f64| self.point(measure, middle + half * x).form(measure, side);
+            return half * GAUSS_8.iter().map(|&(x, w)| w * (at(-x) + at(x))).sum::<f64>();
+        }
+        self.piece(measure, side, resolution, from, middle, depth + 1)
+            + self.piece(measure, side, resolution, middle, to, depth + 1)
+    }
+}
+
+impl Point {
+    fn form(&self, measure: &Measure, side: Side) -> f64 {
+        measure.phi_density(self.u) * measure.gaussian.sigma_phi * self.du * measure.e_probability(self.v, side)
+    }
+}
+
+/// What a piece of curve spans of the cloud.
+struct Extent {
+    /// Nothing of the one-form.
+    empty: bool,
+    /// Its length in standard deviations, counting only directions in which the one-form varies there.
+    length: f64,
+}
+
+impl Extent {
+    fn of(measure: &Measure, side: Side, points: &[Point], half: f64) -> Self {
+        let most = |f: fn(&Point) -> f64| points.iter().map(f).fold(0.0, f64::max);
+        let (du, dv) = (2.0 * half * most(|p| p.du.abs()), 2.0 * half * most(|p| p.dv.abs()));
+        let least = |f: fn(&Point) -> f64| points.iter().map(f).fold(f64::INFINITY, f64::min);
+        let beside = least(|p| p.u.abs()) > REACH + du;
+        let above = least(|p| p.v) > REACH + dv;
+        let below = least(|p| -p.v) > REACH + dv;
+        let nothing = match side {
+            Side::Below => below,
+            Side::Above => above,
+        };
+        // A piece that is not short against its distance from the origin may turn about it between its nodes.
+        let hidden_turn = 2.0 * half * most(|p| p.turning) > 1.0;
+        let length = if hidden_turn { f64::INFINITY } else if above || below { du } else { du.max(dv) };
+        // A piece of more than a fraction of a turn may pass the cloud between its nodes.
+        let beside = beside && 4.0 * du < measure.turn_sigmas();
+        Self { empty: beside || nothing, length }
+    }
+}

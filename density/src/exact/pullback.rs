@@ -1,0 +1,89 @@
+//! Probability of a region at time `t` from its boundary: the curve is carried back to `t = 0` and the initial measure's
+//! one-form integrated along it (see [`super::measure`]).
+//!
+//! The curve is cut into panels, each a Chebyshev polynomial through backward orbits. Panels whose last coefficients are
+//! not yet small against the cloud are halved, all those of a level in one call of the flow.
+
+use crate::dynamics::State;
+use crate::flow::{Escaped, Flow};
+
+use super::measure::{Measure, Side};
+use super::panel::{Panel, Resolution, chebyshev_nodes, chebyshev_transform};
+
+const N: usize = 16;
+/// Panels at the start.
+const FIRST: usize = 8;
+/// Panels after which halving ends; a curve that needs more reports a large error.
+const MOST: usize = 1 << 15;
+/// How small, in standard deviations, the last coefficients have to be.
+const SMALL: f64 = 1e-10;
+/// The flow's own accuracy: smaller coefficients say nothing.
+const NOISE: f64 = 1e-12;
+
+/// An integral and an estimate of its error.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Quadrature {
+    /// The integral.
+    pub value: f64,
+    /// Estimate of its absolute error.
+    pub error: f64,
+}
+
+impl Quadrature {
+    /// The sum of two integrals; errors add.
+    pub fn plus(self, other: Self) -> Self {
+        Self { value: self.value + other.value, error: self.error + other.error }
+    }
+
+    /// A multiple.
+    pub fn times(self, factor: f64) -> Self {
+        Self { value: self.value * factor, error: self.error * factor.abs() }
+    }
+}
+
+/// `∫ G w dphi` (or with `U`, see [`Side`]) along the image at `t = 0` of a curve. `curve(s)`, `0 <= s <= 1`, gives a state
+/// and how many years after `t = 0` the curve passes there.
+///
+/// # Errors
+/// [`Escaped`] if an orbit of the curve cannot be followed back.
+pub fn circulation(
+    flow: &Flow,
+    measure: &Measure,
+    side: Side,
+    curve: impl Fn(f64) -> (State, f64),
+) -> Result<Quadrature, Escaped> {
+    let (nodes, transform) = (chebyshev_nodes::<N>(), chebyshev_transform::<N>());
+    let tolerance = (SMALL * measure.scale()).max(NOISE);
+    let mut pending: Vec<(f64, f64)> = (0..FIRST).map(|i| (i as f64, i as f64 + 1.0)).collect();
+    pending.iter_mut().for_each(|(a, b)| (*a, *b) = (*a / FIRST as f64, *b / FIRST as f64));
+    let (mut total, mut panels) = (Quadrature::default(), 0);
+    while !pending.is_empty() {
+        let parameters = pending.iter().flat_map(|&(a, b)| nodes.map(|x| a.midpoint(b) + 0.5 * (b - a) * x));
+        let (states, years): (Vec<State>, Vec<f64>) = parameters.map(|s| curve(s)).unzip();
+        let mut x1: Vec<f64> = states.iter().map(|state| state.x1).collect();
+        let mut x2: Vec<f64> = states.iter().map(|state| state.x2).collect();
+        let back: Vec<f64> = years.iter().map(|years| -years).collect();
+        flow.advance_each(&mut x1, &mut x2, &back)?;
+        panels += pending.len();
+        let mut next = Vec::new();
+        for ((&(a, b), x1), x2) in pending.iter().zip(x1.chunks_exact(N)).zip(x2.chunks_exact(N)) {
+            let coefficients = |values: &[f64]| transform.map(|row| row.iter().zip(values).map(|(t, x)| t * x).sum());
+            let panel = Panel { x1: coefficients(x1), x2: coefficients(x2) };
+            if panel.tail() > tolerance && panels < MOST {
+                next.extend([(a, a.midpoint(b)), (a.midpoint(b), b)]);
+            } else {
+                total = total.plus(integral(&panel, measure, side));
+            }
+        }
+        pending = next;
+    }
+    Ok(total)
+}
+
+fn integral(panel: &Panel<N>, measure: &Measure, side: Side) -> Quadrature {
+    let along = |resolution| panel.circulation(measure, side, resolution, (-1.0, 1.0));
+    let (coarse, fine) = (along(Resolution::COARSE), along(Resolution::FINE));
+    // A curve displaced by a share of a standard deviation moves at most that share of what it sweeps.
+    let displaced = panel.tail() / measure.scale() * fine.abs();
+    Quadrature { value: fine, error: (fine - coarse).abs() + displaced }
+}
