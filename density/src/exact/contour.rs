@@ -38,7 +38,8 @@ pub(super) fn hamiltonian_range(force: Force, phi: (f64, f64), e: (f64, f64)) ->
     let even = |s: f64| s + force.oblateness / (3.0 * s.powi(3));
     let (s_low, s_high) = ((1.0 - e_high * e_high).sqrt(), (1.0 - e_low * e_low).sqrt());
     let even_high = if s_low > 0.0 || force.oblateness > 0.0 { even(s_low).max(even(s_high)) } else { s_high };
-    let even_low = even(force.oblateness.sqrt().sqrt().clamp(s_low.max(f64::MIN_POSITIVE), s_high.max(f64::MIN_POSITIVE)));
+    let even_low =
+        even(force.oblateness.sqrt().sqrt().clamp(s_low.max(f64::MIN_POSITIVE), s_high.max(f64::MIN_POSITIVE)));
     Interval { low: even_low + force.radiation * low, high: even_high + force.radiation * high }
 }
 
@@ -62,7 +63,8 @@ pub(super) fn cloud_range(force: Force, measure: &Measure) -> Interval {
         if least(i).hypot(least(j)) > RADIUS {
             continue;
         }
-        let ((phi_low, e_low), (phi_high, e_high)) = (gaussian.point(edge(i), edge(j)), gaussian.point(edge(i + 1), edge(j + 1)));
+        let ((phi_low, e_low), (phi_high, e_high)) =
+            (gaussian.point(edge(i), edge(j)), gaussian.point(edge(i + 1), edge(j + 1)));
         if e_high <= 0.0 || e_low >= 1.0 {
             continue;
         }

@@ -94,6 +94,22 @@ impl Measure {
             .sum()
     }
 
+    /// The distribution function of the solar angle that starts opposite the mean, less one beyond the mean: small far from the
+    /// mean on both sides, with a jump of -1 at the mean. `u` from [`Measure::phi_sigmas`].
+    pub(super) fn signed_tail(&self, u: f64) -> f64 {
+        let mean = self.gaussian.mean_phi;
+        let phi = mean + u * self.gaussian.sigma_phi;
+        if u < 0.0 { self.phi_between(mean - PI, phi) } else { -self.phi_between(phi, mean + PI) }
+    }
+
+    /// 1 if a short curve from `u` to `u_end` passes the mean solar angle upwards, -1 downwards, else 0.
+    pub(super) fn passes_mean(&self, u: f64, u_end: f64) -> f64 {
+        if (u_end - u).abs() > 0.5 * self.turn_sigmas() {
+            return 0.0;
+        }
+        f64::from(u_end >= 0.0) - f64::from(u >= 0.0)
+    }
+
     /// Probability that the eccentricity is below (above) that at `v` standard deviations from the mean.
     pub fn e_probability(&self, v: f64, side: Side) -> f64 {
         let share = match side {

@@ -29,7 +29,7 @@ use crate::grid::Grid;
 use crate::problem::Problem;
 
 use measure::{Measure, Side};
-use pullback::{Quadrature, circulation};
+use pullback::{Quadrature, circulation_and_turns};
 
 /// How accurate the reference is to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,10 +142,10 @@ impl<'a> Exact<'a> {
     /// [`Escaped`] if an orbit of the circle `e = critical_e` cannot be followed back.
     pub fn probability_above(&self, critical_e: f64, years: f64) -> Result<Quadrature, Escaped> {
         let circle = |s: f64| (State::from_polar(s * std::f64::consts::TAU, critical_e), years);
-        let around = circulation(self.flow, &self.measure, Side::Above, circle)?;
+        let (around, turns) = circulation_and_turns(self.flow, &self.measure, Side::Above, circle)?;
         let origin = self.flow.advance_one(State { x1: 0.0, x2: 0.0 }, years)?;
         let winding = f64::from(origin.eccentricity() < critical_e);
-        Ok(Quadrature { value: (1.0 - winding + around.value).clamp(0.0, 1.0), error: around.error })
+        Ok(Quadrature { value: ((1.0 - winding + turns) + around.value).clamp(0.0, 1.0), error: around.error })
     }
 
     /// Density at the points `(phi[i], e[i])` after `years` \[1/rad\]: each is carried back to `t = 0`. Zero where `e` is

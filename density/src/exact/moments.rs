@@ -144,7 +144,8 @@ impl Leaf {
             let (sin, cos) = theta.sin_cos();
             let Deviation { first, second, first_change, second_change } = deviation(theta);
             let de = e - centre.e;
-            [1.0, cos, sin, de, de * de, first, second, first * de, first_change, second_change].map(|term| weight * term)
+            [1.0, cos, sin, de, de * de, first, second, first * de, first_change, second_change]
+                .map(|term| weight * term)
         }))
     }
 }

@@ -104,27 +104,97 @@ impl<const N: usize> Panel<N> {
         side: Side,
         resolution: Resolution,
         (from, to): (f64, f64),
-    ) -> f64 {
+    ) -> Circulation {
         self.piece(measure, side, resolution, from, to, 0)
     }
 
-    fn piece(&self, measure: &Measure, side: Side, resolution: Resolution, from: f64, to: f64, depth: u32) -> f64 {
+    fn piece(
+        &self,
+        measure: &Measure,
+        side: Side,
+        resolution: Resolution,
+        from: f64,
+        to: f64,
+        depth: u32,
+    ) -> Circulation {
         let (middle, half) = (from.midpoint(to), 0.5 * (to - from));
         let points = GAUSS_4.map(|(x, _)| [-x, x].map(|x| self.point(measure, middle + half * x)));
         let reach = Extent::of(measure, side, points.as_flattened(), half);
         if reach.empty {
-            return 0.0;
+            return Circulation::default();
         }
-        if reach.length <= resolution.four || depth == DEEPEST {
-            let terms = GAUSS_4.iter().zip(&points);
-            return half * terms.map(|(&(_, w), pair)| w * pair.map(|p| p.form(measure, side)).iter().sum::<f64>()).sum::<f64>();
+        if reach.length > resolution.eight && depth < DEEPEST {
+            let first = self.piece(measure, side, resolution, from, middle, depth + 1);
+            return first.plus(self.piece(measure, side, resolution, middle, to, depth + 1));
         }
-        if reach.length <= resolution.eight {
-            let at = |x: f64| self.point(measure, middle + half * x).form(measure, side);
-            return half * GAUSS_8.iter().map(|&(x, w)| w * (at(-x) + at(x))).sum::<f64>();
+        if side == Side::Above {
+            return self.above(measure, from, to);
         }
-        self.piece(measure, side, resolution, from, middle, depth + 1)
-            + self.piece(measure, side, resolution, middle, to, depth + 1)
+        if reach.length <= resolution.four {
+            let pairs = GAUSS_4.iter().zip(&points);
+            let terms = pairs.map(|(&(_, w), pair)| w * pair.map(|p| p.form(measure, side)).iter().sum::<f64>());
+            return Circulation { value: half * terms.sum::<f64>(), turns: 0.0 };
+        }
+        Circulation { value: self.gauss(measure, side, from, to), turns: 0.0 }
+    }
+
+    fn gauss(&self, measure: &Measure, side: Side, from: f64, to: f64) -> f64 {
+        let (middle, half) = (from.midpoint(to), 0.5 * (to - from));
+        let at = |x: f64| self.point(measure, middle + half * x).form(measure, side);
+        half * GAUSS_8.iter().map(|&(x, w)| w * (at(-x) + at(x))).sum::<f64>()
+    }
+
+    /// `∫ U w dphi` along a short piece. Where it runs below the mean eccentricity `U = 1 - G`: there `-∫ G w dphi` is taken, and
+    /// `∫ w dphi` from the angles at which the curve crosses the mean eccentricity.
+    fn above(&self, measure: &Measure, from: f64, to: f64) -> Circulation {
+        let (start, end) = (self.point(measure, from), self.point(measure, to));
+        match (start.v < 0.0, end.v < 0.0) {
+            (false, false) => Circulation { value: self.gauss(measure, Side::Above, from, to), turns: 0.0 },
+            (true, true) => {
+                let turns = measure.passes_mean(start.u, end.u);
+                Circulation { value: -self.gauss(measure, Side::Below, from, to), turns }
+            }
+            (rises, _) => {
+                let crossing = self.mean_e_crossing(measure, from, to);
+                let at = self.point(measure, crossing);
+                let ends = [(from, crossing), (crossing, to)];
+                let (low, high) = if rises { (ends[0], ends[1]) } else { (ends[1], ends[0]) };
+                let value =
+                    self.gauss(measure, Side::Above, high.0, high.1) - self.gauss(measure, Side::Below, low.0, low.1);
+                let (sign, turns) = if rises {
+                    (1.0, measure.passes_mean(start.u, at.u))
+                } else {
+                    (-1.0, measure.passes_mean(at.u, end.u))
+                };
+                Circulation { value: value + sign * measure.signed_tail(at.u), turns }
+            }
+        }
+    }
+
+    /// Where the curve, above the mean eccentricity at one end only, crosses it.
+    fn mean_e_crossing(&self, measure: &Measure, from: f64, to: f64) -> f64 {
+        let below = |xi: f64| self.point(measure, xi).v < 0.0;
+        let starts_below = below(from);
+        let (mut low, mut high) = (from, to);
+        while low.midpoint(high) != low && low.midpoint(high) != high {
+            let middle = low.midpoint(high);
+            if below(middle) == starts_below { low = middle } else { high = middle }
+        }
+        low
+    }
+}
+
+/// A circulation, in two parts so that a small one keeps its digits beside a whole number.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Circulation {
+    pub value: f64,
+    /// A whole number.
+    pub turns: f64,
+}
+
+impl Circulation {
+    fn plus(self, other: Self) -> Self {
+        Self { value: self.value + other.value, turns: self.turns + other.turns }
     }
 }
 
@@ -156,7 +226,13 @@ impl Extent {
         };
         // A piece that is not short against its distance from the origin may turn about it between its nodes.
         let hidden_turn = 2.0 * half * most(|p| p.turning) > 1.0;
-        let length = if hidden_turn { f64::INFINITY } else if above || below { du } else { du.max(dv) };
+        let length = if hidden_turn {
+            f64::INFINITY
+        } else if above || below {
+            du
+        } else {
+            du.max(dv)
+        };
         // A piece of more than a fraction of a turn may pass the cloud between its nodes.
         let beside = beside && 4.0 * du < measure.turn_sigmas();
         Self { empty: beside || nothing, length }

@@ -52,11 +52,26 @@ pub fn circulation(
     side: Side,
     curve: impl Fn(f64) -> (State, f64),
 ) -> Result<Quadrature, Escaped> {
+    let (part, turns) = circulation_and_turns(flow, measure, side, curve)?;
+    Ok(Quadrature { value: part.value + turns, ..part })
+}
+
+/// As [`circulation`], in two parts to be added: for [`Side::Above`] a whole number is kept apart from the rest, so that a small
+/// probability keeps its digits.
+///
+/// # Errors
+/// As [`circulation`].
+pub fn circulation_and_turns(
+    flow: &Flow,
+    measure: &Measure,
+    side: Side,
+    curve: impl Fn(f64) -> (State, f64),
+) -> Result<(Quadrature, f64), Escaped> {
     let (nodes, transform) = (chebyshev_nodes::<N>(), chebyshev_transform::<N>());
     let tolerance = (SMALL * measure.scale()).max(NOISE);
     let mut pending: Vec<(f64, f64)> = (0..FIRST).map(|i| (i as f64, i as f64 + 1.0)).collect();
     pending.iter_mut().for_each(|(a, b)| (*a, *b) = (*a / FIRST as f64, *b / FIRST as f64));
-    let (mut total, mut panels) = (Quadrature::default(), 0);
+    let (mut total, mut turns, mut panels) = (Quadrature::default(), 0.0, 0);
     while !pending.is_empty() {
         let parameters = pending.iter().flat_map(|&(a, b)| nodes.map(|x| a.midpoint(b) + 0.5 * (b - a) * x));
         let (states, years): (Vec<State>, Vec<f64>) = parameters.map(|s| curve(s)).unzip();
@@ -72,18 +87,21 @@ pub fn circulation(
             if panel.tail() > tolerance && panels < MOST {
                 next.extend([(a, a.midpoint(b)), (a.midpoint(b), b)]);
             } else {
-                total = total.plus(integral(&panel, measure, side));
+                let (part, part_turns) = integral(&panel, measure, side);
+                total = total.plus(part);
+                turns += part_turns;
             }
         }
         pending = next;
     }
-    Ok(total)
+    Ok((total, turns))
 }
 
-fn integral(panel: &Panel<N>, measure: &Measure, side: Side) -> Quadrature {
+fn integral(panel: &Panel<N>, measure: &Measure, side: Side) -> (Quadrature, f64) {
     let along = |resolution| panel.circulation(measure, side, resolution, (-1.0, 1.0));
     let (coarse, fine) = (along(Resolution::COARSE), along(Resolution::FINE));
     // A curve displaced by a share of a standard deviation moves at most that share of what it sweeps.
-    let displaced = panel.tail() / measure.scale() * fine.abs();
-    Quadrature { value: fine, error: (fine - coarse).abs() + displaced }
+    let displaced = panel.tail() / measure.scale() * fine.value.abs();
+    let difference = (fine.value - coarse.value) + (fine.turns - coarse.turns);
+    (Quadrature { value: fine.value, error: difference.abs() + displaced }, fine.turns)
 }
