@@ -57,21 +57,34 @@ impl Quintic {
         self.coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
     }
 
-    /// The time of the largest value, to about 1e-4 of the length, if that value can reach `floor`.
-    fn peak(&self, floor: f64, headroom: f64) -> Option<f64> {
-        const PARTS: u32 = 8;
-        let width = self.length / f64::from(PARTS);
-        let time = |k: u32| width * f64::from(k);
-        let highest = (0..=PARTS).max_by(|&a, &b| self.at(time(a)).total_cmp(&self.at(time(b)))).unwrap_or(0);
-        if self.at(time(highest)) + headroom / f64::from(PARTS * PARTS) < floor {
-            return None;
+    fn slope_and_bend(&self, x: f64) -> (f64, f64) {
+        let [_, b, c, d, e, f] = self.coefficients;
+        let slope = b + x * (2.0 * c + x * (3.0 * d + x * (4.0 * e + x * 5.0 * f)));
+        (slope, 2.0 * c + x * (6.0 * d + x * (12.0 * e + x * 20.0 * f)))
+    }
+
+    /// The time of the peak inside. `None` if there is none: the slope is positive at 0 and negative at `length` only
+    /// if there is, or the value at an inner point is above both ends.
+    fn peak(&self) -> Option<f64> {
+        let (rise, fall) = (self.slope_and_bend(0.0).0, self.slope_and_bend(1.0).0);
+        let (mut low, mut high) = (0.0, 1.0);
+        if !(rise >= 0.0 && fall <= 0.0) {
+            let ends = self.at(0.0).max(self.at(self.length));
+            let inner = [0.25, 0.5, 0.75].into_iter().find(|x| self.at(x * self.length) > ends)?;
+            (low, high) = (inner - 0.25, inner + 0.25);
         }
-        let (mut low, mut high) = (time(highest.saturating_sub(1)), time((highest + 1).min(PARTS)));
-        for _ in 0..20 {
-            let third = (high - low) / 3.0;
-            if self.at(low + third) < self.at(high - third) { low += third } else { high -= third }
+        let mut x: f64 = if rise > fall { (rise / (rise - fall)).clamp(low, high) } else { f64::midpoint(low, high) };
+        for _ in 0..4 {
+            let (slope, bend) = self.slope_and_bend(x);
+            if slope > 0.0 {
+                low = x
+            } else {
+                high = x
+            }
+            let newton = x - slope / bend;
+            x = if newton > low && newton < high { newton } else { f64::midpoint(low, high) };
         }
-        Some(low.midpoint(high))
+        Some(x * self.length)
     }
 
     /// The first zero on the way up between 0 and `until`, where the polynomial is positive or nearly so.

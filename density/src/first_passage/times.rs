@@ -144,7 +144,7 @@ impl<'a> Threshold<'a> {
             }
             let (start, end) = (self.excess(start), self.excess(end));
             let quintic = Quintic::new(start, end, self.segment);
-            let peak = if end[0] >= 0.0 { Some(self.segment) } else { quintic.peak(-DECISIVE, self.headroom) };
+            let peak = if end[0] >= 0.0 { Some(self.segment) } else { quintic.peak() };
             let Some(until) = peak else { continue };
             let peak = quintic.at(until);
             if end[0] >= 0.0 || peak > DECISIVE {
