@@ -20,6 +20,8 @@ const GAUSS_8: [(f64, f64); 4] = [
 ];
 /// Halvings after which a piece is integrated whatever its length.
 const DEEPEST: u32 = 40;
+/// Length in the `(x1, x2)` plane below which a piece is rounding: one at the origin turns about it without end.
+const SHORTEST: f64 = 1e-13;
 
 /// How long a piece may be, in standard deviations.
 #[derive(Debug, Clone, Copy)]
@@ -64,8 +66,10 @@ struct Point {
     v: f64,
     du: f64,
     dv: f64,
-    /// Speed relative to the distance from the origin, about which `u` turns.
-    turning: f64,
+    /// Speed in the `(x1, x2)` plane.
+    speed: f64,
+    /// Distance from the origin, about which `u` turns.
+    e: f64,
 }
 
 impl<const N: usize> Panel<N> {
@@ -93,7 +97,8 @@ impl<const N: usize> Panel<N> {
             v: measure.e_sigmas(e),
             du: (x2 * dx1 - x1 * dx2) / (e_squared * measure.gaussian.sigma_phi),
             dv: (x1 * dx1 + x2 * dx2) / (e * measure.gaussian.sigma_e),
-            turning: dx1.hypot(dx2) / e,
+            speed: dx1.hypot(dx2),
+            e,
         }
     }
 
@@ -225,8 +230,11 @@ impl Extent {
             Side::Above => above,
         };
         // A piece that is not short against its distance from the origin may turn about it between its nodes.
-        let hidden_turn = 2.0 * half * most(|p| p.turning) > 1.0;
-        let length = if hidden_turn {
+        let (length_in_plane, farness) = (2.0 * half * most(|p| p.speed), least(|p| p.e));
+        let hidden_turn = length_in_plane > farness;
+        let length = if length_in_plane < SHORTEST {
+            0.0
+        } else if hidden_turn {
             f64::INFINITY
         } else if above || below {
             du
