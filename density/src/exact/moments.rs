@@ -87,6 +87,10 @@ pub fn smooth_moments(
             return Ok(moments);
         }
         let worst = worst(&errors, 0.1 * tolerance, most_cells);
+        if worst.is_empty() {
+            // What is left is the smoothing of the branch cut, which finer cells do not change.
+            return Ok(moments);
+        }
         pending = worst.iter().flat_map(|&i| leaves[i].cell.split(direction(&integrals[i], &moments))).collect();
         let mut keep = vec![true; leaves.len()];
         worst.iter().for_each(|&i| keep[i] = false);

@@ -113,6 +113,17 @@ impl<const N: usize> Panel<N> {
         self.piece(measure, side, resolution, from, to, 0)
     }
 
+    /// What a displacement of the whole panel by one standard deviation may change: the one-form's values at the ends, where
+    /// the neighbours need not follow.
+    pub(super) fn end_values(&self, measure: &Measure, side: Side) -> f64 {
+        let at = |xi: f64| {
+            let point = self.point(measure, xi);
+            let side = if point.v < 0.0 { Side::Below } else { side };
+            measure.phi_density(point.u) * measure.gaussian.sigma_phi * measure.e_probability(point.v, side)
+        };
+        at(-1.0) + at(1.0)
+    }
+
     fn piece(
         &self,
         measure: &Measure,
@@ -138,9 +149,9 @@ impl<const N: usize> Panel<N> {
         if reach.length <= resolution.four {
             let pairs = GAUSS_4.iter().zip(&points);
             let terms = pairs.map(|(&(_, w), pair)| w * pair.map(|p| p.form(measure, side)).iter().sum::<f64>());
-            return Circulation { value: half * terms.sum::<f64>(), turns: 0.0 };
+            return Circulation::of(half * terms.sum::<f64>(), 0.0);
         }
-        Circulation { value: self.gauss(measure, side, from, to), turns: 0.0 }
+        Circulation::of(self.gauss(measure, side, from, to), 0.0)
     }
 
     fn gauss(&self, measure: &Measure, side: Side, from: f64, to: f64) -> f64 {
@@ -154,10 +165,10 @@ impl<const N: usize> Panel<N> {
     fn above(&self, measure: &Measure, from: f64, to: f64) -> Circulation {
         let (start, end) = (self.point(measure, from), self.point(measure, to));
         match (start.v < 0.0, end.v < 0.0) {
-            (false, false) => Circulation { value: self.gauss(measure, Side::Above, from, to), turns: 0.0 },
+            (false, false) => Circulation::of(self.gauss(measure, Side::Above, from, to), 0.0),
             (true, true) => {
                 let turns = measure.passes_mean(start.u, end.u);
-                Circulation { value: -self.gauss(measure, Side::Below, from, to), turns }
+                Circulation::of(-self.gauss(measure, Side::Below, from, to), turns)
             }
             (rises, _) => {
                 let crossing = self.mean_e_crossing(measure, from, to);
@@ -171,7 +182,7 @@ impl<const N: usize> Panel<N> {
                 } else {
                     (-1.0, measure.passes_mean(at.u, end.u))
                 };
-                Circulation { value: value + sign * measure.signed_tail(at.u), turns }
+                Circulation::of(value + sign * measure.signed_tail(at.u), turns)
             }
         }
     }
@@ -195,11 +206,17 @@ pub(super) struct Circulation {
     pub value: f64,
     /// A whole number.
     pub turns: f64,
+    /// Sum of the sizes of its pieces: where a curve folds back they cancel in `value`.
+    pub size: f64,
 }
 
 impl Circulation {
+    fn of(value: f64, turns: f64) -> Self {
+        Self { value, turns, size: value.abs() }
+    }
+
     fn plus(self, other: Self) -> Self {
-        Self { value: self.value + other.value, turns: self.turns + other.turns }
+        Self { value: self.value + other.value, turns: self.turns + other.turns, size: self.size + other.size }
     }
 }
 

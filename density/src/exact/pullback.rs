@@ -79,7 +79,7 @@ pub fn circulation_and_turns(
     let (mut total, mut turns, mut panels) = (Quadrature::default(), 0.0, 0);
     while !pending.is_empty() {
         let parameters = pending.iter().flat_map(|&(a, b, _)| nodes.map(|x| a.midpoint(b) + 0.5 * (b - a) * x));
-        let (states, years): (Vec<State>, Vec<f64>) = parameters.map(|s| curve(s)).unzip();
+        let (states, years): (Vec<State>, Vec<f64>) = parameters.map(&curve).unzip();
         let mut x1: Vec<f64> = states.iter().map(|state| state.x1).collect();
         let mut x2: Vec<f64> = states.iter().map(|state| state.x2).collect();
         let back: Vec<f64> = years.iter().map(|years| -years).collect();
@@ -122,8 +122,9 @@ fn passes_beside(measure: &Measure, x1: &[f64], x2: &[f64]) -> bool {
 fn integral(panel: &Panel<N>, measure: &Measure, side: Side) -> (Quadrature, f64) {
     let along = |resolution| panel.circulation(measure, side, resolution, (-1.0, 1.0));
     let (coarse, fine) = (along(Resolution::COARSE), along(Resolution::FINE));
-    // A curve displaced by a share of a standard deviation moves at most that share of what it sweeps.
-    let displaced = panel.tail() / measure.scale() * fine.value.abs();
+    // A curve displaced by a share of a standard deviation moves at most that share of what it sweeps and of its ends. The
+    // polynomial displaces it by its last coefficients, the flow by its own error, which they do not show.
+    let displaced = (panel.tail() + NOISE) / measure.scale() * (fine.size + panel.end_values(measure, side));
     let difference = (fine.value - coarse.value) + (fine.turns - coarse.turns);
     (Quadrature { value: fine.value, error: difference.abs() + displaced }, fine.turns)
 }
