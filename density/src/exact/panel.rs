@@ -35,6 +35,8 @@ pub(super) struct Resolution {
 impl Resolution {
     pub(super) const COARSE: Self = Self { four: 0.8, eight: 3.0 };
     pub(super) const FINE: Self = Self { four: 0.4, eight: 1.5 };
+    /// For curves on which the polynomial is good to 1e-10 standard deviations.
+    pub(super) const FINEST: Self = Self { four: 0.2, eight: 0.75 };
 }
 
 /// The `order`-node Chebyshev points on `[-1, 1]`.

@@ -121,7 +121,7 @@ fn passes_beside(measure: &Measure, x1: &[f64], x2: &[f64]) -> bool {
 
 fn integral(panel: &Panel<N>, measure: &Measure, side: Side) -> (Quadrature, f64) {
     let along = |resolution| panel.circulation(measure, side, resolution, (-1.0, 1.0));
-    let (coarse, fine) = (along(Resolution::COARSE), along(Resolution::FINE));
+    let (coarse, fine) = (along(Resolution::FINE), along(Resolution::FINEST));
     // A curve displaced by a share of a standard deviation moves at most that share of what it sweeps and of its ends. The
     // polynomial displaces it by its last coefficients, the flow by its own error, which they do not show.
     let displaced = (panel.tail() + NOISE) / measure.scale() * (fine.size + panel.end_values(measure, side));
