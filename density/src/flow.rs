@@ -81,10 +81,39 @@ impl Flow {
             .zip(x2.par_chunks_mut(CHUNK))
             .enumerate()
             .map(|(chunk, (x1, x2))| {
-                self.advance_chunk(x1, x2, years)
+                self.advance_chunk(x1, x2, |_| years, |escaped, _, _| Err(escaped))
                     .map_err(|escaped| Escaped { index: chunk * CHUNK + escaped.index, ..escaped })
             })
             .reduce(|| Ok(()), Result::and)
+    }
+
+    /// Moves the orbits `(x1[i], x2[i])` by `years[i]` each.
+    ///
+    /// # Errors
+    /// [`Escaped`] names the first orbit that cannot be continued; the slices then hold no meaningful states.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn advance_each(&self, x1: &mut [f64], x2: &mut [f64], years: &[f64]) -> Result<(), Escaped> {
+        assert!(x1.len() == x2.len() && x1.len() == years.len(), "one x1 and one interval for every x2");
+        self.advance_chunk(x1, x2, |i| years[i], |escaped, _, _| Err(escaped))
+    }
+
+    /// As [`Flow::advance`], but an orbit that cannot be continued ends as NaN instead of stopping the others. Backward
+    /// orbits from outside a cloud may have come from nowhere (`e >= 1`), where the density is zero.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn advance_where_possible(&self, x1: &mut [f64], x2: &mut [f64], years: f64) {
+        assert_eq!(x1.len(), x2.len(), "one x1 for every x2");
+        x1.par_chunks_mut(CHUNK).zip(x2.par_chunks_mut(CHUNK)).for_each(|(x1, x2)| {
+            let nowhere = |_, x1: &mut f64, x2: &mut f64| {
+                (*x1, *x2) = (f64::NAN, f64::NAN);
+                Ok(())
+            };
+            // `nowhere` never refuses, so there is no error to pass on.
+            let _ = self.advance_chunk(x1, x2, |_| years, nowhere);
+        });
     }
 
     /// Moves one orbit by `years`.
@@ -93,29 +122,39 @@ impl Flow {
     /// [`Escaped`] if it leaves the domain.
     pub fn advance_one(&self, state: State, years: f64) -> Result<State, Escaped> {
         let (mut x1, mut x2) = ([state.x1], [state.x2]);
-        self.advance_chunk(&mut x1, &mut x2, years)?;
+        self.advance_chunk(&mut x1, &mut x2, |_| years, |escaped, _, _| Err(escaped))?;
         Ok(State { x1: x1[0], x2: x2[0] })
     }
 
-    fn advance_chunk(&self, x1: &mut [f64], x2: &mut [f64], years: f64) -> Result<(), Escaped> {
+    fn advance_chunk(
+        &self,
+        x1: &mut [f64],
+        x2: &mut [f64],
+        years: impl Fn(usize) -> f64,
+        mut on_escape: impl FnMut(Escaped, &mut f64, &mut f64) -> Result<(), Escaped>,
+    ) -> Result<(), Escaped> {
         for (block, (x1, x2)) in x1.chunks_mut(LANES).zip(x2.chunks_mut(LANES)).enumerate() {
-            let start = Block::load(x1, x2, years);
-            let duration = SUN_MEAN_MOTION * years.abs();
+            let mut interval = [0.0; LANES];
+            for (lane, interval) in interval.iter_mut().enumerate().take(x1.len()) {
+                *interval = years(block * LANES + lane);
+            }
+            let start = Block::load(x1, x2, &interval);
+            let duration = interval.map(|years: f64| SUN_MEAN_MOTION * years.abs());
             let end = match self.accuracy {
                 Accuracy::Coarse => advance_block::<11>(self.force, start, duration, 1e-7),
                 Accuracy::Medium => advance_block::<13>(self.force, start, duration, 1e-10),
                 Accuracy::Fine => advance_block::<18>(self.force, start, duration, 3e-14),
             };
-            if let Some(lane) = (0..x1.len()).find(|&lane| end.escaped(lane)) {
-                let state = State { x1: x1[lane], x2: x2[lane] };
-                return Err(Escaped {
-                    index: block * LANES + lane,
-                    years,
-                    phi: state.solar_angle(),
-                    e: state.eccentricity(),
-                });
+            let before: [State; LANES] = std::array::from_fn(|lane| State {
+                x1: x1.get(lane).copied().unwrap_or(0.0),
+                x2: x2.get(lane).copied().unwrap_or(0.0),
+            });
+            end.store(x1, x2, &interval);
+            for lane in (0..x1.len()).filter(|&lane| end.escaped(lane)) {
+                let (index, years) = (block * LANES + lane, interval[lane]);
+                let (phi, e) = (before[lane].solar_angle(), before[lane].eccentricity());
+                on_escape(Escaped { index, years, phi, e }, &mut x1[lane], &mut x2[lane])?;
             }
-            end.store(x1, x2, years);
         }
         Ok(())
     }
@@ -133,9 +172,9 @@ struct Block {
 
 impl Block {
     /// Lanes without an orbit hold the circular one. The flow run backwards is the flow of the mirrored states (`-x1`).
-    fn load(x1: &[f64], x2: &[f64], years: f64) -> Self {
+    fn load(x1: &[f64], x2: &[f64], years: &Lanes) -> Self {
         let mut block = Self { x1: [0.0; LANES], x2: [0.0; LANES], s: [0.0; LANES] };
-        for (to, &from) in block.x1.iter_mut().zip(x1) {
+        for ((to, &from), years) in block.x1.iter_mut().zip(x1).zip(years) {
             *to = from * years.signum();
         }
         block.x2[..x2.len()].copy_from_slice(x2);
@@ -145,8 +184,8 @@ impl Block {
         block
     }
 
-    fn store(&self, x1: &mut [f64], x2: &mut [f64], years: f64) {
-        for (to, &from) in x1.iter_mut().zip(&self.x1) {
+    fn store(&self, x1: &mut [f64], x2: &mut [f64], years: &Lanes) {
+        for ((to, &from), years) in x1.iter_mut().zip(&self.x1).zip(years) {
             *to = from * years.signum();
         }
         x2.copy_from_slice(&self.x2[..x2.len()]);
@@ -158,16 +197,16 @@ impl Block {
     }
 }
 
-/// Moves a block by `duration` \[1/n_sun\] with Taylor series of order `P - 1`, `P` coefficients a variable; `tolerance` is
+/// Moves the orbits of a block by `duration` \[1/n_sun\] each, with Taylor series of order `P - 1`, `P` coefficients a variable; `tolerance` is
 /// the size at which the last terms are cut. Loops over lanes are written for the vectoriser.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
-fn advance_block<const P: usize>(force: Force, start: Block, duration: f64, tolerance: f64) -> Block {
+fn advance_block<const P: usize>(force: Force, start: Block, duration: Lanes, tolerance: f64) -> Block {
     let Force { radiation, oblateness } = force;
     let order = P - 1;
     let reach = tolerance.powf(1.0 / order as f64);
     let (mut x1, mut x2, mut s, mut p) = ([[0.0; LANES]; P], [[0.0; LANES]; P], [[0.0; LANES]; P], [[0.0; LANES]; P]);
     let mut now = start;
-    let mut left = [duration; LANES];
+    let mut left = duration;
 
     for _ in 0..MOST_STEPS {
         (x1[0], x2[0], s[0]) = (now.x1, now.x2, now.s);

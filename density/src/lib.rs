@@ -7,6 +7,8 @@ pub mod angle;
 pub mod binning;
 pub mod dynamics;
 pub mod estimate;
+pub mod exact;
+pub mod first_passage;
 pub mod flow;
 pub mod grid;
 pub mod mixture;

@@ -1,0 +1,267 @@
+//! Circulation of the initial measure along a piece of curve that is known as a polynomial.
+//!
+//! A [`Panel`] holds the Chebyshev coefficients of `x1`, `x2` along the backward image of a piece of curve. That image is
+//! smooth on the scale of the dynamics, however narrow the cloud, so the flow is called at a few nodes only; the one-form
+//! `G(e) w(phi) dphi` varies on the scale of the cloud and is integrated by Gauss-Legendre rules on pieces of the
+//! polynomial that are short in standard deviations.
+
+use std::f64::consts::PI;
+
+use super::measure::{Measure, REACH, Side};
+
+/// Abscissae and weights of Gauss-Legendre rules on `[-1, 1]`, positive half (Abramowitz & Stegun 1964, Table 25.4).
+const GAUSS_4: [(f64, f64); 2] =
+    [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_8)];
+const GAUSS_8: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+];
+/// Halvings after which a piece is integrated whatever its length.
+const DEEPEST: u32 = 40;
+/// Length in the `(x1, x2)` plane below which a piece is rounding: one at the origin turns about it without end.
+const SHORTEST: f64 = 1e-13;
+
+/// How long a piece may be, in standard deviations.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Resolution {
+    /// For the four-point rule.
+    four: f64,
+    /// For the eight-point rule.
+    eight: f64,
+}
+
+impl Resolution {
+    pub(super) const COARSE: Self = Self { four: 0.8, eight: 3.0 };
+    pub(super) const FINE: Self = Self { four: 0.4, eight: 1.5 };
+    /// For curves on which the polynomial is good to 1e-10 standard deviations.
+    pub(super) const FINEST: Self = Self { four: 0.2, eight: 0.75 };
+}
+
+/// The `order`-node Chebyshev points on `[-1, 1]`.
+pub(super) fn chebyshev_nodes<const N: usize>() -> [f64; N] {
+    std::array::from_fn(|k| (PI * (k as f64 + 0.5) / N as f64).cos())
+}
+
+/// The matrix that turns values at [`chebyshev_nodes`] into Chebyshev coefficients, row by row.
+pub(super) fn chebyshev_transform<const N: usize>() -> [[f64; N]; N] {
+    std::array::from_fn(|j| {
+        let scale = if j == 0 { 1.0 } else { 2.0 } / N as f64;
+        std::array::from_fn(|k| scale * (j as f64 * PI * (k as f64 + 0.5) / N as f64).cos())
+    })
+}
+
+/// A polynomial piece of curve, parameter in `[-1, 1]`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Panel<const N: usize> {
+    /// Chebyshev coefficients of `x1`.
+    pub x1: [f64; N],
+    /// Chebyshev coefficients of `x2`.
+    pub x2: [f64; N],
+}
+
+/// A point of a panel and its velocity, in standard deviations of the initial Gaussian.
+#[derive(Clone, Copy)]
+struct Point {
+    u: f64,
+    v: f64,
+    du: f64,
+    dv: f64,
+    /// Speed in the `(x1, x2)` plane.
+    speed: f64,
+    /// Distance from the origin, about which `u` turns.
+    e: f64,
+}
+
+impl<const N: usize> Panel<N> {
+    /// Size of the last two coefficients: how far the polynomial may be from the curve.
+    pub(super) fn tail(&self) -> f64 {
+        [self.x1, self.x2].iter().flat_map(|c| &c[N - 2..]).fold(0.0, |most: f64, c| most.max(c.abs()))
+    }
+
+    fn point(&self, measure: &Measure, xi: f64) -> Point {
+        let (mut t, mut t_next, mut d, mut d_next) = (1.0, xi, 0.0, 1.0);
+        let (mut x1, mut x2, mut dx1, mut dx2) = (0.0, 0.0, 0.0, 0.0);
+        for (c1, c2) in self.x1.iter().zip(&self.x2) {
+            x1 += c1 * t;
+            x2 += c2 * t;
+            dx1 += c1 * d;
+            dx2 += c2 * d;
+            let after = 2.0 * xi * t_next - t;
+            let d_after = 2.0 * t_next + 2.0 * xi * d_next - d;
+            (t, t_next, d, d_next) = (t_next, after, d_next, d_after);
+        }
+        let e_squared = (x1 * x1 + x2 * x2).max(f64::MIN_POSITIVE);
+        let e = e_squared.sqrt();
+        Point {
+            u: measure.phi_sigmas(x1.atan2(x2)),
+            v: measure.e_sigmas(e),
+            du: (x2 * dx1 - x1 * dx2) / (e_squared * measure.gaussian.sigma_phi),
+            dv: (x1 * dx1 + x2 * dx2) / (e * measure.gaussian.sigma_e),
+            speed: dx1.hypot(dx2),
+            e,
+        }
+    }
+
+    /// `∫ G w dphi` (or `U`) along the panel from parameter `from` to `to`.
+    pub(super) fn circulation(
+        &self,
+        measure: &Measure,
+        side: Side,
+        resolution: Resolution,
+        (from, to): (f64, f64),
+    ) -> Circulation {
+        self.piece(measure, side, resolution, from, to, 0)
+    }
+
+    /// What a displacement of the whole panel by one standard deviation may change: the one-form's values at the ends, where
+    /// the neighbours need not follow.
+    pub(super) fn end_values(&self, measure: &Measure, side: Side) -> f64 {
+        let at = |xi: f64| {
+            let point = self.point(measure, xi);
+            let side = if point.v < 0.0 { Side::Below } else { side };
+            measure.phi_density(point.u) * measure.gaussian.sigma_phi * measure.e_probability(point.v, side)
+        };
+        at(-1.0) + at(1.0)
+    }
+
+    fn piece(
+        &self,
+        measure: &Measure,
+        side: Side,
+        resolution: Resolution,
+        from: f64,
+        to: f64,
+        depth: u32,
+    ) -> Circulation {
+        let (middle, half) = (from.midpoint(to), 0.5 * (to - from));
+        let points = GAUSS_4.map(|(x, _)| [-x, x].map(|x| self.point(measure, middle + half * x)));
+        let reach = Extent::of(measure, side, points.as_flattened(), half);
+        if reach.empty {
+            return Circulation::default();
+        }
+        if reach.length > resolution.eight && depth < DEEPEST {
+            let first = self.piece(measure, side, resolution, from, middle, depth + 1);
+            return first.plus(self.piece(measure, side, resolution, middle, to, depth + 1));
+        }
+        if side == Side::Above {
+            return self.above(measure, from, to);
+        }
+        if reach.length <= resolution.four {
+            let pairs = GAUSS_4.iter().zip(&points);
+            let terms = pairs.map(|(&(_, w), pair)| w * pair.map(|p| p.form(measure, side)).iter().sum::<f64>());
+            return Circulation::of(half * terms.sum::<f64>(), 0.0);
+        }
+        Circulation::of(self.gauss(measure, side, from, to), 0.0)
+    }
+
+    fn gauss(&self, measure: &Measure, side: Side, from: f64, to: f64) -> f64 {
+        let (middle, half) = (from.midpoint(to), 0.5 * (to - from));
+        let at = |x: f64| self.point(measure, middle + half * x).form(measure, side);
+        half * GAUSS_8.iter().map(|&(x, w)| w * (at(-x) + at(x))).sum::<f64>()
+    }
+
+    /// `∫ U w dphi` along a short piece. Where it runs below the mean eccentricity `U = 1 - G`: there `-∫ G w dphi` is taken, and
+    /// `∫ w dphi` from the angles at which the curve crosses the mean eccentricity.
+    fn above(&self, measure: &Measure, from: f64, to: f64) -> Circulation {
+        let (start, end) = (self.point(measure, from), self.point(measure, to));
+        match (start.v < 0.0, end.v < 0.0) {
+            (false, false) => Circulation::of(self.gauss(measure, Side::Above, from, to), 0.0),
+            (true, true) => {
+                let turns = measure.passes_mean(start.u, end.u);
+                Circulation::of(-self.gauss(measure, Side::Below, from, to), turns)
+            }
+            (rises, _) => {
+                let crossing = self.mean_e_crossing(measure, from, to);
+                let at = self.point(measure, crossing);
+                let ends = [(from, crossing), (crossing, to)];
+                let (low, high) = if rises { (ends[0], ends[1]) } else { (ends[1], ends[0]) };
+                let value =
+                    self.gauss(measure, Side::Above, high.0, high.1) - self.gauss(measure, Side::Below, low.0, low.1);
+                let (sign, turns) = if rises {
+                    (1.0, measure.passes_mean(start.u, at.u))
+                } else {
+                    (-1.0, measure.passes_mean(at.u, end.u))
+                };
+                Circulation::of(value + sign * measure.signed_tail(at.u), turns)
+            }
+        }
+    }
+
+    /// Where the curve, above the mean eccentricity at one end only, crosses it.
+    fn mean_e_crossing(&self, measure: &Measure, from: f64, to: f64) -> f64 {
+        let below = |xi: f64| self.point(measure, xi).v < 0.0;
+        let starts_below = below(from);
+        let (mut low, mut high) = (from, to);
+        while low.midpoint(high) != low && low.midpoint(high) != high {
+            let middle = low.midpoint(high);
+            if below(middle) == starts_below { low = middle } else { high = middle }
+        }
+        low
+    }
+}
+
+/// A circulation, in two parts so that a small one keeps its digits beside a whole number.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Circulation {
+    pub value: f64,
+    /// A whole number.
+    pub turns: f64,
+    /// Sum of the sizes of its pieces: where a curve folds back they cancel in `value`.
+    pub size: f64,
+}
+
+impl Circulation {
+    fn of(value: f64, turns: f64) -> Self {
+        Self { value, turns, size: value.abs() }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self { value: self.value + other.value, turns: self.turns + other.turns, size: self.size + other.size }
+    }
+}
+
+impl Point {
+    fn form(&self, measure: &Measure, side: Side) -> f64 {
+        measure.phi_density(self.u) * measure.gaussian.sigma_phi * self.du * measure.e_probability(self.v, side)
+    }
+}
+
+/// What a piece of curve spans of the cloud.
+struct Extent {
+    /// Nothing of the one-form.
+    empty: bool,
+    /// Its length in standard deviations, counting only directions in which the one-form varies there.
+    length: f64,
+}
+
+impl Extent {
+    fn of(measure: &Measure, side: Side, points: &[Point], half: f64) -> Self {
+        let most = |f: fn(&Point) -> f64| points.iter().map(f).fold(0.0, f64::max);
+        let (du, dv) = (2.0 * half * most(|p| p.du.abs()), 2.0 * half * most(|p| p.dv.abs()));
+        let least = |f: fn(&Point) -> f64| points.iter().map(f).fold(f64::INFINITY, f64::min);
+        let beside = least(|p| p.u.abs()) > REACH + du;
+        let above = least(|p| p.v) > REACH + dv;
+        let below = least(|p| -p.v) > REACH + dv;
+        let nothing = match side {
+            Side::Below => below,
+            Side::Above => above,
+        };
+        // A piece that is not short against its distance from the origin may turn about it between its nodes.
+        let (length_in_plane, farness) = (2.0 * half * most(|p| p.speed), least(|p| p.e));
+        let hidden_turn = length_in_plane > farness;
+        let length = if length_in_plane < SHORTEST {
+            0.0
+        } else if hidden_turn {
+            f64::INFINITY
+        } else if above || below {
+            du
+        } else {
+            du.max(dv)
+        };
+        // A piece of more than a fraction of a turn may pass the cloud between its nodes.
+        let beside = beside && 4.0 * du < measure.turn_sigmas();
+        Self { empty: beside || nothing, length }
+    }
+}
