@@ -8,4 +8,5 @@ pub mod dynamics;
 pub mod estimate;
 pub mod flow;
 pub mod grid;
+pub mod mesh;
 pub mod problem;
