@@ -19,19 +19,21 @@
 //! | [`raster`] | the paper's fine grid of interpolation points, summed in closed form and never stored |
 //! | [`gaussian`] | probability of a triangle under the initial Gaussian |
 //! | [`lattice`] | high-degree interpolation of the flow between lattice points |
+//! | [`readout`] | a carried triangle in the `(phi, e)` plane, also around `e = 0` |
 //! | [`hull`], [`carried`] | the two methods |
 
-//pub mod carried;
+pub mod carried;
 pub mod characteristics;
 pub mod delaunay;
-//pub mod gaussian;
+pub mod gaussian;
 pub mod hull;
-//pub mod lattice;
+pub mod lattice;
 pub mod points;
 pub mod polygon;
 pub mod raster;
+pub mod readout;
 
-//pub use carried::{CarriedMesh, MeshDiagnostics};
+pub use carried::{CarriedMesh, MeshDiagnostics};
 pub use characteristics::characteristic_densities;
 pub use hull::{Branch, hull_estimate};
 pub use points::{Placement, Points, initial_points};

@@ -166,6 +166,11 @@ impl BinUnits {
         [(corner[0] - self.low[0]) * self.per_unit[0], (corner[1] - self.low[1]) * self.per_unit[1], corner[2]]
     }
 
+    /// Area of a bin in the units of the grid \[rad\].
+    pub fn bin_area(&self) -> f64 {
+        1.0 / (self.per_unit[0] * self.per_unit[1])
+    }
+
     /// Adds to each bin `scale` times the integral of the density of a triangle, given in bins, over that bin.
     pub fn deposit(&self, triangle: &[Corner; 3], scale: f64, joint: &mut [f64]) {
         let [phi_bins, e_bins] = self.bins;
