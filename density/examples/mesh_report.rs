@@ -46,7 +46,7 @@ fn main() {
                 s.time,
                 100.0 * l1(&carried, &exact),
                 diagnostics.measure_defect,
-                diagnostics.flipped_triangles,
+                diagnostics.flipped_elements,
                 diagnostics.truncated_mass,
                 100.0 * l1(&hull, &exact),
                 exact.iter().sum::<f64>() * s.grid.bin_area(),

@@ -10,18 +10,20 @@
 //! weighted sums over the lattice points, exact for a flow that is polynomial of degree `d` between them
 //! ([`super::lattice`]); the joint density is read from a refined lattice.
 //!
-//! **When to trust it.** The flow keeps the measure `e/s dphi de`, straight triangles do so only where they resolve the
-//! flow. The mean change of a triangle's measure, weighted by its probability, is [`MeshDiagnostics::measure_defect`].
+//! **When to trust it.** The flow keeps the measure `e/s dphi de`, a mesh does so only where it resolves the flow: see
+//! [`super::diagnostics`].
 
 use rayon::prelude::*;
 
 use super::delaunay::triangulate;
-use super::gaussian::{barycentric_moments, triangle_probability};
-use super::lattice::{Refinement, gaussian_weights};
-use super::polygon::{BinUnits, Polygon, share_above, twice_area};
-use super::readout::{Node, Part, for_each_part, invariant_measure, polar_measure};
+use super::diagnostics::{MeshDiagnostics, cell_ratio};
+use super::gaussian::{barycentric_moments, probability};
+use super::lattice::{Refinement, gaussian_weights, lattice_lines, lattice_triangles};
+use super::readout::{Node, invariant_measure, polar_measure};
+use super::share::Share;
 use super::{MeshError, check_points, parts};
-use crate::angle::{fold, nearest};
+use crate::angle::Circular;
+use crate::angle::nearest;
 use crate::dynamics::State;
 use crate::estimate::{Estimate, Moments, ordered_sum, weighted_moments};
 use crate::grid::Grid;
@@ -33,56 +35,43 @@ const FINE_CELLS: usize = 300;
 /// A mesh over initial points, ready to be carried.
 #[derive(Debug, Clone)]
 pub struct CarriedMesh {
+    initial: InitialGaussian,
     points: usize,
-    refinement: Option<Refinement>,
     triangles: Vec<[u32; 3]>,
     /// Probability of each triangle.
     mass: Vec<f64>,
-    /// Invariant measure of each triangle at the start.
-    measure: Vec<f64>,
+    /// Sum of the above.
+    total: f64,
     /// `n0 s0/e0` at each node.
     invariant_density: Vec<f64>,
-    weights: Weights,
-    truncated_mass: f64,
+    scheme: Scheme,
 }
 
-/// How moments follow from values at the points given.
+/// What the flow is taken for between the points.
 #[derive(Debug, Clone)]
-enum Weights {
-    /// `∫ p L_i L_j` of each triangle, and their sums at each point.
-    Triangles { second: Vec<[f64; 6]>, first: Vec<f64> },
-    /// Weights of the points.
-    Points(Vec<f64>),
-}
-
-/// What a snapshot says about its own reliability.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MeshDiagnostics {
-    /// Triangles of the (refined) mesh.
-    pub triangles: usize,
-    /// Triangles that the flow seems to have turned over, which a diffeomorphism cannot do.
-    pub flipped_triangles: usize,
-    /// Their probability.
-    pub flipped_mass: f64,
-    /// Mean relative change of the triangles' invariant measure, weighted by probability; zero for a resolved flow.
-    pub measure_defect: f64,
-    /// Probability outside the mesh, which is left out.
-    pub truncated_mass: f64,
-}
-
-impl MeshDiagnostics {
-    /// Above this [`MeshDiagnostics::measure_defect`] the mesh is too coarse for the flow.
-    pub const LARGEST_DEFECT: f64 = 0.05;
-
-    /// Whether the mesh resolved the flow.
-    pub fn is_resolved(&self) -> bool {
-        self.measure_defect <= Self::LARGEST_DEFECT && self.flipped_mass <= 0.01
-    }
+enum Scheme {
+    /// Linear in each triangle.
+    Linear {
+        /// `∫ p L_i L_j` of each triangle.
+        second: Vec<[f64; 6]>,
+        /// `∫ p L_i`, summed over the triangles at each point.
+        weights: Vec<f64>,
+        /// Invariant measure of each triangle at the start.
+        measure: Vec<f64>,
+    },
+    /// A polynomial in each cell of a lattice.
+    Lattice {
+        /// Lattice lines in standard deviations, outer and inner direction.
+        lines: [Vec<f64>; 2],
+        refinement: Box<Refinement>,
+        /// Weights of the points in any mean.
+        weights: Vec<f64>,
+    },
 }
 
 impl CarriedMesh {
     /// A mesh over the initial points `(phi0, e0)`: with `lattice` points a side a lattice (solar angle outermost, both
-    /// ascending) whose image is interpolated to degree `degree`; otherwise Delaunay triangles, always of degree 1.
+    /// ascending) whose image is interpolated to degree `degree`; otherwise Delaunay triangles, whatever the degree linear.
     ///
     /// # Errors
     /// [`MeshError`] if the columns do not match or hold no elliptic orbits, the points span no triangle, are not the
@@ -98,54 +87,66 @@ impl CarriedMesh {
         if phi0.len() < 4 {
             return Err(MeshError::TooFewPoints { found: phi0.len(), needed: 4 });
         }
-        let standard: Vec<[f64; 2]> =
-            phi0.iter().zip(e0).map(|(&phi, &e)| initial.standardise(phi, e).into()).collect();
+        let points: Vec<[f64; 2]> = phi0.iter().zip(e0).map(|(&phi, &e)| initial.standardise(phi, e).into()).collect();
         let Some(side) = lattice else {
-            let (u, v): (Vec<f64>, Vec<f64>) = standard.iter().map(|&[u, v]| (u, v)).unzip();
-            return Ok(Self::build(initial, phi0.len(), standard, triangulate(&u, &v)?, None, None));
+            let (u, v): (Vec<f64>, Vec<f64>) = points.iter().map(|&[u, v]| (u, v)).unzip();
+            return Ok(Self::linear(initial, &points, triangulate(&u, &v)?));
         };
-        let (outer, inner) = lattice_lines(&standard, side)?;
-        let factor = if degree == 1 { 1 } else { (FINE_CELLS / (side - 1)).max(1) };
-        let refinement = Refinement::new(&outer, &inner, degree, factor)?;
-        let fine = refinement.outer.iter().flat_map(|&u| refinement.inner.iter().map(move |&v| [u, v])).collect();
-        let triangles = lattice_triangles(refinement.inner.len());
+        let lines = lattice_lines(&points, side)?;
         if degree == 1 {
-            return Ok(Self::build(initial, phi0.len(), fine, triangles, None, None));
+            return Ok(Self::linear(initial, &points, lattice_triangles(side)));
         }
-        let (outer, inner) = (gaussian_weights(&outer, degree), gaussian_weights(&inner, degree));
-        let weights = outer.iter().flat_map(|&a| inner.iter().map(move |&b| a * b)).collect();
-        Ok(Self::build(initial, phi0.len(), fine, triangles, Some(refinement), Some(weights)))
+        Self::polynomial(initial, lines, degree)
     }
 
-    fn build(
-        initial: &InitialGaussian,
-        points: usize,
-        nodes: Vec<[f64; 2]>,
-        triangles: Vec<[u32; 3]>,
-        refinement: Option<Refinement>,
-        weights: Option<Vec<f64>>,
-    ) -> Self {
-        let corners = |triangle: &[u32; 3]| triangle.map(|node| nodes[node as usize]);
-        let second: Vec<[f64; 6]> =
-            triangles.par_iter().map(|triangle| barycentric_moments(&corners(triangle))).collect();
-        let mass: Vec<f64> = second.iter().map(|[a, b, c, ab, bc, ca]| a + b + c + 2.0 * (ab + bc + ca)).collect();
-        let total: f64 = triangles.iter().map(|triangle| triangle_probability(&corners(triangle))).sum();
+    fn linear(initial: &InitialGaussian, points: &[[f64; 2]], triangles: Vec<[u32; 3]>) -> Self {
+        let corners = |triangle: &[u32; 3]| triangle.map(|node| points[node as usize]);
+        let second: Vec<[f64; 6]> = triangles.par_iter().map(|t| barycentric_moments(&corners(t))).collect();
         let polar = |[u, v]: [f64; 2]| {
             let (phi, e) = initial.point(u, v);
             [phi, e, 0.0]
         };
-        let measure = triangles.par_iter().map(|triangle| polar_measure(&corners(triangle).map(polar))).collect();
-        let invariant_density = nodes
-            .par_iter()
-            .map(|&node| {
-                let [phi, e, _] = polar(node);
-                initial.density(phi, e) * State::from_polar(phi, e).s() / e
-            })
-            .map(|density| if density.is_finite() { density } else { 0.0 })
-            .collect();
-        let weights = weights.map_or_else(|| Weights::of_triangles(&triangles, second, points), Weights::Points);
-        let truncated_mass = (1.0 - total / initial.mass_inside()).max(0.0);
-        Self { points, refinement, triangles, mass, measure, invariant_density, weights, truncated_mass }
+        let measure = triangles.par_iter().map(|t| polar_measure(&corners(t).map(polar))).collect();
+        let mut weights = vec![0.0; points.len()];
+        for (&[a, b, c], [aa, bb, cc, ab, bc, ca]) in triangles.iter().zip(&second) {
+            weights[a as usize] += aa + ab + ca;
+            weights[b as usize] += bb + ab + bc;
+            weights[c as usize] += cc + bc + ca;
+        }
+        let mass = second.iter().map(|[aa, bb, cc, ab, bc, ca]| aa + bb + cc + 2.0 * (ab + bc + ca)).collect();
+        Self::assemble(initial, points.len(), points, triangles, mass, Scheme::Linear { second, weights, measure })
+    }
+
+    fn polynomial(initial: &InitialGaussian, lines: [Vec<f64>; 2], degree: usize) -> Result<Self, MeshError> {
+        let side = lines[0].len();
+        let factor = FINE_CELLS.div_ceil(side - 1);
+        let refinement = Refinement::new(&lines[0], &lines[1], degree, factor)?;
+        let [outer, inner] = lines.each_ref().map(|lines| gaussian_weights(lines, degree));
+        let weights = outer.iter().flat_map(|&a| inner.iter().map(move |&b| a * b)).collect();
+        let nodes: Vec<[f64; 2]> =
+            refinement.outer.iter().flat_map(|&u| refinement.inner.iter().map(move |&v| [u, v])).collect();
+        let triangles = lattice_triangles(refinement.inner.len());
+        let mass = triangles.par_iter().map(|t| probability(&t.map(|node| nodes[node as usize]))).collect();
+        let scheme = Scheme::Lattice { lines, refinement: Box::new(refinement), weights };
+        Ok(Self::assemble(initial, side * side, &nodes, triangles, mass, scheme))
+    }
+
+    fn assemble(
+        initial: &InitialGaussian,
+        points: usize,
+        nodes: &[[f64; 2]],
+        triangles: Vec<[u32; 3]>,
+        mass: Vec<f64>,
+        scheme: Scheme,
+    ) -> Self {
+        let invariant_density = |&[u, v]: &[f64; 2]| {
+            let (phi, e) = initial.point(u, v);
+            let density = initial.density(phi, e) * State::from_polar(phi, e).s() / e;
+            if density.is_finite() { density } else { 0.0 }
+        };
+        let invariant_density = nodes.par_iter().map(invariant_density).collect();
+        let total = mass.iter().sum();
+        Self { initial: *initial, points, triangles, mass, total, invariant_density, scheme }
     }
 
     /// The density at a snapshot, from the points' present solar angles \[rad\] and eccentricities.
@@ -160,39 +161,54 @@ impl CarriedMesh {
         critical_e: f64,
     ) -> Result<(Estimate, MeshDiagnostics), MeshError> {
         check_points(phi, e, self.points)?;
-        let nodes = self.nodes(phi, e);
-        let (joint, above, diagnostics) = self.share_out(&nodes, grid, critical_e);
-        let total: f64 = self.mass.iter().sum();
-        let per_area = 1.0 / (total * grid.bin_area());
-        let joint = joint.into_iter().map(|mass| mass * per_area).collect();
-        let (moments, circular) = match &self.weights {
-            Weights::Points(weights) => weighted_moments(phi, e, Some(weights), critical_e),
-            Weights::Triangles { second, first } => {
-                let (moments, circular) = weighted_moments(phi, e, Some(first), critical_e);
-                (self.second_moments(phi, e, second, moments, circular.mean), circular)
+        let (x1, x2): (Vec<f64>, Vec<f64>) = phi
+            .par_iter()
+            .zip(e)
+            .map(|(&phi, &e)| {
+                let state = State::from_polar(phi, e);
+                (state.x1, state.x2)
+            })
+            .unzip();
+        let (moments, circular) = self.moments(phi, e, critical_e);
+        let (nodes, diagnostics) = match &self.scheme {
+            Scheme::Linear { measure, .. } => {
+                let nodes = self.nodes(&x1, &x2);
+                let diagnostics = self.judge_triangles(&nodes, measure);
+                (nodes, diagnostics)
             }
+            Scheme::Lattice { lines, refinement, .. } => (
+                self.nodes(&refinement.apply(&x1), &refinement.apply(&x2)),
+                self.judge_cells([&lines[0], &lines[1]], refinement, [&x1, &x2]),
+            ),
         };
-        let moments = Moments { prob_above_critical_e: above / total, ..moments };
+        let (mut joint, above) = self.share_out(&nodes, grid, critical_e);
+        joint.iter_mut().for_each(|mass| *mass /= self.total * grid.bin_area());
+        let moments = Moments { prob_above_critical_e: above / self.total, ..moments };
         Ok((Estimate::from_joint(*grid, joint, moments, circular), diagnostics))
     }
 
-    fn nodes(&self, phi: &[f64], e: &[f64]) -> Vec<Node> {
-        let states = phi.par_iter().zip(e).map(|(&phi, &e)| {
-            let state = State::from_polar(phi, e);
-            (state.x1, state.x2)
-        });
-        let (x1, x2): (Vec<f64>, Vec<f64>) = states.unzip();
-        let (x1, x2) = match &self.refinement {
-            Some(refinement) => (refinement.apply(&x1), refinement.apply(&x2)),
-            None => (x1, x2),
-        };
+    fn nodes(&self, x1: &[f64], x2: &[f64]) -> Vec<Node> {
         let densities = &self.invariant_density;
-        x1.par_iter().zip(&x2).zip(densities).map(|((&x1, &x2), &density)| Node::new(x1, x2, density)).collect()
+        x1.par_iter().zip(x2).zip(densities).map(|((&x1, &x2), &density)| Node::new(x1, x2, density)).collect()
+    }
+
+    fn corners(&self, nodes: &[Node], triangle: usize) -> [Node; 3] {
+        self.triangles[triangle].map(|node| nodes[node as usize])
+    }
+
+    fn moments(&self, phi: &[f64], e: &[f64], critical_e: f64) -> (Moments, Circular) {
+        match &self.scheme {
+            Scheme::Lattice { weights, .. } => weighted_moments(phi, e, Some(weights), critical_e),
+            Scheme::Linear { second, weights, .. } => {
+                let (moments, circular) = weighted_moments(phi, e, Some(weights), critical_e);
+                (self.second_moments(phi, e, second, moments, circular.mean), circular)
+            }
+        }
     }
 
     /// Standard deviations and covariance of the flow that is linear in each triangle.
     fn second_moments(&self, phi: &[f64], e: &[f64], second: &[[f64; 6]], mean: Moments, centre: f64) -> Moments {
-        let [total, var_phi, var_e, cov_phi_e] = ordered_sum(self.triangles.len(), |k| {
+        let sums = ordered_sum(self.triangles.len(), |k| {
             let rows = self.triangles[k].map(|row| row as usize);
             let x = rows.map(|row| nearest(phi[row], centre) - mean.mean_phi);
             let y = rows.map(|row| e[row] - mean.mean_e);
@@ -202,183 +218,45 @@ impl CarriedMesh {
                 let squares = aa * p[0] * q[0] + bb * p[1] * q[1] + cc * p[2] * q[2];
                 squares + ab * cross(0, 1) + bc * cross(1, 2) + ca * cross(2, 0)
             };
-            [self.mass[k], form(x, x), form(y, y), form(x, y)]
+            [form(x, x), form(y, y), form(x, y)]
         });
-        Moments {
-            std_phi: (var_phi / total).sqrt(),
-            std_e: (var_e / total).sqrt(),
-            cov_phi_e: cov_phi_e / total,
-            ..mean
-        }
+        let [var_phi, var_e, cov_phi_e] = sums.map(|sum| sum / self.total);
+        Moments { std_phi: var_phi.sqrt(), std_e: var_e.sqrt(), cov_phi_e, ..mean }
     }
 
-    /// Probability of each bin, probability above the critical eccentricity, and diagnostics.
-    fn share_out(&self, nodes: &[Node], grid: &Grid, critical_e: f64) -> (Vec<f64>, f64, MeshDiagnostics) {
+    /// Probability of each bin, and above the critical eccentricity.
+    fn share_out(&self, nodes: &[Node], grid: &Grid, critical_e: f64) -> (Vec<f64>, f64) {
         let count = self.triangles.len();
         let parts = parts(count, grid.len());
-        let shares: Vec<Share> = (0..parts)
-            .into_par_iter()
-            .map(|part| {
-                let mut share = Share::new(grid, critical_e);
-                for k in count * part / parts..count * (part + 1) / parts {
-                    let triangle = self.triangles[k].map(|node| nodes[node as usize]);
-                    share.add(&triangle, self.mass[k], self.measure[k]);
-                }
-                share
-            })
-            .collect();
+        let share = |part: usize| {
+            let mut share = Share::new(grid, critical_e);
+            for k in count * part / parts..count * (part + 1) / parts {
+                share.add(&self.corners(nodes, k), self.mass[k]);
+            }
+            share
+        };
+        let shares: Vec<Share> = (0..parts).into_par_iter().map(share).collect();
         let mut joint = vec![0.0; grid.len()];
-        let mut diagnostics = MeshDiagnostics {
-            triangles: count,
-            flipped_triangles: 0,
-            flipped_mass: 0.0,
-            measure_defect: 0.0,
-            truncated_mass: self.truncated_mass,
-        };
-        let mut above = 0.0;
-        for share in shares {
+        for share in &shares {
             joint.iter_mut().zip(&share.joint).for_each(|(sum, mass)| *sum += mass);
-            above += share.above;
-            diagnostics.flipped_triangles += share.flipped;
-            diagnostics.flipped_mass += share.flipped_mass;
-            diagnostics.measure_defect += share.defect;
         }
-        let total: f64 = self.mass.iter().sum();
-        diagnostics.flipped_mass /= total;
-        diagnostics.measure_defect /= total;
-        (joint, above, diagnostics)
-    }
-}
-
-impl Weights {
-    fn of_triangles(triangles: &[[u32; 3]], second: Vec<[f64; 6]>, points: usize) -> Self {
-        let mut first = vec![0.0; points];
-        for (&[a, b, c], [aa, bb, cc, ab, bc, ca]) in triangles.iter().zip(&second) {
-            first[a as usize] += aa + ab + ca;
-            first[b as usize] += bb + ab + bc;
-            first[c as usize] += cc + bc + ca;
-        }
-        Self::Triangles { second, first }
-    }
-}
-
-/// What some of the triangles contribute to a snapshot.
-struct Share {
-    units: BinUnits,
-    branch_low: f64,
-    critical_e: f64,
-    joint: Vec<f64>,
-    above: f64,
-    flipped: usize,
-    flipped_mass: f64,
-    defect: f64,
-}
-
-impl Share {
-    fn new(grid: &Grid, critical_e: f64) -> Self {
-        Self {
-            units: BinUnits::new(grid),
-            branch_low: grid.branch_low(),
-            critical_e,
-            joint: vec![0.0; grid.len()],
-            above: 0.0,
-            flipped: 0,
-            flipped_mass: 0.0,
-            defect: 0.0,
-        }
+        (joint, shares.iter().map(|share| share.above).sum())
     }
 
-    fn add(&mut self, triangle: &[Node; 3], mass: f64, measure: f64) {
-        let change = invariant_measure(triangle) / measure;
-        self.defect += mass * if change.is_finite() { (change - 1.0).abs() } else { 1.0 };
-        if change < 0.0 {
-            self.flipped += 1;
-            self.flipped_mass += mass;
-        }
-        let mut integral = 0.0;
-        for_each_part(triangle, &mut |part| {
-            integral += match part {
-                Part::Triangle(corners) => Polygon::new(corners).integral().abs(),
-                Part::Point { integral, .. } => integral.abs(),
-            };
-        });
-        let scale = mass / integral;
-        if scale.is_finite() {
-            for_each_part(triangle, &mut |part| self.add_part(part, scale));
-        } else {
-            self.add_point(triangle[0].phi, triangle[0].e, mass);
-        }
+    fn truncated_mass(&self) -> f64 {
+        (1.0 - self.total / self.initial.mass_inside()).max(0.0)
     }
 
-    fn add_part(&mut self, part: &Part, scale: f64) {
-        let corners = match part {
-            Part::Triangle(corners) => corners,
-            Part::Point { phi, e, integral } => return self.add_point(*phi, *e, scale * integral.abs()),
-        };
-        let above = share_above(corners, self.critical_e);
-        if above > 0.0 {
-            self.above += above * scale * Polygon::new(corners).integral().abs();
-        }
-        // A part turned over integrates to a negative number, but its probability is positive all the same.
-        let scale = scale.copysign(twice_area(corners));
-        let shift = fold(corners[0][0], self.branch_low) - corners[0][0];
-        let shifted = corners.map(|[phi, e, n]| [phi + shift, e, n]);
-        self.deposit(&shifted, scale);
-        // A triangle across the cut of the circle shows at the other end as well.
-        let turn = std::f64::consts::TAU;
-        if shifted.iter().any(|corner| corner[0] < self.branch_low) {
-            self.deposit(&shifted.map(|[phi, e, n]| [phi + turn, e, n]), scale);
-        }
-        if shifted.iter().any(|corner| corner[0] >= self.branch_low + turn) {
-            self.deposit(&shifted.map(|[phi, e, n]| [phi - turn, e, n]), scale);
-        }
+    fn judge_triangles(&self, nodes: &[Node], measure: &[f64]) -> MeshDiagnostics {
+        let ratio = |k: usize| (invariant_measure(&self.corners(nodes, k)) / measure[k], self.mass[k]);
+        let ratios: Vec<(f64, f64)> = (0..measure.len()).into_par_iter().map(ratio).collect();
+        MeshDiagnostics::from_ratios(ratios.into_iter(), self.truncated_mass())
     }
 
-    /// Deposits a triangle; measured in bins, its integral changes by a factor that `scale` takes out again.
-    fn deposit(&mut self, triangle: &[[f64; 3]; 3], scale: f64) {
-        let measured = triangle.map(|corner| self.units.measure(corner));
-        self.units.deposit(&measured, scale * self.units.bin_area(), &mut self.joint);
+    fn judge_cells(&self, lines: [&[f64]; 2], refinement: &Refinement, states: [&[f64]; 2]) -> MeshDiagnostics {
+        let cells = lines[0].len() - 1;
+        let ratio = |k: usize| cell_ratio(&self.initial, refinement, lines, states, [k / cells, k % cells]);
+        let ratios: Vec<(f64, f64)> = (0..cells * cells).into_par_iter().map(ratio).collect();
+        MeshDiagnostics::from_ratios(ratios.into_iter(), self.truncated_mass())
     }
-
-    fn add_point(&mut self, phi: f64, e: f64, mass: f64) {
-        if e > self.critical_e {
-            self.above += mass;
-        }
-        let [x, y, _] = self.units.measure([fold(phi, self.branch_low), e, 0.0]);
-        if let Some(bin) = self.units.bin(x, y) {
-            self.joint[bin] += mass;
-        }
-    }
-}
-
-/// The lattice lines in standard deviations, outer and inner direction.
-fn lattice_lines(standard: &[[f64; 2]], side: usize) -> Result<(Vec<f64>, Vec<f64>), MeshError> {
-    const TOLERANCE: f64 = 1e-6;
-    let points = side.saturating_mul(side);
-    if points != standard.len() {
-        return Err(MeshError::Length { column: "phi0", found: standard.len(), expected: points });
-    }
-    let outer: Vec<f64> = (0..side).map(|i| standard[i * side][0]).collect();
-    let inner: Vec<f64> = (0..side).map(|j| standard[j][1]).collect();
-    let off = |row: usize| {
-        let (i, j) = (row / side, row % side);
-        let falls = (i > 0 && outer[i] <= outer[i - 1]) || (j > 0 && inner[j] <= inner[j - 1]);
-        falls || (standard[row][0] - outer[i]).abs() > TOLERANCE || (standard[row][1] - inner[j]).abs() > TOLERANCE
-    };
-    match (0..points).find(|&row| off(row)) {
-        Some(row) => Err(MeshError::NotALattice { side, row }),
-        None => Ok((outer, inner)),
-    }
-}
-
-/// Two counter-clockwise triangles a cell.
-fn lattice_triangles(side: usize) -> Vec<[u32; 3]> {
-    let node = |i: usize, j: usize| (i * side + j) as u32;
-    (0..(side - 1) * (side - 1))
-        .flat_map(|cell| {
-            let (i, j) = (cell / (side - 1), cell % (side - 1));
-            let [a, b, c, d] = [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
-            if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
-        })
-        .collect()
 }

@@ -38,6 +38,21 @@ fn lagrange(nodes: &[f64], at: f64) -> [f64; POINTS] {
     weights
 }
 
+/// Slopes of the Lagrange polynomials on `nodes` at `at`.
+fn lagrange_slopes(nodes: &[f64], at: f64) -> [f64; POINTS] {
+    let mut slopes = [0.0; POINTS];
+    for (i, slope) in slopes.iter_mut().enumerate().take(nodes.len()) {
+        let others = |skip: usize| (0..nodes.len()).filter(move |&j| j != i && j != skip);
+        *slope = others(i)
+            .map(|m| {
+                let rest = others(m).map(|j| (at - nodes[j]) / (nodes[i] - nodes[j])).product::<f64>();
+                rest / (nodes[i] - nodes[m])
+            })
+            .sum();
+    }
+    slopes
+}
+
 /// Interpolation from a lattice to one `factor` times as fine.
 #[derive(Debug, Clone)]
 pub struct Refinement {
@@ -45,6 +60,8 @@ pub struct Refinement {
     coarse: usize,
     rows: Vec<Stencil>,
     columns: Vec<Stencil>,
+    /// Value and slope at the middle of each gap, outer and inner direction.
+    middles: [Vec<[Stencil; 2]>; 2],
     /// Fine lattice lines across the outer direction.
     pub outer: Vec<f64>,
     /// Fine lattice lines across the inner direction.
@@ -72,8 +89,16 @@ impl Refinement {
                 })
                 .unzip()
         };
+        let middles = [outer, inner].map(|lines| {
+            let middle = |cell: usize| {
+                let (first, at) = (first_node(cell, side, degree), lines[cell].midpoint(lines[cell + 1]));
+                let nodes = &lines[first..=first + degree];
+                [lagrange(nodes, at), lagrange_slopes(nodes, at)].map(|weights| Stencil { first, weights })
+            };
+            (0..side - 1).map(middle).collect()
+        });
         let ((outer, rows), (inner, columns)) = (fine(outer), fine(inner));
-        Ok(Self { degree, coarse: side, rows, columns, outer, inner })
+        Ok(Self { degree, coarse: side, rows, columns, middles, outer, inner })
     }
 
     /// Values on the fine lattice from values on the coarse one, outer direction outermost.
@@ -90,6 +115,14 @@ impl Refinement {
                 (0..width).map(move |j| self.sum(stencil, |k| across[k * width + j]))
             })
             .collect()
+    }
+
+    /// The interpolant's value and its slopes in the outer and inner direction in the middle of coarse cell `(i, j)`.
+    pub fn middle(&self, values: &[f64], i: usize, j: usize) -> [f64; 3] {
+        let ([value_i, slope_i], [value_j, slope_j]) = (&self.middles[0][i], &self.middles[1][j]);
+        let product =
+            |row: &Stencil, column: &Stencil| self.sum(row, |k| self.sum(column, |l| values[k * self.coarse + l]));
+        [product(value_i, value_j), product(slope_i, value_j), product(value_i, slope_j)]
     }
 
     fn sum(&self, stencil: &Stencil, value: impl Fn(usize) -> f64) -> f64 {
@@ -123,6 +156,38 @@ pub fn gaussian_weights(nodes: &[f64], degree: usize) -> Vec<f64> {
     weights
 }
 
+/// The lattice lines in standard deviations, outer and inner direction.
+pub(super) fn lattice_lines(standard: &[[f64; 2]], side: usize) -> Result<[Vec<f64>; 2], MeshError> {
+    const TOLERANCE: f64 = 1e-6;
+    let points = side.saturating_mul(side);
+    if side < 2 || points != standard.len() {
+        return Err(MeshError::Length { column: "phi0", found: standard.len(), expected: points });
+    }
+    let outer: Vec<f64> = (0..side).map(|i| standard[i * side][0]).collect();
+    let inner: Vec<f64> = (0..side).map(|j| standard[j][1]).collect();
+    let off = |row: usize| {
+        let (i, j) = (row / side, row % side);
+        let falls = (i > 0 && outer[i] <= outer[i - 1]) || (j > 0 && inner[j] <= inner[j - 1]);
+        falls || (standard[row][0] - outer[i]).abs() > TOLERANCE || (standard[row][1] - inner[j]).abs() > TOLERANCE
+    };
+    match (0..points).find(|&row| off(row)) {
+        Some(row) => Err(MeshError::NotALattice { side, row }),
+        None => Ok([outer, inner]),
+    }
+}
+
+/// Two counter-clockwise triangles a cell.
+pub(super) fn lattice_triangles(side: usize) -> Vec<[u32; 3]> {
+    let node = |i: usize, j: usize| (i * side + j) as u32;
+    (0..(side - 1) * (side - 1))
+        .flat_map(|cell| {
+            let (i, j) = (cell / (side - 1), cell % (side - 1));
+            let [a, b, c, d] = [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
+            if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,6 +208,17 @@ mod tests {
         let expected = grid(&refinement.outer, &refinement.inner);
         assert_eq!(found.len(), 33 * 33);
         assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+
+    #[test]
+    fn slopes_in_the_middle_of_a_cell_are_those_of_the_polynomial() {
+        let nodes = lines(6, -1.0, 1.0);
+        let values: Vec<f64> = (0..36).map(|k| nodes[k / 6].powi(3) * (1.0 + nodes[k % 6].powi(2))).collect();
+        let [value, outer, inner] = Refinement::new(&nodes, &nodes, 4, 1).unwrap().middle(&values, 0, 4);
+        let (u, v) = (-0.8f64, 0.8f64);
+        assert!((value - u.powi(3) * (1.0 + v * v)).abs() < 1e-13);
+        assert!((outer - 3.0 * u * u * (1.0 + v * v)).abs() < 1e-12);
+        assert!((inner - u.powi(3) * 2.0 * v).abs() < 1e-12);
     }
 
     #[test]

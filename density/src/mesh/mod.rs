@@ -20,11 +20,14 @@
 //! | [`gaussian`] | probability of a triangle under the initial Gaussian |
 //! | [`lattice`] | high-degree interpolation of the flow between lattice points |
 //! | [`readout`] | a carried triangle in the `(phi, e)` plane, also around `e = 0` |
+//! | `share` | a triangle's probability, shared out to bins |
+//! | [`diagnostics`] | whether a carried mesh resolved the flow |
 //! | [`hull`], [`carried`] | the two methods |
 
 pub mod carried;
 pub mod characteristics;
 pub mod delaunay;
+pub mod diagnostics;
 pub mod gaussian;
 pub mod hull;
 pub mod lattice;
@@ -32,11 +35,13 @@ pub mod points;
 pub mod polygon;
 pub mod raster;
 pub mod readout;
+mod share;
 
-pub use carried::{CarriedMesh, MeshDiagnostics};
+pub use carried::CarriedMesh;
 pub use characteristics::characteristic_densities;
+pub use diagnostics::MeshDiagnostics;
 pub use hull::{Branch, hull_estimate};
-pub use points::{Placement, Points, initial_points};
+pub use points::{Placement, Points, initial_points, lattice_points};
 
 /// Why a mesh could not be built or read out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -47,7 +47,7 @@ pub fn initial_points(problem: &Problem, count: usize, placement: Placement, see
         return Err(MeshError::TooFewPoints { found: count, needed: 4 });
     }
     if placement == Placement::Lattice {
-        return Ok(lattice(initial, count.isqrt()));
+        return lattice_points(problem, count.isqrt(), lattice_reach(count.isqrt()));
     }
     let shift = rotation(seed);
     let draw = |index: usize| match placement {
@@ -72,25 +72,39 @@ fn check(initial: &InitialGaussian) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// How far a lattice of `side` points a side reaches \[standard deviations\].
+/// How far a lattice of `side` points a side reaches \[standard deviations\] unless told otherwise.
 ///
-/// Wider loses resolution, narrower loses the tails; the balance shifts outwards as points are added. A lattice of `h`
-/// standard deviations a step that ends at `k` errs by about `h^4` inside and by `k exp(-k²/2)` outside.
+/// Wider loses resolution, narrower loses the tails: beyond `k` standard deviations lies a share `sqrt(2/π) k exp(-k²/2)`
+/// of the variance. Values chosen by measurement for interpolation of degree 7: 31 points a side over 5.5 keep every
+/// moment of the paper's scenarios to 0.005 %. Straight triangles want a closer lattice: 4.2 for 31 a side.
 pub fn lattice_reach(side: usize) -> f64 {
     const NARROWEST: f64 = 3.0;
     const WIDEST: f64 = 5.5;
-    (2.0 + 0.45 * (side as f64).ln() * 1.6).clamp(NARROWEST, WIDEST)
+    (3.0 + 0.1 * side as f64).clamp(NARROWEST, WIDEST)
 }
 
-fn lattice(initial: &InitialGaussian, side: usize) -> Points {
+/// A lattice of `side` points a side, over `reach` standard deviations to each side of the mean, cut to `0 < e < 1`.
+///
+/// # Errors
+/// As [`initial_points`]; [`MeshError::Initial`] if `reach` is not positive and finite.
+pub fn lattice_points(problem: &Problem, side: usize, reach: f64) -> Result<Points, MeshError> {
     const E_RANGE: (f64, f64) = (1e-6, 1.0 - 1e-6);
-    let reach = lattice_reach(side);
+    let initial = &problem.initial;
+    check(initial)?;
+    if side < 2 {
+        return Err(MeshError::TooFewPoints { found: side, needed: 2 });
+    }
+    if !(reach > 0.0 && reach.is_finite()) {
+        return Err(MeshError::Initial(
+            "a lattice over it must reach a positive, finite number of standard deviations",
+        ));
+    }
     let (low, high) = (initial.point(-reach, -reach), initial.point(reach, reach));
     let (e_low, e_high) = (low.1.max(E_RANGE.0), high.1.min(E_RANGE.1));
     let between = |low: f64, high: f64, i: usize| low + (high - low) * (i as f64 / (side - 1) as f64);
     let points = (0..side * side).map(|row| (between(low.0, high.0, row / side), between(e_low, e_high, row % side)));
     let (phi, e) = points.unzip();
-    Points { phi, e, lattice: Some(side) }
+    Ok(Points { phi, e, lattice: Some(side) })
 }
 
 /// Draws until `e` is inside; at least one in a hundred is.

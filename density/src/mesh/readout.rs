@@ -5,7 +5,9 @@
 //! stretched along arcs of nearly constant `e`, which straight edges in `(phi, e)` follow and chords in `(x1, x2)` cut. A
 //! triangle near the origin, or around it, is halved in `(x1, x2)` until its parts are narrow or too small to matter.
 
-use super::polygon::{Corner, twice_area};
+use std::f64::consts::PI;
+
+use super::polygon::{Corner, Polygon, twice_area};
 use crate::angle::nearest;
 use crate::dynamics::State;
 
@@ -27,23 +29,15 @@ pub struct Node {
     pub e: f64,
     /// Density per unit of the invariant measure `e/s dphi de`, which a characteristic keeps.
     pub invariant_density: f64,
+    /// Density per unit `phi`-`e` area \[1/rad\].
+    pub density: f64,
 }
 
 impl Node {
     /// From the state and the invariant density.
     pub fn new(x1: f64, x2: f64, invariant_density: f64) -> Self {
-        let state = State { x1, x2 };
-        Self { x1, x2, phi: x1.atan2(x2), e: state.eccentricity(), invariant_density }
-    }
-
-    fn s(&self) -> f64 {
-        // Interpolation between lattice points may overshoot the domain where it resolves nothing.
-        (1.0 - self.e * self.e).max(1e-12).sqrt()
-    }
-
-    /// Density per unit `phi`-`e` area.
-    fn density(&self) -> f64 {
-        self.invariant_density * self.e / self.s()
+        let e = State { x1, x2 }.eccentricity();
+        Self { x1, x2, phi: x1.atan2(x2), e, invariant_density, density: invariant_density * e / s_of(e) }
     }
 
     fn midpoint(&self, other: &Self) -> Self {
@@ -55,26 +49,43 @@ impl Node {
     }
 }
 
+/// `sqrt(1 - e²)`; interpolation between lattice points may overshoot the domain where it resolves nothing.
+fn s_of(e: f64) -> f64 {
+    (1.0 - e * e).max(1e-12).sqrt()
+}
+
 /// A part of a carried triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Part {
     /// A triangle in `(phi, e)`, with densities per unit area there. Angles lie near each other, on any branch.
     Triangle([Corner; 3]),
-    /// Too small and too near the origin to be told from a point, with its (signed) integral of the density.
+    /// Too small and too near the origin to be told from a point, with its integral of the density.
     Point {
         /// Solar angle \[rad\].
         phi: f64,
         /// Eccentricity.
         e: f64,
-        /// Area times density, negative if the triangle is turned over.
+        /// Area times density.
         integral: f64,
     },
 }
 
-/// The corners in `(phi, e)`, with the angles next to that of the first; none if the triangle is wide.
-fn polar(triangle: &[Node; 3]) -> Option<[Corner; 3]> {
+impl Part {
+    /// Integral of the density over the part, its sense of rotation aside.
+    pub fn integral(&self) -> f64 {
+        match self {
+            Self::Triangle(corners) => Polygon::new(corners).integral().abs(),
+            Self::Point { integral, .. } => *integral,
+        }
+    }
+}
+
+/// A triangle's corners in `(phi, e)`, with the angles next to that of the first; none if the triangle is wide.
+pub fn polar(triangle: &[Node; 3]) -> Option<[Corner; 3]> {
     let first = triangle[0].phi;
-    let corners = triangle.map(|node| [nearest(node.phi, first), node.e, node.density()]);
+    // Most triangles lie off the cut of the circle.
+    let near = |phi: f64| if (phi - first).abs() <= PI { phi } else { nearest(phi, first) };
+    let corners = triangle.map(|node| [near(node.phi), node.e, node.density]);
     let (low, high) = corners.iter().fold((first, first), |(low, high), c| (low.min(c[0]), high.max(c[0])));
     (high - low < WIDE).then_some(corners)
 }
@@ -99,7 +110,7 @@ fn halve(triangle: &[Node; 3], depth: u32, visit: &mut impl FnMut(&Part)) {
         let [a, b, c] = triangle;
         let mean = |f: fn(&Node) -> f64| (f(a) + f(b) + f(c)) / 3.0;
         let middle = Node::new(mean(|n| n.x1), mean(|n| n.x2), mean(|n| n.invariant_density));
-        let integral = 0.5 * twice_area_of_states(triangle) * middle.invariant_density / middle.s();
+        let integral = 0.5 * twice_area_of_states(triangle).abs() * middle.invariant_density / s_of(middle.e);
         return visit(&Part::Point { phi: middle.phi, e: middle.e, integral });
     }
     let length = |k: usize| {
@@ -119,7 +130,7 @@ pub fn invariant_measure(triangle: &[Node; 3]) -> f64 {
     match polar(triangle) {
         Some(corners) => polar_measure(&corners),
         None => {
-            let inverse_s = |a: usize, b: usize| 1.0 / triangle[a].midpoint(&triangle[b]).s();
+            let inverse_s = |a: usize, b: usize| 1.0 / s_of(triangle[a].midpoint(&triangle[b]).e);
             0.5 * twice_area_of_states(triangle) * (inverse_s(0, 1) + inverse_s(1, 2) + inverse_s(2, 0)) / 3.0
         }
     }
@@ -129,7 +140,7 @@ pub fn invariant_measure(triangle: &[Node; 3]) -> f64 {
 pub fn polar_measure(corners: &[Corner; 3]) -> f64 {
     let weight = |a: usize, b: usize| {
         let e = corners[a][1].midpoint(corners[b][1]);
-        e / (1.0 - e * e).max(1e-12).sqrt()
+        e / s_of(e)
     };
     0.5 * twice_area(corners) * (weight(0, 1) + weight(1, 2) + weight(2, 0)) / 3.0
 }
@@ -137,7 +148,6 @@ pub fn polar_measure(corners: &[Corner; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::polygon::Polygon;
 
     fn node(x1: f64, x2: f64) -> Node {
         Node::new(x1, x2, 1.0)
@@ -147,10 +157,7 @@ mod tests {
     fn total(triangle: &[Node; 3]) -> f64 {
         let mut total = 0.0;
         for_each_part(triangle, &mut |part| {
-            total += match part {
-                Part::Triangle(corners) => Polygon::new(corners).integral(),
-                Part::Point { integral, .. } => *integral,
-            }
+            total += part.integral();
         });
         total
     }
