@@ -92,17 +92,23 @@ pub fn relative_errors(found: &Moments, exact: &Moments) -> [f64; 4] {
     std::array::from_fn(|k| (found[k] / exact[k] - 1.0).abs())
 }
 
-/// Exact mean density of each bin: every bin's `fineness²` midpoints are followed back to the initial Gaussian.
-pub fn exact_joint(problem: &Problem, time: f64, grid: &Grid, fineness: usize) -> Vec<f64> {
+/// Exact mean density of each bin: `fineness` midpoints along `phi` and `e` in every bin are followed back to the initial
+/// Gaussian. Its mass tells whether they were enough: filaments can be a twentieth of a bin thin in `e`.
+pub fn exact_joint(problem: &Problem, time: f64, grid: &Grid, fineness: [usize; 2]) -> Vec<f64> {
     let flow = Flow::new(problem.force);
-    let mut joint = Vec::with_capacity(grid.len());
+    let in_cloud = bins_of_cloud(problem, time, grid);
+    let mut joint = vec![0.0; grid.len()];
     for i in 0..grid.phi.bins {
-        let fine = |low: f64, width: f64, k: usize| low + width * (k as f64 + 0.5) / fineness as f64;
-        let points: Vec<State> = (0..grid.e.bins)
-            .flat_map(|j| (0..fineness * fineness).map(move |k| (j, k)))
+        let fine = |low: f64, width: f64, k: usize, of: usize| low + width * (k as f64 + 0.5) / of as f64;
+        let per_bin = fineness[0] * fineness[1];
+        let row = &in_cloud[i * grid.e.bins..(i + 1) * grid.e.bins];
+        let bins: Vec<usize> = (0..grid.e.bins).filter(|&j| row[j]).collect();
+        let points: Vec<State> = bins
+            .iter()
+            .flat_map(|&j| (0..per_bin).map(move |k| (j, k)))
             .map(|(j, k)| {
-                let phi = fine(grid.phi.edge(i), grid.phi.width(), k / fineness);
-                State::from_polar(phi, fine(grid.e.edge(j), grid.e.width(), k % fineness))
+                let phi = fine(grid.phi.edge(i), grid.phi.width(), k / fineness[1], fineness[0]);
+                State::from_polar(phi, fine(grid.e.edge(j), grid.e.width(), k % fineness[1], fineness[1]))
             })
             .collect();
         let mut x1: Vec<f64> = points.iter().map(|state| state.x1).collect();
@@ -118,9 +124,33 @@ pub fn exact_joint(problem: &Problem, time: f64, grid: &Grid, fineness: usize) -
                 if n0 > 0.0 { n0 * density_growth(start, end) } else { 0.0 }
             })
             .collect();
-        joint.extend(densities.chunks(fineness * fineness).map(|bin| bin.iter().sum::<f64>() / bin.len() as f64));
+        for (j, bin) in bins.iter().zip(densities.chunks(per_bin)) {
+            joint[i * grid.e.bins + j] = bin.iter().sum::<f64>() / per_bin as f64;
+        }
     }
     joint
+}
+
+/// The bins within one of those that 300 x 300 orbits from within 5 standard deviations reach.
+fn bins_of_cloud(problem: &Problem, time: f64, grid: &Grid) -> Vec<bool> {
+    const SIDE: usize = 300;
+    let sigmas = |k: usize| 10.0 * k as f64 / (SIDE - 1) as f64 - 5.0;
+    let start = (0..SIDE * SIDE).map(|k| problem.initial.point(sigmas(k / SIDE), sigmas(k % SIDE)));
+    let states = start.map(|(phi, e)| State::from_polar(phi, e.max(1e-9)));
+    let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = states.map(|state| (state.x1, state.x2)).unzip();
+    Flow::new(problem.force).advance(&mut x1, &mut x2, time).unwrap();
+    let mut found = vec![false; grid.len()];
+    for (&x1, &x2) in x1.iter().zip(&x2) {
+        let state = State { x1, x2 };
+        let Some(bin) = grid.bin(state.solar_angle(), state.eccentricity()) else { continue };
+        let (i, j) = (bin / grid.e.bins, bin % grid.e.bins);
+        for i in i.saturating_sub(1)..=(i + 1).min(grid.phi.bins - 1) {
+            for j in j.saturating_sub(1)..=(j + 1).min(grid.e.bins - 1) {
+                found[i * grid.e.bins + j] = true;
+            }
+        }
+    }
+    found
 }
 
 /// L1 distance of two densities on the grid: `∫ |f - g|`, between 0 and 2.
