@@ -3,6 +3,25 @@
 //! The flow keeps the measure `e/s dphi de` of every region, and its orientation. What the mesh makes of the flow between
 //! the points keeps neither where it is too coarse. Straight triangles are judged by the measure they cover; the polynomials
 //! of a lattice by their Jacobian determinant in the middle of each lattice cell, the farthest from any point.
+//!
+//! Measured on the paper's scenarios, defect and L1 error of the joint density on 100 x 100 bins:
+//!
+//! | mesh | snapshot | defect | L1 error |
+//! |---|---|---|---|
+//! | lattice 31 x 31, degree 7 | scenario 1, 1 yr | 0.0026 | 0.2 % |
+//! | lattice 31 x 31, degree 7 | scenario 2, 1.5 yr | 0.00004 | 0.2 % |
+//! | lattice 21 x 21, degree 7 | scenario 1, 1 yr | 0.026 | 1.4 % |
+//! | lattice 15 x 15, degree 7 | scenario 1, 1 yr | 0.11 | 5.5 % |
+//! | lattice 31 x 31, degree 2 | scenario 1, 1 yr | 0.16 | 36 % |
+//! | lattice 31 x 31, degree 2 | scenario 2, 1.5 yr | 0.36 | 3.2 % |
+//! | lattice 31 x 31, degree 1 | scenario 2, 2 yr | 0.31 | 3.6 % |
+//! | lattice 31 x 31, degree 1 | scenario 2, 1.5 yr | 0.82 | 8.6 % |
+//! | lattice 31 x 31, degree 1 | scenario 1, 1 yr | 0.55 | 37 % |
+//! | 1e5 random points | scenario 1, 1 yr | 0.06 | 0.15 % |
+//! | 1e5 random points | scenario 2, 1.5 yr | 0.26 | 0.22 % |
+//!
+//! (31 x 31 points over 5.5 standard deviations.) The error stays below about twice the defect. It can be far smaller:
+//! triangles keep their probability even where they are misshapen, and bins blur what is misplaced by less than a bin.
 
 use super::lattice::Refinement;
 use crate::problem::InitialGaussian;
@@ -24,7 +43,8 @@ pub struct MeshDiagnostics {
 }
 
 impl MeshDiagnostics {
-    /// Above this [`MeshDiagnostics::measure_defect`] the mesh is too coarse for the flow.
+    /// Above this [`MeshDiagnostics::measure_defect`] the mesh may be too coarse for the flow: below it the L1 error of the
+    /// joint density stayed under 5 % in all measurements, above it reached 37 %.
     pub const LARGEST_DEFECT: f64 = 0.02;
 
     /// Whether the mesh resolved the flow.
