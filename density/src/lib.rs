@@ -11,6 +11,7 @@ pub mod exact;
 pub mod first_passage;
 pub mod flow;
 pub mod grid;
+pub mod mesh;
 pub mod mixture;
 pub mod orbits;
 pub mod problem;

@@ -1,0 +1,108 @@
+//! Whether a carried mesh resolved the flow, told from the mesh alone.
+//!
+//! The flow keeps the measure `e/s dphi de` of every region, and its orientation. What the mesh makes of the flow between
+//! the points keeps neither where it is too coarse. Straight triangles are judged by the measure they cover; the polynomials
+//! of a lattice by their Jacobian determinant in the middle of each lattice cell, the farthest from any point.
+//!
+//! Measured on the paper's scenarios, defect and L1 error of the joint density on 100 x 100 bins:
+//!
+//! | mesh | snapshot | defect | L1 error |
+//! |---|---|---|---|
+//! | lattice 31 x 31, degree 7 | scenario 1, 1 yr | 0.0026 | 0.2 % |
+//! | lattice 31 x 31, degree 7 | scenario 2, 1.5 yr | 0.00004 | 0.2 % |
+//! | lattice 21 x 21, degree 7 | scenario 1, 1 yr | 0.026 | 1.4 % |
+//! | lattice 15 x 15, degree 7 | scenario 1, 1 yr | 0.11 | 5.5 % |
+//! | lattice 31 x 31, degree 2 | scenario 1, 1 yr | 0.16 | 36 % |
+//! | lattice 31 x 31, degree 2 | scenario 2, 1.5 yr | 0.36 | 3.2 % |
+//! | lattice 31 x 31, degree 1 | scenario 2, 2 yr | 0.31 | 3.6 % |
+//! | lattice 31 x 31, degree 1 | scenario 2, 1.5 yr | 0.82 | 8.6 % |
+//! | lattice 31 x 31, degree 1 | scenario 1, 1 yr | 0.55 | 37 % |
+//! | 1e5 random points | scenario 1, 1 yr | 0.06 | 0.15 % |
+//! | 1e5 random points | scenario 2, 1.5 yr | 0.26 | 0.22 % |
+//!
+//! (31 x 31 points over 5.5 standard deviations, 21 over 5.1, 15 over 4.5.) In all measurements the error stayed below two
+//! and a half times the defect plus 2.5 %, the latter from sparse tails and coarse densities. It can be far smaller:
+//! triangles keep their probability even where they are misshapen, and bins blur what is misplaced by less than a bin.
+
+use super::lattice::Refinement;
+use crate::problem::InitialGaussian;
+
+/// What a snapshot says about its own reliability.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MeshDiagnostics {
+    /// Triangles, or cells of a lattice of degree 2 or more.
+    pub elements: usize,
+    /// Those that seem to have been turned over, which a diffeomorphism cannot do.
+    pub flipped_elements: usize,
+    /// Their probability.
+    pub flipped_mass: f64,
+    /// Mean of `1 - min(r, 1/r)` weighted by probability, `r` the ratio of an element's present and initial measure (1
+    /// where it is negative): zero for a resolved flow, at most one.
+    pub measure_defect: f64,
+    /// Probability outside the mesh, which is left out.
+    pub truncated_mass: f64,
+}
+
+impl MeshDiagnostics {
+    /// Above this [`MeshDiagnostics::measure_defect`] the mesh may be too coarse for the flow: below it the L1 error of the
+    /// joint density stayed under 2.5 % in all measurements, above it reached 37 %.
+    pub const LARGEST_DEFECT: f64 = 0.02;
+
+    /// Whether the mesh resolved the flow.
+    pub fn is_resolved(&self) -> bool {
+        self.measure_defect <= Self::LARGEST_DEFECT
+    }
+
+    /// From the measure ratio and the probability of each element.
+    pub(super) fn from_ratios(ratios: impl Iterator<Item = (f64, f64)>, truncated_mass: f64) -> Self {
+        let mut found = Self { truncated_mass, ..Self::default() };
+        let mut total = 0.0;
+        for (ratio, mass) in ratios {
+            let defect = if ratio > 0.0 { 1.0 - ratio.min(1.0 / ratio) } else { 1.0 };
+            found.elements += 1;
+            found.measure_defect += mass * defect;
+            total += mass;
+            if ratio < 0.0 {
+                found.flipped_elements += 1;
+                found.flipped_mass += mass;
+            }
+        }
+        found.measure_defect /= total;
+        found.flipped_mass /= total;
+        found
+    }
+}
+
+/// Measure ratio in the middle of lattice cell `(i, j)`, and the probability density there: the Jacobian determinant of the
+/// interpolated `(x1, x2)(u, v)` over the exact one, both divided by `s`.
+pub(super) fn cell_ratio(
+    initial: &InitialGaussian,
+    refinement: &Refinement,
+    lines: [&[f64]; 2],
+    states: [&[f64]; 2],
+    [i, j]: [usize; 2],
+) -> (f64, f64) {
+    let (u, v) = (lines[0][i].midpoint(lines[0][i + 1]), lines[1][j].midpoint(lines[1][j + 1]));
+    let (_, e0) = initial.point(u, v);
+    let [x1, x1_u, x1_v] = refinement.middle(states[0], i, j);
+    let [x2, x2_u, x2_v] = refinement.middle(states[1], i, j);
+    let s = (1.0 - x1 * x1 - x2 * x2).max(1e-12).sqrt();
+    let present = (x1_u * x2_v - x1_v * x2_u) / s;
+    let before = initial.sigma_phi * initial.sigma_e * e0 / (1.0 - e0 * e0).sqrt();
+    (present / before, super::gaussian::standard_density([u, v]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_resolved_flow_has_no_defect_and_a_fold_has_its_probability() {
+        let resolved = MeshDiagnostics::from_ratios([(1.0, 0.3), (1.0, 0.7)].into_iter(), 0.0);
+        assert_eq!((resolved.measure_defect, resolved.flipped_elements, resolved.is_resolved()), (0.0, 0, true));
+        let folded = MeshDiagnostics::from_ratios([(2.0, 0.5), (0.5, 0.3), (-1.0, 0.2)].into_iter(), 0.0);
+        assert_eq!((folded.elements, folded.flipped_elements), (3, 1));
+        assert!((folded.measure_defect - 0.6).abs() < 1e-15 && (folded.flipped_mass - 0.2).abs() < 1e-15);
+        assert!(!folded.is_resolved());
+    }
+}
