@@ -38,7 +38,7 @@ impl Propagator for LinearGaussian {
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let (orbits, times) = self.course.as_mut().ok_or_else(|| Failure::Refused("no scenario".into()))?;
+        let (orbits, times) = self.course.as_mut().ok_or_else(Failure::no_scenario)?;
         orbits.advance_to(times[index])?;
         Ok(1)
     }

@@ -73,12 +73,14 @@ pub fn columns(kind: u32) -> Option<u32> {
     }
 }
 
-/// How the estimator treats a snapshot.
+/// How the estimator makes a density of characteristics.
 pub mod treatment {
-    /// The corrected method.
-    pub const CORRECTED: u32 = 0;
-    /// As the paper printed it, flaws included.
-    pub const AS_PRINTED: u32 = 1;
+    /// Triangles of the initial points, carried by the flow, each with its probability.
+    pub const CARRIED_MESH: u32 = 0;
+    /// Delaunay triangulation of the final points and linear interpolation of `n`.
+    pub const HULL_MESH: u32 = 1;
+    /// The same with `phi` cut open at 0, as the paper printed it.
+    pub const HULL_MESH_AS_PRINTED: u32 = 2;
 }
 
 /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
@@ -104,14 +106,14 @@ pub struct SnapshotHeader {
     pub rows: u32,
     /// Number of columns.
     pub columns: u32,
-    /// How to estimate the density, see [`treatment`].
+    /// Characteristics only: how to estimate the density, see [`treatment`].
     pub treatment: u32,
-    /// Characteristics only: interpolation points an axis (the paper's Ngrid); 0 for the default.
+    /// Hull meshes only: interpolation points an axis (the paper's Ngrid).
     pub resolution: u32,
-    /// Characteristics only: points a side if the initial points form a square lattice, row by row; else 0.
+    /// Carried meshes only: points a side if the initial points form a square lattice, `phi` outermost; else 0.
     pub lattice: u32,
-    /// 0.
-    pub reserved: u32,
+    /// Carried lattices only: degree to which the flow is interpolated between the points; 1 is linear.
+    pub degree: u32,
     /// The propagator's label.
     pub label: Label,
 }

@@ -19,14 +19,6 @@ impl Course {
         Self { orbits, times: problem.times.clone() }
     }
 
-    /// The course that `begin` has laid out.
-    ///
-    /// # Errors
-    /// [`Failure::Refused`] if there is none.
-    pub fn under_way(course: &mut Option<Self>) -> Result<&mut Self, Failure> {
-        course.as_mut().ok_or_else(|| Failure::Refused("a snapshot was asked for before any scenario".into()))
-    }
-
     /// Moves the orbits to snapshot `index` and returns how many they are.
     ///
     /// # Errors

@@ -1,65 +1,161 @@
-//! Monte Carlo: random draws from the initial Gaussian, each propagated on its own (Sect. 3.1).
+//! DEE: characteristics that carry the density along the flow (Sect. 3.2).
 
 use density::flow::Flow;
+use density::mesh::{Placement, Points, characteristic_densities, initial_points};
 use density::orbits::Orbits;
-use density::sampling;
-use messages::layout::kind;
+use density::problem::InitialGaussian;
+use messages::layout::{kind, treatment};
 use serde::{Deserialize, Serialize};
 
 use crate::assignment::Assignment;
 use crate::course::Course;
 use crate::failure::Failure;
-use crate::input::positive;
+use crate::input::{Mode, positive};
 use crate::kit::{Form, Propagator};
 
-/// Settings of a Monte Carlo case.
+/// Where the characteristics start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlacementChoice {
+    /// Random draws from the initial Gaussian, as in the paper.
+    Random,
+    /// A square lattice.
+    Lattice,
+    /// A low-discrepancy sequence through the initial Gaussian.
+    LowDiscrepancy,
+}
+
+/// How scattered densities become a density on the grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeshChoice {
+    /// Triangles of the initial points, carried by the flow, each with its probability.
+    Carried,
+    /// Delaunay triangulation of the final points and linear interpolation, as in the paper.
+    Hull,
+}
+
+/// Settings of a DEE case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Number of samples.
+    /// Number of characteristics; on a lattice the largest square number up to it.
     #[serde(deserialize_with = "positive")]
     pub samples: usize,
-    /// Seed of the draws.
+    /// Seed of random draws.
     pub seed: u64,
+    /// Where the characteristics start; by default on a lattice, as printed random.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placement: Option<PlacementChoice>,
+    /// How the density is put together; by default carried, as printed by hull.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshChoice>,
+    /// Interpolation points an axis of a hull mesh, the paper's Ngrid.
+    #[serde(deserialize_with = "positive")]
+    pub resolution: usize,
+    /// Degree to which a carried lattice interpolates the flow between its points; 1 is linear.
+    #[serde(deserialize_with = "positive")]
+    pub degree: usize,
+    /// Corrected, or as the paper printed it: without the Jacobian, random points, hull interpolation.
+    pub mode: Mode,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 100_000, seed: 1 }
+        Self {
+            samples: 100_000,
+            seed: 1,
+            placement: None,
+            mesh: None,
+            resolution: 5000,
+            degree: 7,
+            mode: Mode::default(),
+        }
     }
 }
 
-/// The Monte Carlo propagator.
+impl Settings {
+    fn placement(&self) -> Placement {
+        let choice = self.placement.unwrap_or(match self.mode {
+            Mode::Corrected => PlacementChoice::Lattice,
+            Mode::AsPrinted => PlacementChoice::Random,
+        });
+        match choice {
+            PlacementChoice::Random => Placement::Random,
+            PlacementChoice::Lattice => Placement::Lattice,
+            PlacementChoice::LowDiscrepancy => Placement::LowDiscrepancy,
+        }
+    }
+
+    fn mesh(&self) -> MeshChoice {
+        self.mesh.unwrap_or(match self.mode {
+            Mode::Corrected => MeshChoice::Carried,
+            Mode::AsPrinted => MeshChoice::Hull,
+        })
+    }
+}
+
+/// The DEE propagator.
 #[derive(Debug)]
 pub struct DensityEvolution {
     settings: Settings,
-    course: Option<Course>,
+    work: Option<Work>,
+}
+
+/// Characteristics on their way.
+#[derive(Debug)]
+struct Work {
+    initial: InitialGaussian,
+    start: Points,
+    course: Course,
+    densities: Vec<f64>,
 }
 
 impl DensityEvolution {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings, course: None }
+        Self { settings, work: None }
     }
 }
 
 impl Propagator for DensityEvolution {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
-        let Settings { samples, seed } = self.settings;
-        let (x1, x2) = sampling::draw(&problem.initial, seed, samples);
-        self.course = Some(Course::new(Orbits::new(Flow::new(problem.force), x1, x2), problem));
-        Ok(Form { kind: kind::SAMPLES, most_rows: samples, ..Form::default() })
+        let Settings { samples, seed, resolution, degree, mode, .. } = self.settings;
+        let start = initial_points(problem, samples, self.settings.placement(), seed)?;
+        let orbits = Orbits::from_polar(Flow::new(problem.force), &start.phi, &start.e);
+        let form = Form {
+            kind: kind::CHARACTERISTICS,
+            most_rows: orbits.len(),
+            treatment: match (self.settings.mesh(), mode) {
+                (MeshChoice::Carried, _) => treatment::CARRIED_MESH,
+                (MeshChoice::Hull, Mode::Corrected) => treatment::HULL_MESH,
+                (MeshChoice::Hull, Mode::AsPrinted) => treatment::HULL_MESH_AS_PRINTED,
+            },
+            resolution: resolution as u32,
+            degree: degree as u32,
+            lattice: start.lattice.unwrap_or(0) as u32,
+        };
+        self.work =
+            Some(Work { initial: problem.initial, start, course: Course::new(orbits, problem), densities: Vec::new() });
+        Ok(form)
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        Course::under_way(&mut self.course)?.advance(index)
+        let work = self.work.as_mut().ok_or_else(Failure::no_scenario)?;
+        let rows = work.course.advance(index)?;
+        let orbits = &work.course.orbits;
+        let with_jacobian = self.settings.mode == Mode::Corrected;
+        let Points { phi, e, .. } = &work.start;
+        work.densities = characteristic_densities(&work.initial, phi, e, &orbits.x1, &orbits.x2, with_jacobian)?;
+        Ok(rows)
     }
 
     fn write(&self, columns: &mut [f64]) {
-        if let Some(course) = &self.course {
-            let (phi, e) = columns.split_at_mut(course.orbits.len());
-            course.orbits.read_out(phi, e);
-        }
+        let Some(work) = &self.work else { return };
+        let (phi, rest) = columns.split_at_mut(work.course.orbits.len());
+        let (e, n) = rest.split_at_mut(work.course.orbits.len());
+        work.course.orbits.read_out(phi, e);
+        n.copy_from_slice(&work.densities);
     }
 }

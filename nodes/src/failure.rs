@@ -14,6 +14,12 @@ pub enum Failure {
     /// A trajectory left the domain of the equations of motion.
     #[error(transparent)]
     LostOrbit(#[from] density::orbits::LostOrbit),
+    /// A mesh cannot be made.
+    #[error(transparent)]
+    Mesh(#[from] density::mesh::MeshError),
+    /// A mixture cannot be made.
+    #[error(transparent)]
+    Mixture(#[from] density::mixture::MixtureError),
     /// A file could not be written or read.
     #[error("{file}: {cause}")]
     File {
@@ -28,6 +34,11 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// A propagator was asked for a snapshot before it had a scenario.
+    pub fn no_scenario() -> Self {
+        Self::Refused("a snapshot was asked for before any scenario".into())
+    }
+
     /// A failure of a file operation.
     pub fn file(file: &std::path::Path, cause: impl std::fmt::Display) -> Self {
         Self::File { file: file.display().to_string(), cause: cause.to_string() }

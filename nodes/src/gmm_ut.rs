@@ -1,39 +1,120 @@
-//! Monte Carlo: random draws from the initial Gaussian, each propagated on its own (Sect. 3.1).
+//! GMM-UT: a Gaussian mixture whose components are moved by the unscented transform (Sect. 3.3).
 
 use density::flow::Flow;
-use density::orbits::Orbits;
-use density::sampling;
+use density::mixture::library::Variance;
+use density::mixture::plan::Adaptive;
+use density::mixture::split::Direction;
+use density::mixture::unscented::Unscented;
+use density::mixture::{self, Component, Split};
 use messages::layout::kind;
 use serde::{Deserialize, Serialize};
 
 use crate::assignment::Assignment;
-use crate::course::Course;
 use crate::failure::Failure;
-use crate::input::positive;
+use crate::input::{Mode, positive};
 use crate::kit::{Form, Propagator};
 
-/// Settings of a Monte Carlo case.
+/// How the initial Gaussian is split.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SplitChoice {
+    /// On a lattice planned for the problem.
+    #[default]
+    Adaptive,
+    /// Along the solar angle, as the paper's text says.
+    SolarAngle,
+    /// Along the eccentricity, as the paper's numbers say.
+    Eccentricity,
+    /// Along both: `components` along `e` times `across` along `phi`.
+    Both,
+    /// Along the direction in which the flow is most nonlinear.
+    StrongestNonlinearity,
+}
+
+/// Settings of a GMM-UT case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Number of samples.
+    /// How the initial Gaussian is split; as printed: along the eccentricity unless said otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub split: Option<SplitChoice>,
+    /// Components along the direction of a split that is not adaptive; odd.
     #[serde(deserialize_with = "positive")]
-    pub samples: usize,
-    /// Seed of the draws.
-    pub seed: u64,
+    pub components: usize,
+    /// Components across it; odd.
+    #[serde(deserialize_with = "positive")]
+    pub across: usize,
+    /// Whether the splitting library keeps the variance exactly.
+    pub keep_variance: bool,
+    /// Most sigma points of an adaptive split.
+    #[serde(deserialize_with = "positive")]
+    pub sigma_points: usize,
+    /// Corrected, or as the paper printed it.
+    pub mode: Mode,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 100_000, seed: 1 }
+        Self {
+            split: None,
+            components: 39,
+            across: 1,
+            keep_variance: false,
+            sigma_points: Adaptive::default().sigma_points,
+            mode: Mode::default(),
+        }
     }
 }
 
-/// The Monte Carlo propagator.
+impl Settings {
+    /// The most components that a mixture can have.
+    pub fn most_components(&self) -> usize {
+        match self.split() {
+            SplitChoice::Adaptive => self.sigma_points,
+            _ => self.components.saturating_mul(self.across),
+        }
+    }
+
+    fn split(&self) -> SplitChoice {
+        self.split.unwrap_or(match self.mode {
+            Mode::Corrected => SplitChoice::Adaptive,
+            Mode::AsPrinted => SplitChoice::Eccentricity,
+        })
+    }
+
+    /// The same in the terms of science.
+    fn for_mixture(&self) -> mixture::Settings {
+        let variance = if self.keep_variance { Variance::Kept } else { Variance::Free };
+        let library = |along, across| Split::Library { along, components: self.components, across, variance };
+        let split = match self.split() {
+            SplitChoice::Adaptive => {
+                Split::Adaptive(Adaptive { sigma_points: self.sigma_points, ..Adaptive::default() })
+            }
+            SplitChoice::SolarAngle => library(Direction::SolarAngle, self.across),
+            SplitChoice::Eccentricity | SplitChoice::Both => library(Direction::Eccentricity, self.across),
+            SplitChoice::StrongestNonlinearity => library(Direction::StrongestNonlinearity, self.across),
+        };
+        let unscented = match self.mode {
+            Mode::AsPrinted => Unscented::PAPER,
+            Mode::Corrected => Unscented::default(),
+        };
+        mixture::Settings { split, unscented }
+    }
+}
+
+/// The GMM-UT propagator.
 #[derive(Debug)]
 pub struct GaussianMixture {
     settings: Settings,
     course: Option<Course>,
+}
+
+/// A mixture on its way.
+#[derive(Debug)]
+struct Course {
+    propagator: mixture::Propagator,
+    times: Vec<f64>,
+    components: Vec<Component>,
 }
 
 impl GaussianMixture {
@@ -46,25 +127,26 @@ impl GaussianMixture {
 impl Propagator for GaussianMixture {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
-        let Settings { samples, seed } = self.settings;
-        let (x1, x2) = sampling::draw(&problem.initial, seed, samples);
-        self.course = Some(Course::new(Orbits::new(Flow::new(problem.force), x1, x2), problem));
-        Ok(Form { kind: kind::SAMPLES, most_rows: samples, ..Form::default() })
+        let propagator = mixture::Propagator::new(problem, &Flow::new(problem.force), &self.settings.for_mixture())?;
+        let form = Form { kind: kind::MIXTURE, most_rows: propagator.components(), ..Form::default() };
+        self.course = Some(Course { propagator, times: problem.times.clone(), components: Vec::new() });
+        Ok(form)
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        Course::under_way(&mut self.course)?.advance(index)
+        let course = self.course.as_mut().ok_or_else(Failure::no_scenario)?;
+        course.propagator.advance_to(course.times[index])?;
+        course.components = course.propagator.mixture().components;
+        Ok(course.components.len())
     }
 
     fn write(&self, columns: &mut [f64]) {
-        if let Some(course) = &self.course {
-            let (phi, e) = columns.split_at_mut(course.orbits.len());
-            course.orbits.read_out(phi, e);
+        let Some(course) = &self.course else { return };
+        let rows = course.components.len();
+        for (row, component) in course.components.iter().enumerate() {
+            for (column, value) in component.to_array().into_iter().enumerate() {
+                columns[column * rows + row] = value;
+            }
         }
-    }
-}
-impl Settings {
-    pub fn most_components(&self) -> usize {
-        1
     }
 }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error};
 use toml::Spanned;
 use toml::de::DeTable;
@@ -125,6 +126,17 @@ impl InputFile {
         let dot = if table.is_empty() || key.is_empty() { "" } else { "." };
         (line, format!("{table}{dot}{key}"))
     }
+}
+
+/// Whether a method runs corrected or as the paper printed it, flaws included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// Corrected.
+    #[default]
+    Corrected,
+    /// As the paper printed it.
+    AsPrinted,
 }
 
 /// For serde: a whole number that is at least 1.

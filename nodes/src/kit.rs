@@ -39,12 +39,14 @@ pub struct Form {
     pub kind: u32,
     /// The most rows that a snapshot of the scenario can have.
     pub most_rows: usize,
-    /// How to estimate the density, see [`messages::layout::treatment`].
+    /// How to estimate the density from characteristics, see [`messages::layout::treatment`].
     pub treatment: u32,
-    /// Interpolation points an axis, or 0.
+    /// Interpolation points an axis of a hull mesh, or 0.
     pub resolution: u32,
     /// Points a side of a square lattice, or 0.
     pub lattice: u32,
+    /// Degree of interpolation on a lattice, or 0.
+    pub degree: u32,
 }
 
 /// The `main` of a propagator: serves the run that started the process until it ends.
@@ -114,7 +116,7 @@ fn serve_one(
             treatment: form.treatment,
             resolution: form.resolution,
             lattice: form.lattice,
-            reserved: 0,
+            degree: form.degree,
             label: pack(&session.name),
         };
         outlet.send(draft, header)?;

@@ -53,7 +53,7 @@ impl Propagator for MonteCarlo {
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        Course::under_way(&mut self.course)?.advance(index)
+        self.course.as_mut().ok_or_else(Failure::no_scenario)?.advance(index)
     }
 
     fn write(&self, columns: &mut [f64]) {
