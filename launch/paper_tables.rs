@@ -77,7 +77,7 @@ fn read_text<T: for<'de> Deserialize<'de>>(text: &str) -> Vec<T> {
 
 fn new_table(header: Vec<String>) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_style(presets::ASCII_MARKDOWN);
     let columns = header.len();
     table.set_header(header);
     for column in 2..columns {

@@ -21,7 +21,10 @@ fn files_that_cannot_be_right_are_refused_with_file_line_and_key() {
 
     let unknown = bench.launch_file("unknown", &FOUR_CASES.replace("seed", "sead"));
     let unknown = refused(&bench, &unknown, "out");
-    assert!(unknown.contains("unknown.toml:8: propagator.sead: unknown field `sead`, expected"), "{unknown}");
+    assert!(
+        unknown.contains("unknown.toml:9: propagator.sead: unknown field `sead`, expected `samples` or `seed`"),
+        "{unknown}"
+    );
 
     let good = bench.launch_file("good", FOUR_CASES);
     bench.write("scenario-1.toml", &common::SCENARIO_1.replace("delta_e = 0.05", "delta_e = -1"));

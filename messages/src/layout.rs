@@ -271,7 +271,7 @@ mod tests {
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
         assert_eq!(size_of::<ScenarioHeader>(), 120);
         assert_eq!(size_of::<SnapshotHeader>(), 96);
-        assert_eq!(size_of::<DensityHeader>(), 248);
+        assert_eq!(size_of::<DensityHeader>(), 240);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<StatusHeader>(), 464);
         assert_eq!(size_of::<RosterHeader>(), 40);

@@ -183,7 +183,7 @@ impl CarriedMesh {
         };
         let (mut joint, above) = self.share_out(&nodes, grid, critical_e);
         joint.iter_mut().for_each(|mass| *mass /= self.total * grid.bin_area());
-        let moments = Moments { prob_above_critical_e: above / self.total, ..moments };
+        let moments = Moments { prob_above_critical_e: (above / self.total).clamp(0.0, 1.0), ..moments };
         Ok((Estimate::from_joint(*grid, joint, moments, circular), diagnostics))
     }
 

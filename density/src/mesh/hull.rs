@@ -128,7 +128,7 @@ fn integrate(
         mean_e,
         std_e: var_e.max(0.0).sqrt(),
         cov_phi_e,
-        prob_above_critical_e: above,
+        prob_above_critical_e: above.clamp(0.0, 1.0),
     };
     Ok((moments, Circular::from_mean_vector(sin / mass, cos / mass)))
 }

@@ -8,7 +8,7 @@ use density::grid::Axis;
 use messages::layout::{DensityHeader, ERROR_COLUMNS, comparison};
 use messages::text::unpack;
 use npyz::npz::NpzWriter;
-use npyz::zip::{CompressionMethod, write::FileOptions};
+use npyz::zip::{CompressionMethod, DateTime, write::FileOptions};
 use npyz::{NpyWriter, WriterBuilder};
 use serde::Serialize;
 
@@ -183,7 +183,8 @@ fn write_array(
     shape: &[u64],
     values: &[f64],
 ) -> std::io::Result<()> {
-    let options = FileOptions::default().compression_method(CompressionMethod::Stored);
+    let options =
+        FileOptions::default().compression_method(CompressionMethod::Stored).last_modified_time(DateTime::default());
     let mut writer: NpyWriter<f64, _> = archive.array(name, options)?.default_dtype().shape(shape).begin_nd()?;
     writer.extend(values.iter().copied())?;
     writer.finish()

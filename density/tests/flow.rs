@@ -1,0 +1,111 @@
+//! The integrator against what is known exactly.
+#![allow(missing_docs)]
+
+use std::f64::consts::{PI, TAU};
+
+use density::dynamics::{Force, State};
+use density::flow::{Accuracy, Flow};
+use density::problem::InitialGaussian;
+use density::sampling::draw;
+
+const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
+
+/// Table 1: mean and half of delta for phi and e, and the years.
+const SCENARIOS: [(f64, f64, f64, f64, f64); 3] = [
+    (2.2069, 0.145, PI / 16.0, 0.025, 2.0),
+    (0.5419, 0.095, PI / 80.0, 0.005, 3.0),
+    (0.3004, 0.23, PI / 64.0, 0.01, 2.0),
+];
+
+fn cloud((mean_phi, mean_e, sigma_phi, sigma_e, _): (f64, f64, f64, f64, f64), count: usize) -> (Vec<f64>, Vec<f64>) {
+    draw(&InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e }, 5, count)
+}
+
+fn hamiltonians(x1: &[f64], x2: &[f64]) -> Vec<f64> {
+    x1.iter().zip(x2).map(|(&x1, &x2)| PAPER.hamiltonian(State { x1, x2 })).collect()
+}
+
+#[test]
+fn hamiltonian_is_constant_along_every_trajectory() {
+    for scenario in SCENARIOS {
+        let (mut x1, mut x2) = cloud(scenario, 20_000);
+        let before = hamiltonians(&x1, &x2);
+        Flow::new(PAPER).advance(&mut x1, &mut x2, scenario.4).unwrap();
+        let drift = before.iter().zip(hamiltonians(&x1, &x2)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(drift <= 1e-12, "H drifts by {drift:e}, 1e-10 is promised");
+    }
+}
+
+#[test]
+fn without_oblateness_the_flow_is_a_rigid_rotation() {
+    // (e cos phi, e sin phi, s) turns about the axis (1, 0, C)/sqrt(1 + C²): x2' = x1, x1' = C s - x2, s' = -C x1.
+    let c: f64 = 0.15;
+    let flow = Flow::new(Force { radiation: c, oblateness: 0.0 });
+    let frequency = (1.0 + c * c).sqrt();
+    for (phi, e) in [(0.0, 0.0), (1.0, 0.3), (2.5, 0.7), (4.0, 0.1), (5.9, 0.55)] {
+        let start = State::from_polar(phi, e);
+        for years in [0.3, 1.0 / frequency, 2.0, -0.7] {
+            // Along the axis nothing changes; the rest is a circle through x1.
+            let along = (c * start.x2 + start.s()) / (1.0 + c * c);
+            let (fixed_x2, across) = (c * along, start.x2 - c * along);
+            let angle = TAU * years * frequency;
+            let expected = State {
+                x1: start.x1 * angle.cos() - across * frequency * angle.sin(),
+                x2: fixed_x2 + across * angle.cos() + start.x1 / frequency * angle.sin(),
+            };
+            let end = flow.advance_one(start, years).unwrap();
+            let error = (end.x1 - expected.x1).hypot(end.x2 - expected.x2);
+            assert!(error < 1e-12, "phi = {phi}, e = {e}, {years} yr: off by {error:e}");
+        }
+    }
+}
+
+#[test]
+fn there_and_back_again_is_where_it_started() {
+    let (x1, x2) = cloud(SCENARIOS[0], 1000);
+    let (mut y1, mut y2) = (x1.clone(), x2.clone());
+    let flow = Flow::new(PAPER);
+    flow.advance(&mut y1, &mut y2, 2.0).unwrap();
+    flow.advance(&mut y1, &mut y2, -2.0).unwrap();
+    let worst = (0..1000).map(|i| (x1[i] - y1[i]).hypot(x2[i] - y2[i])).fold(0.0, f64::max);
+    assert!(worst < 1e-11, "{worst:e}");
+}
+
+#[test]
+fn every_accuracy_keeps_what_it_promises() {
+    let (x1, x2) = cloud(SCENARIOS[0], 20_000);
+    let propagate = |accuracy, pieces: u32| {
+        let (mut x1, mut x2) = (x1.clone(), x2.clone());
+        for _ in 0..pieces {
+            let years = 2.0 / f64::from(pieces);
+            Flow { force: PAPER, accuracy }.advance(&mut x1, &mut x2, years).unwrap();
+        }
+        (x1, x2)
+    };
+    // Cut into 64 pieces the finest series is far shorter than its steps: a reference good to rounding.
+    let reference = propagate(Accuracy::Fine, 64);
+    for (accuracy, promise) in [(Accuracy::Coarse, 3e-6), (Accuracy::Medium, 3e-9), (Accuracy::Fine, 3e-12)] {
+        let (x1, x2) = propagate(accuracy, 4);
+        let error = |i: usize| (x1[i] - reference.0[i]).hypot(x2[i] - reference.1[i]);
+        let worst = (0..x1.len()).map(error).fold(0.0, f64::max);
+        assert!(worst < promise, "{accuracy:?}: {worst:e}");
+    }
+}
+
+#[test]
+fn an_orbit_has_the_same_bytes_on_any_number_of_threads_and_in_any_company() {
+    let (x1, x2) = cloud(SCENARIOS[0], 5000);
+    let flow = Flow::new(PAPER);
+    let on_threads = |threads: usize| {
+        let (mut x1, mut x2) = (x1.clone(), x2.clone());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| flow.advance(&mut x1, &mut x2, 1.3)).unwrap();
+        (x1, x2)
+    };
+    let one = on_threads(1);
+    assert!(one == on_threads(3));
+    for i in [0, 17, 4999] {
+        let alone = flow.advance_one(State { x1: x1[i], x2: x2[i] }, 1.3).unwrap();
+        assert_eq!((alone.x1.to_bits(), alone.x2.to_bits()), (one.0[i].to_bits(), one.1[i].to_bits()));
+    }
+}
