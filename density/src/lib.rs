@@ -5,6 +5,7 @@
 
 pub mod angle;
 pub mod binning;
+pub mod distance;
 pub mod dynamics;
 pub mod estimate;
 pub mod exact;
