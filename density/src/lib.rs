@@ -16,3 +16,4 @@ pub mod mixture;
 pub mod orbits;
 pub mod problem;
 pub mod sampling;
+pub mod standard_errors;
