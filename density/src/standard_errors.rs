@@ -1,7 +1,7 @@
 //! Standard errors of Monte Carlo: of the moments of a sample and of the density in its bins.
 //!
 //! For `n` independent samples, with central moments `m_jk = mean of (phi - mean)^j (e - mean)^k`, to leading order in `1/n`
-//! (Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Sects. 10.4-10.9):
+//! (Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Chapter 10):
 //!
 //! ```text
 //! mean         sqrt(m_2 / n)
@@ -14,7 +14,7 @@
 //! These hold for independent samples alone. Antithetic and low-discrepancy samples are correlated within a group of
 //! [`crate::sampling::Plan`], their groups are not: with the same moment taken of each of `R` groups, the standard error
 //! of the whole is about `s_R / sqrt(R)`, `s_R` the deviation of the groups' values (Owen, *Monte Carlo theory, methods and examples*,
-//! 2013, Sect. 17.3). With few groups it is itself uncertain, by `1/sqrt(2(R-1))` of its value, and an interval is
+//! 2013, Chapter 17). With few groups it is itself uncertain, by `1/sqrt(2(R-1))` of its value, and an interval is
 //! `± t` of Student with `R - 1` degrees of freedom: 2.26 for 10 groups, not 1.96.
 
 use crate::angle::nearest;
