@@ -1,20 +1,39 @@
 //! Monte Carlo's density: the share of samples in each bin, per area (Eqs. 9-10 of Sun et al. 2022).
 //!
-//! Moments are those of the samples themselves, not of the bins.
+//! Moments are those of the samples themselves, not of the bins. Their [standard errors](standard_errors) come with them;
+//! those of the bins are a function of the density, [`standard_errors::of_density`].
 
 use rayon::prelude::*;
 
 use crate::estimate::{Estimate, weighted_moments};
 use crate::grid::Grid;
+use crate::standard_errors;
 
 /// Samples that a thread counts at a time.
 const CHUNK: usize = 65_536;
 
-/// The density of equally weighted samples; samples outside the grid count in the total and in the moments.
+/// The density of equally weighted, independent samples; samples outside the grid count in the total and in the moments.
 ///
 /// # Panics
 /// If `phi` and `e` differ in length.
 pub fn estimate(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate {
+    let estimate = without_errors(phi, e, grid, critical_e);
+    let standard_errors = standard_errors::of_independent(phi, e, &estimate.moments, estimate.circular.mean);
+    Estimate { standard_errors, ..estimate }
+}
+
+/// As [`estimate`], of samples drawn in `replicates` independent groups ([`crate::sampling::group`] tells which row is in
+/// which): their standard errors are those of the spread of the groups.
+///
+/// # Panics
+/// If `phi` and `e` differ in length.
+pub fn estimate_in_groups(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64, replicates: usize) -> Estimate {
+    let estimate = without_errors(phi, e, grid, critical_e);
+    let standard_errors = standard_errors::of_groups(phi, e, replicates, estimate.circular.mean, critical_e);
+    Estimate { standard_errors, ..estimate }
+}
+
+fn without_errors(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate {
     let counts = count(phi, e, &grid);
     let scale = 1.0 / (phi.len() as f64 * grid.bin_area());
     let joint = counts.into_iter().map(|count| count as f64 * scale).collect();

@@ -5,6 +5,7 @@
 
 pub mod angle;
 pub mod binning;
+pub mod distance;
 pub mod dynamics;
 pub mod estimate;
 pub mod exact;
@@ -16,3 +17,4 @@ pub mod mixture;
 pub mod orbits;
 pub mod problem;
 pub mod sampling;
+pub mod standard_errors;

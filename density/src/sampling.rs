@@ -1,10 +1,33 @@
-//! Random draws from the initial Gaussian.
+//! Random draws from the initial Gaussian, cut to `0 < e < 1`.
 //!
-//! Draw `i` depends on the seed and on `i` alone: each has its own stream of a ChaCha8 generator (Bernstein 2008; a
-//! counter-based generator whose streams are independent), so results are the same bytes for any number of threads, shards
-//! or restarts. Draws with `e` outside `(0, 1)` are drawn again.
+//! Draw `i` depends on the [`Plan`] and on `i` alone, not on how many are drawn, so results are the same bytes for any
+//! number of threads, shards or restarts. Independent draws each have their own stream of a ChaCha8 generator (Bernstein
+//! 2008; a counter-based generator whose streams are independent) and are drawn again while `e` is outside `(0, 1)`.
+//!
+//! The other two kinds reduce the error of Monte Carlo at the same number of orbits:
+//!
+//! - Antithetic pairs (Hammersley & Morton, Proc. Camb. Phil. Soc. 52, 1956): draw `2k + 1` mirrors draw `2k` about the
+//!   mean. What is odd about the mean cancels, what is even gains nothing: at `t = 0` the means are exact, the deviations
+//!   no better than those of half as many draws.
+//! - A scrambled Sobol sequence (see the text of `sampling/sobol.rs`) through the inverse normal distribution.
+//!
+//! Measured on scenario 1 at half a year, one and two years, with 4096 draws, root mean square error of independent draws
+//! over that of the others: Sobol 15 to 258 in the moments, 5.7 in `P(e > 0.6) = 0.011`; antithetic 3.9 to 6.6 in the mean of
+//! `phi`, 0.6 to 8 in the others.
+//!
+//! Where the cut takes a part of the Gaussian, both work on the probabilities of the cut Gaussian in `e`: a pair's shares
+//! add up to 1. So nothing is drawn again (which would distort the pairs' distribution: mirroring about a mean of
+//! zero never leaves both inside) and each draw alone has the cut Gaussian's distribution.
+//!
+//! Neither kind is made of independent samples. Their standard errors are measured by drawing `R` groups that are independent of one
+//! another and comparing these, [`crate::standard_errors::of_groups`].
 
-use rand::SeedableRng;
+mod quantile;
+mod sobol;
+
+use std::num::NonZeroUsize;
+
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -12,20 +35,80 @@ use rayon::prelude::*;
 use crate::dynamics::State;
 use crate::problem::InitialGaussian;
 
-/// Draws `count` states `(x1, x2)` from `initial`, on all threads.
-pub fn draw(initial: &InitialGaussian, seed: u64, count: usize) -> (Vec<f64>, Vec<f64>) {
-    let generator = ChaCha8Rng::seed_from_u64(seed);
-    (0..count)
-        .into_par_iter()
-        .map(|index| {
-            let (phi, e) = draw_one(initial, &generator, index as u64);
-            let state = State::from_polar(phi, e);
-            (state.x1, state.x2)
-        })
-        .unzip()
+use quantile::{normal_quantile_of_tail, normal_tail};
+use sobol::Scramble;
+
+/// How draws depend on one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Draws {
+    /// Not at all.
+    #[default]
+    Independent,
+    /// In pairs of opposites.
+    Antithetic,
+    /// They fill the plane evenly: a scrambled Sobol sequence, best with a power of two in each group.
+    Sobol,
 }
 
-/// Draw number `index` from `initial`: `phi` \[rad\] and `e`.
+/// What a draw depends on, besides its index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Plan {
+    /// How draws depend on one another within a group.
+    pub draws: Draws,
+    /// Seed of all groups.
+    pub seed: u64,
+    /// Number of groups that are independent of one another; [`group`] tells which a draw is in.
+    pub replicates: NonZeroUsize,
+}
+
+/// The group of draw `index`: pairs are dealt to the groups in turn, so all groups are equally large, within a pair, for
+/// any number of draws.
+///
+/// # Panics
+/// If there are no groups.
+pub fn group(index: usize, replicates: usize) -> usize {
+    index / 2 % replicates
+}
+
+/// Draws `count` independent states `(x1, x2)` from `initial`, on all threads.
+pub fn draw(initial: &InitialGaussian, seed: u64, count: usize) -> (Vec<f64>, Vec<f64>) {
+    Plan { draws: Draws::Independent, seed, replicates: NonZeroUsize::MIN }.draw(initial, count)
+}
+
+impl Plan {
+    /// Draws `count` states `(x1, x2)` from `initial`, on all threads.
+    pub fn draw(&self, initial: &InitialGaussian, count: usize) -> (Vec<f64>, Vec<f64>) {
+        let polar = self.polar(initial);
+        let state = |index| {
+            let (phi, e) = polar(index);
+            let state = State::from_polar(phi, e);
+            (state.x1, state.x2)
+        };
+        (0..count).into_par_iter().map(state).unzip()
+    }
+
+    /// Draw number `i` as a function of `i`: `phi` \[rad\], on the branch of the initial mean, and `e`.
+    pub fn polar(&self, initial: &InitialGaussian) -> impl Fn(usize) -> (f64, f64) + Sync + Send + use<> {
+        let (initial, draws, replicates) = (*initial, self.draws, self.replicates.get());
+        let generator = ChaCha8Rng::seed_from_u64(self.seed);
+        let cut = Cut::new(&initial);
+        let groups = if draws == Draws::Sobol { replicates } else { 0 };
+        let scrambles: Vec<Scramble> = (0..groups).map(|group| scramble(&generator, group as u64)).collect();
+        move |index| match draws {
+            Draws::Independent => draw_one(&initial, &generator, index as u64),
+            Draws::Antithetic => {
+                let (phi, e) = draw_one(&initial, &generator, (index & !1) as u64);
+                if index & 1 == 0 { (phi, e) } else { cut.opposite(&initial, phi, e) }
+            }
+            Draws::Sobol => {
+                let within = index / 2 / replicates * 2 + index % 2;
+                cut.at_shares(&initial, scrambles[group(index, replicates)].point(within as u64))
+            }
+        }
+    }
+}
+
+/// Draw number `index` of independent ones from `initial`: `phi` \[rad\] and `e`.
 pub fn draw_one(initial: &InitialGaussian, generator: &ChaCha8Rng, index: u64) -> (f64, f64) {
     let mut stream = generator.clone();
     stream.set_stream(index);
@@ -37,24 +120,53 @@ pub fn draw_one(initial: &InitialGaussian, generator: &ChaCha8Rng, index: u64) -
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::problem::paper::scenario;
+/// The scramble of a group, from a stream that no draw uses.
+fn scramble(generator: &ChaCha8Rng, group: u64) -> Scramble {
+    let mut stream = generator.clone();
+    stream.set_stream(!group);
+    Scramble { keys: [stream.next_u64(), stream.next_u64()] }
+}
 
-    #[test]
-    fn a_draw_depends_on_seed_and_index_alone() {
-        let initial = scenario(1).initial;
-        let (few, _) = draw(&initial, 7, 10);
-        let (many, _) = draw(&initial, 7, 1000);
-        assert_eq!(few, many[..10]);
-        assert_ne!(few, draw(&initial, 8, 10).0);
+/// What the cut takes from the Gaussian in `e`.
+#[derive(Debug, Clone, Copy)]
+struct Cut {
+    below_zero: f64,
+    above_one: f64,
+}
+
+impl Cut {
+    fn new(initial: &InitialGaussian) -> Self {
+        let InitialGaussian { mean_e, sigma_e, .. } = *initial;
+        Self { below_zero: normal_tail(mean_e / sigma_e), above_one: normal_tail((1.0 - mean_e) / sigma_e) }
     }
 
-    #[test]
-    fn draws_stay_inside_the_cut_even_where_it_takes_half_the_gaussian() {
-        let initial = InitialGaussian { mean_phi: 1.0, mean_e: 0.0, sigma_phi: 0.1, sigma_e: 0.3 };
-        let generator = ChaCha8Rng::seed_from_u64(1);
-        assert!((0..1000).map(|i| draw_one(&initial, &generator, i).1).all(|e| 0.0 < e && e < 1.0));
+    /// The point above which the shares `phi` and `e` of the cut Gaussian's marginals lie.
+    fn at_shares(self, initial: &InitialGaussian, [phi, e]: [f64; 2]) -> (f64, f64) {
+        let tail = self.above_one + e * (1.0 - self.below_zero - self.above_one);
+        inside(initial.point(normal_quantile_of_tail(phi), quantile(tail)))
+    }
+
+    /// The point with as much of the cut Gaussian above it in `e` as the given one has below, and the mirror image in `phi`.
+    fn opposite(self, initial: &InitialGaussian, phi: f64, e: f64) -> (f64, f64) {
+        let (u, v) = initial.standardise(phi, e);
+        // The smaller tail keeps its digits.
+        let mirrored = if v < 0.0 {
+            quantile(self.above_one - self.below_zero + normal_tail(-v))
+        } else {
+            -quantile(self.below_zero - self.above_one + normal_tail(v))
+        };
+        inside(initial.point(-u, mirrored))
     }
 }
+
+/// The quantile of a tail that rounding may have moved out of `(0, 1)`.
+fn quantile(tail: f64) -> f64 {
+    normal_quantile_of_tail(tail.clamp(f64::MIN_POSITIVE, 1.0f64.next_down()))
+}
+
+fn inside((phi, e): (f64, f64)) -> (f64, f64) {
+    (phi, e.clamp(f64::MIN_POSITIVE, 1.0f64.next_down()))
+}
+
+#[cfg(test)]
+mod tests;
