@@ -85,7 +85,7 @@ fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Res
         Kind::Comparator => comparator::run(&session),
         Kind::Recorder => {
             let folder = arguments.out.ok_or_else(|| Failure::Refused("the recorder needs --out DIR".into()))?;
-            recorder::run(&session, folder)
+            recorder::run(&session, &folder)
         }
     }
 }

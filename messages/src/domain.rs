@@ -10,7 +10,7 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
 use crate::port::{Inlet, Outlet, PortError};
-use crate::topic::{Capacity, Comparison, Density, Roster, Scenario, Snapshot, Status, Topic};
+use crate::topic::{Capacity, Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
 
 /// Environment variable that names the root folder.
 pub const ROOT_VARIABLE: &str = "PHASECLOUD_ROOT";
@@ -191,6 +191,7 @@ pub struct HeldDomain {
     _scenario: Services<Scenario>,
     _snapshot: Services<Snapshot>,
     _density: Services<Density>,
+    _passage: Services<Passage>,
     _comparison: Services<Comparison>,
     _status: Services<Status>,
     _roster: Services<Roster>,
@@ -208,6 +209,7 @@ impl HeldDomain {
             _scenario: domain.create::<Scenario>(capacity)?,
             _snapshot: domain.create::<Snapshot>(capacity)?,
             _density: domain.create::<Density>(capacity)?,
+            _passage: domain.create::<Passage>(capacity)?,
             _comparison: domain.create::<Comparison>(capacity)?,
             _status: domain.create::<Status>(capacity)?,
             _roster: domain.create::<Roster>(capacity)?,

@@ -59,6 +59,10 @@ pub mod kind {
     pub const SAMPLES: u32 = 1;
     /// Characteristics: `phi` \[rad\], `e`, density `n` \[1/rad\] carried along.
     pub const CHARACTERISTICS: u32 = 2;
+    /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers (the six moments, circular
+    /// mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard deviations, of the resultant
+    /// vector, of the probability and of the joint density in L1), then the joint density \[1/rad\], `phi` outermost.
+    pub const DENSITY: u32 = 4;
     /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
     pub const MIXTURE: u32 = 3;
 }
@@ -69,9 +73,13 @@ pub fn columns(kind: u32) -> Option<u32> {
         kind::SAMPLES => Some(2),
         kind::CHARACTERISTICS => Some(3),
         kind::MIXTURE => Some(6),
+        kind::DENSITY => Some(1),
         _ => None,
     }
 }
+
+/// Numbers before the joint density in a snapshot of kind [`kind::DENSITY`].
+pub const DENSITY_HEAD: usize = 12;
 
 /// How the estimator makes a density of characteristics.
 pub mod treatment {
@@ -94,6 +102,8 @@ pub struct SnapshotHeader {
     pub time: f64,
     /// CPU time that the propagator spent on this snapshot \[s\].
     pub seconds: f64,
+    /// Mixtures only: how far the flow over a component is from linear, weighted mean; NaN if not known.
+    pub disagreement: f64,
     /// Position of the scenario in the run.
     pub scenario: u32,
     /// Position of the snapshot in the scenario, from 0.
@@ -114,6 +124,10 @@ pub struct SnapshotHeader {
     pub lattice: u32,
     /// Carried lattices only: degree to which the flow is interpolated between the points; 1 is linear.
     pub degree: u32,
+    /// Samples only: independent groups the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
+    pub replicates: u32,
+    /// 0.
+    pub reserved: u32,
     /// The propagator's label.
     pub label: Label,
 }
@@ -121,6 +135,19 @@ pub struct SnapshotHeader {
 /// Moments in the order of a message: mean `phi` \[rad\], its standard deviation, mean `e`, its standard deviation,
 /// covariance \[rad\], probability that `e` exceeds its critical value at this instant.
 pub type MomentFields = [f64; 6];
+
+/// What the numbers of [`DensityHeader::diagnostics`] are.
+pub mod diagnostic {
+    /// Nothing.
+    pub const NONE: u32 = 0;
+    /// Of a carried mesh: defect of the invariant measure, probability of flipped elements, probability outside the mesh.
+    pub const MESH: u32 = 1;
+    /// Of a mixture: disagreement of the unscented and the linear prediction.
+    pub const MIXTURE: u32 = 2;
+    /// Of an exact density, error estimates: moments (in standard deviations), resultant vector, probability above the
+    /// critical eccentricity, joint density in L1.
+    pub const NUMERICAL: u32 = 3;
+}
 
 /// A density estimated from a snapshot. Payload: the joint density \[1/rad\] (`phi_bins` x `e_bins`, `phi` outermost), the
 /// marginal of `phi` \[1/rad\], the marginal of `e`.
@@ -148,6 +175,8 @@ pub struct DensityHeader {
     pub resultant: f64,
     /// Probability on the grid; what is missing to 1 lies outside or was lost.
     pub mass_on_grid: f64,
+    /// What the method says of its own reliability, see [`diagnostic`]; NaN where there is nothing to say.
+    pub diagnostics: [f64; 4],
     /// Position of the scenario in the run.
     pub scenario: u32,
     /// Position of the snapshot in the scenario.
@@ -160,22 +189,63 @@ pub struct DensityHeader {
     pub phi_bins: u32,
     /// Bins in `e`.
     pub e_bins: u32,
+    /// What the snapshot's columns were, see [`kind`].
+    pub kind: u32,
+    /// What `diagnostics` are, see [`diagnostic`].
+    pub diagnostic: u32,
     /// The propagator's label.
     pub label: Label,
 }
 
+/// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row a time,
+/// [`PASSAGE_COLUMNS`] numbers each; none if the method cannot say.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[type_name("phasecloud/PassageHeader/1")]
+pub struct PassageHeader {
+    /// Names the run.
+    pub run_id: u64,
+    /// CPU time spent on it \[s\].
+    pub seconds: f64,
+    /// Position of the scenario in the run.
+    pub scenario: u32,
+    /// Rows of the payload.
+    pub rows: u32,
+    /// The propagator's label.
+    pub label: Label,
+    /// Why there is no curve, if there is none.
+    pub reason: [u8; 192],
+}
+
+impl Default for PassageHeader {
+    fn default() -> Self {
+        Self { run_id: 0, seconds: 0.0, scenario: 0, rows: 0, label: [0; 32], reason: [0; 192] }
+    }
+}
+
+/// Numbers in a row of a first-passage curve: time \[yr\], probability, lower and upper end of its 95 % interval or, for an
+/// exact method, of its error estimate; NaN where a method has neither.
+pub const PASSAGE_COLUMNS: usize = 4;
+/// Times of a first-passage curve.
+pub const PASSAGE_TIMES: usize = 65;
+
 /// What a comparison says.
 pub mod comparison {
-    /// Errors of the four moments of the paper at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) each.
+    /// Errors of the moments at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) each.
     pub const MOMENTS: u32 = 1;
     /// Effort over the whole scenario: [`EFFORT_COLUMNS`](super::EFFORT_COLUMNS) numbers.
     pub const EFFORT: u32 = 2;
+    /// Distances of the densities at one snapshot: a row of [`DISTANCE_COLUMNS`](super::DISTANCE_COLUMNS) each for the joint
+    /// density, the marginal of `phi` and the marginal of `e`, then the probability that each of the two densities is short of 1.
+    pub const DISTANCES: u32 = 3;
     /// Nothing more comes for this scenario.
-    pub const END: u32 = 3;
+    pub const END: u32 = 4;
 }
 
 /// Numbers in a row of a comparison of moments: value, reference value, absolute error, relative error.
 pub const ERROR_COLUMNS: usize = 4;
+/// Numbers in a row of distances: total variation, L2, Hellinger, Kullback-Leibler, Kolmogorov.
+pub const DISTANCE_COLUMNS: usize = 5;
 /// Numbers in a comparison of effort: seconds of propagation, of estimation, their sum, its ratio to that of `mc`.
 pub const EFFORT_COLUMNS: usize = 4;
 
@@ -270,9 +340,10 @@ mod tests {
     #[test]
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
         assert_eq!(size_of::<ScenarioHeader>(), 120);
-        assert_eq!(size_of::<SnapshotHeader>(), 96);
-        assert_eq!(size_of::<DensityHeader>(), 240);
+        assert_eq!(size_of::<SnapshotHeader>(), 112);
+        assert_eq!(size_of::<DensityHeader>(), 280);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
+        assert_eq!(size_of::<PassageHeader>(), 248);
         assert_eq!(size_of::<StatusHeader>(), 464);
         assert_eq!(size_of::<RosterHeader>(), 40);
         assert_eq!(size_of::<RosterEntry>(), 40);

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! scenario --scenario--> propagators --snapshot--> estimator --density--> comparator --comparison--> recorder
+//!                        propagators --passage--> recorder
 //!                        every node --status--> launcher --roster--> comparator, recorder
 //! ```
 //!

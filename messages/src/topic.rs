@@ -9,7 +9,8 @@ use std::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::layout::{
-    ComparisonHeader, DensityHeader, RosterEntry, RosterHeader, ScenarioHeader, SnapshotHeader, StatusHeader,
+    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, ScenarioHeader, SnapshotHeader,
+    StatusHeader,
 };
 
 /// A topic of the contract.
@@ -77,9 +78,13 @@ topic!(
     Density, "phasecloud/density", DensityHeader, [f64], |capacity| capacity.snapshots * capacity.propagators
 );
 topic!(
+    /// From the propagators to the recorder.
+    Passage, "phasecloud/passage", PassageHeader, [f64], |_capacity| 2
+);
+topic!(
     /// From the comparator to the recorder.
     Comparison, "phasecloud/comparison", ComparisonHeader, [f64],
-    |capacity| 3 * (capacity.snapshots + 1) * capacity.propagators + 1
+    |capacity| 4 * (capacity.snapshots + 1) * capacity.propagators + 1
 );
 topic!(
     /// From every node to launcher and scenario node.

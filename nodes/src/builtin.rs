@@ -5,7 +5,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::failure::Failure;
 use crate::mc;
 use crate::session::Session;
-use crate::{dee, gmm_ut, kit};
+use crate::{dee, exact, gmm_ut, kit};
 
 /// A built-in propagator with its settings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -17,11 +17,13 @@ pub enum BuiltIn {
     DensityEvolution(dee::Settings),
     /// `gmm-ut`.
     GaussianMixture(gmm_ut::Settings),
+    /// `exact`.
+    Exact(exact::Settings),
 }
 
 impl BuiltIn {
     /// The names.
-    pub const NAMES: [&str; 3] = ["mc", "dee", "gmm-ut"];
+    pub const NAMES: [&str; 4] = ["mc", "dee", "gmm-ut", "exact"];
 
     /// The propagator `name` with settings from a table; `None` if there is no such propagator.
     ///
@@ -32,6 +34,7 @@ impl BuiltIn {
             "mc" => mc::Settings::deserialize(table).map(Self::MonteCarlo),
             "dee" => dee::Settings::deserialize(table).map(Self::DensityEvolution),
             "gmm-ut" => gmm_ut::Settings::deserialize(table).map(Self::GaussianMixture),
+            "exact" => exact::Settings::deserialize(table).map(Self::Exact),
             _ => return None,
         })
     }
@@ -47,9 +50,10 @@ impl BuiltIn {
     /// The most numbers that a snapshot can hold.
     pub fn most_numbers(&self) -> usize {
         match self {
-            Self::MonteCarlo(settings) => 2 * settings.samples,
-            Self::DensityEvolution(settings) => 3 * settings.samples,
-            Self::GaussianMixture(settings) => 6 * settings.most_components(),
+            Self::MonteCarlo(settings) => settings.samples.saturating_mul(2),
+            Self::DensityEvolution(settings) => settings.samples.saturating_mul(3),
+            Self::GaussianMixture(settings) => settings.most_components().saturating_mul(6),
+            Self::Exact(_) => 0, // as large as a density, which is counted for every case
         }
     }
 
@@ -62,6 +66,7 @@ impl BuiltIn {
             Self::MonteCarlo(settings) => kit::serve(session, mc::MonteCarlo::new(settings)),
             Self::DensityEvolution(settings) => kit::serve(session, dee::DensityEvolution::new(settings)),
             Self::GaussianMixture(settings) => kit::serve(session, gmm_ut::GaussianMixture::new(settings)),
+            Self::Exact(settings) => kit::serve(session, exact::ExactDensity::new(settings)),
         }
     }
 }

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use messages::layout::{ComparisonHeader, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, comparison};
+use density::angle::nearest;
+use density::distance::{Distances, between, between_marginals};
+use messages::layout::{ComparisonHeader, DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, comparison};
 use messages::port::Outlet;
 use messages::text::{pack, unpack};
 use messages::topic::{Comparison, Density, Roster as RosterTopic, Scenario};
@@ -12,21 +14,43 @@ use crate::failure::Failure;
 use crate::roster::Roster;
 use crate::session::Session;
 
-/// The moments that are compared, in the order of a comparison's rows: names, and positions among the moments.
-pub const QUANTITIES: [&str; 4] = ["mean_phi", "std_phi", "mean_e", "std_e"];
+/// What is compared, in the order of a comparison's rows: the moments, then the circular ones.
+pub const QUANTITIES: [&str; 8] = [
+    "mean_phi",
+    "std_phi",
+    "mean_e",
+    "std_e",
+    "cov_phi_e",
+    "prob_above_critical_e",
+    "circular_mean_phi",
+    "resultant_length",
+];
+
+/// Whether the quantity at this position is an angle, whose error is the short way round.
+fn is_angle(quantity: usize) -> bool {
+    quantity == 0 || quantity == 6
+}
 
 /// The case that effort is normalised with (Sect. 4.2).
 const MONTE_CARLO: &str = "mc";
 
-/// What has arrived of a scenario: the density headers of each case, by snapshot.
+/// What has arrived of a scenario: the densities of each case, by snapshot.
 #[derive(Debug, Default)]
 struct Results {
-    cases: BTreeMap<String, BTreeMap<u32, DensityHeader>>,
+    cases: BTreeMap<String, BTreeMap<u32, Published>>,
+}
+
+/// A density as it was published.
+#[derive(Debug)]
+struct Published {
+    header: DensityHeader,
+    values: Vec<f64>,
 }
 
 impl Results {
-    fn take(&mut self, header: DensityHeader) {
-        self.cases.entry(unpack(&header.label)).or_default().insert(header.index, header);
+    fn take(&mut self, header: DensityHeader, values: &[f64]) {
+        let published = Published { header, values: values.to_vec() };
+        self.cases.entry(unpack(&header.label)).or_default().insert(header.index, published);
     }
 
     fn is_complete(&self, label: &str) -> bool {
@@ -34,10 +58,10 @@ impl Results {
     }
 
     /// The results of a case if all its snapshots are there, in order.
-    fn of(&self, label: &str) -> Option<Vec<&DensityHeader>> {
-        let headers = self.cases.get(label)?;
-        let count = headers.values().next()?.count as usize;
-        (headers.len() == count).then(|| headers.values().collect())
+    fn of(&self, label: &str) -> Option<Vec<&Published>> {
+        let snapshots = self.cases.get(label)?;
+        let count = snapshots.values().next()?.header.count as usize;
+        (snapshots.len() == count).then(|| snapshots.values().collect())
     }
 }
 
@@ -65,7 +89,7 @@ pub fn run(session: &Session) -> Result<(), Failure> {
             while let Some(message) = densities.receive()? {
                 let header = message.header();
                 if (header.run_id, header.scenario) == (assignment.run_id, assignment.scenario) {
-                    results.take(*header);
+                    results.take(*header, message.items());
                 }
             }
             if roster.nothing_more_to_come(|label| results.is_complete(label)) {
@@ -99,14 +123,13 @@ fn publish(
     for (label, _) in &roster.cases {
         let Some(case) = results.of(label) else { continue };
         for (case, reference) in case.iter().zip(reference.iter().flatten()) {
-            let rows = errors(case, reference);
-            let header = ComparisonHeader {
-                time: case.time,
-                index: case.index,
-                length: rows.len() as u32,
-                ..header(comparison::MOMENTS, label)
+            let send = |kind, rows: &[f64]| {
+                let DensityHeader { time, index, .. } = case.header;
+                let header = ComparisonHeader { time, index, length: rows.len() as u32, ..header(kind, label) };
+                outlet.send_items(header, rows)
             };
-            outlet.send_items(header, &rows)?;
+            send(comparison::MOMENTS, &errors(&case.header, &reference.header))?;
+            send(comparison::DISTANCES, &distances(case, reference))?;
         }
         let numbers = effort(&case, mc_seconds);
         let header = ComparisonHeader { length: EFFORT_COLUMNS as u32, ..header(comparison::EFFORT, label) };
@@ -117,23 +140,55 @@ fn publish(
 
 /// A row a quantity: value, reference value, absolute error, relative error.
 fn errors(case: &DensityHeader, reference: &DensityHeader) -> Vec<f64> {
-    let row = |quantity: usize| {
-        let (value, reference) = (case.moments[quantity], reference.moments[quantity]);
-        let difference =
-            if quantity == 0 { density::angle::nearest(value - reference, 0.0) } else { value - reference };
+    let values = |header: &DensityHeader| {
+        let [a, b, c, d, e, f] = header.moments;
+        [a, b, c, d, e, f, header.circular_mean, header.resultant]
+    };
+    let row = |(quantity, (value, reference)): (usize, (f64, f64))| {
+        let difference = if is_angle(quantity) { nearest(value - reference, 0.0) } else { value - reference };
         [value, reference, difference.abs(), difference.abs() / reference.abs()]
     };
-    (0..QUANTITIES.len()).flat_map(row).collect()
+    values(case).into_iter().zip(values(reference)).enumerate().flat_map(row).collect()
 }
 
-fn total_seconds(headers: &[&DensityHeader]) -> f64 {
-    headers.iter().map(|h| h.propagation_seconds + h.estimation_seconds).sum()
+/// A row each for the joint density and both marginals, then the mass that each of the two densities is short of 1.
+fn distances(case: &Published, reference: &Published) -> Vec<f64> {
+    let row = |d: Distances| [d.total_variation, d.l2, d.hellinger, d.kullback_leibler, d.kolmogorov];
+    let missing = [1.0 - case.header.mass_on_grid, 1.0 - reference.header.mass_on_grid];
+    let rows = match (parts(case), parts(reference)) {
+        (Some(case_parts), Some(reference_parts)) if case.header.grid == reference.header.grid => {
+            let [phi_low, phi_high, e_low, e_high] = case.header.grid;
+            let (phi_width, e_width) = (
+                (phi_high - phi_low) / f64::from(case.header.phi_bins),
+                (e_high - e_low) / f64::from(case.header.e_bins),
+            );
+            [
+                row(between(case_parts[0], reference_parts[0], phi_width * e_width)),
+                row(between_marginals(case_parts[1], reference_parts[1], phi_width)),
+                row(between_marginals(case_parts[2], reference_parts[2], e_width)),
+            ]
+        }
+        _ => [[f64::NAN; DISTANCE_COLUMNS]; 3],
+    };
+    rows.into_iter().flatten().chain(missing).collect()
+}
+
+/// Joint density and both marginals of a message, if it holds what its header says.
+fn parts(published: &Published) -> Option<[&[f64]; 3]> {
+    let (phi_bins, e_bins) = (published.header.phi_bins as usize, published.header.e_bins as usize);
+    let (joint, marginals) = published.values.split_at_checked(phi_bins.checked_mul(e_bins)?)?;
+    let (phi, e) = marginals.split_at_checked(phi_bins)?;
+    (e.len() == e_bins).then_some([joint, phi, e])
+}
+
+fn total_seconds(case: &[&Published]) -> f64 {
+    case.iter().map(|p| p.header.propagation_seconds + p.header.estimation_seconds).sum()
 }
 
 /// Effort as in Table 4: seconds of propagation, of estimation, their sum, its ratio to Monte Carlo's.
-fn effort(headers: &[&DensityHeader], mc_seconds: Option<f64>) -> [f64; EFFORT_COLUMNS] {
-    let propagation: f64 = headers.iter().map(|h| h.propagation_seconds).sum();
-    let estimation: f64 = headers.iter().map(|h| h.estimation_seconds).sum();
+fn effort(case: &[&Published], mc_seconds: Option<f64>) -> [f64; EFFORT_COLUMNS] {
+    let propagation: f64 = case.iter().map(|p| p.header.propagation_seconds).sum();
+    let estimation: f64 = case.iter().map(|p| p.header.estimation_seconds).sum();
     let total = propagation + estimation;
     [propagation, estimation, total, mc_seconds.map_or(f64::NAN, |mc| total / mc)]
 }
@@ -154,8 +209,8 @@ mod tests {
         let mut results = Results::default();
         for index in [1, 0] {
             assert!(!results.is_complete("mc"));
-            results.take(DensityHeader { index, count: 2, label: pack("mc"), ..DensityHeader::default() });
+            results.take(DensityHeader { index, count: 2, label: pack("mc"), ..DensityHeader::default() }, &[]);
         }
-        assert_eq!(results.of("mc").unwrap().iter().map(|h| h.index).collect::<Vec<_>>(), [0, 1]);
+        assert_eq!(results.of("mc").unwrap().iter().map(|p| p.header.index).collect::<Vec<_>>(), [0, 1]);
     }
 }

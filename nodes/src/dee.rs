@@ -1,9 +1,11 @@
 //! DEE: characteristics that carry the density along the flow (Sect. 3.2).
 
+use density::first_passage::empirical::empirical_curve;
+use density::first_passage::times::first_passage_times;
 use density::flow::Flow;
-use density::mesh::{Placement, Points, characteristic_densities, initial_points};
+use density::mesh::{Placement, Points, characteristic_densities, initial_points, point_weights};
 use density::orbits::Orbits;
-use density::problem::InitialGaussian;
+use density::problem::Problem;
 use messages::layout::{kind, treatment};
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +13,7 @@ use crate::assignment::Assignment;
 use crate::course::Course;
 use crate::failure::Failure;
 use crate::input::{Mode, positive};
-use crate::kit::{Form, Propagator};
+use crate::kit::{Form, Passage, Propagator};
 
 /// Where the characteristics start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -105,7 +107,7 @@ pub struct DensityEvolution {
 /// Characteristics on their way.
 #[derive(Debug)]
 struct Work {
-    initial: InitialGaussian,
+    problem: Problem,
     start: Points,
     course: Course,
     densities: Vec<f64>,
@@ -135,9 +137,10 @@ impl Propagator for DensityEvolution {
             resolution: resolution as u32,
             degree: degree as u32,
             lattice: start.lattice.unwrap_or(0) as u32,
+            ..Form::default()
         };
         self.work =
-            Some(Work { initial: problem.initial, start, course: Course::new(orbits, problem), densities: Vec::new() });
+            Some(Work { problem: problem.clone(), start, course: Course::new(orbits, problem), densities: Vec::new() });
         Ok(form)
     }
 
@@ -147,7 +150,8 @@ impl Propagator for DensityEvolution {
         let orbits = &work.course.orbits;
         let with_jacobian = self.settings.mode == Mode::Corrected;
         let Points { phi, e, .. } = &work.start;
-        work.densities = characteristic_densities(&work.initial, phi, e, &orbits.x1, &orbits.x2, with_jacobian)?;
+        work.densities =
+            characteristic_densities(&work.problem.initial, phi, e, &orbits.x1, &orbits.x2, with_jacobian)?;
         Ok(rows)
     }
 
@@ -157,5 +161,19 @@ impl Propagator for DensityEvolution {
         let (e, n) = rest.split_at_mut(work.course.orbits.len());
         work.course.orbits.read_out(phi, e);
         n.copy_from_slice(&work.densities);
+    }
+
+    /// Along the characteristics, each with the weight that the mesh gives its point.
+    fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
+        let work = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
+        let Problem { force, initial, critical_e, .. } = &work.problem;
+        let flow = Flow::new(*force);
+        let weights = point_weights(initial, &work.start, self.settings.degree)?;
+        let start = Orbits::from_polar(flow, &work.start.phi, &work.start.e);
+        let end = times.last().copied().unwrap_or(0.0);
+        let passages = first_passage_times(&flow, &start.x1, &start.x2, *critical_e, end)?;
+        let mut curve = empirical_curve(&passages, weights.as_deref(), times);
+        curve.interval = None;
+        Ok(Passage::from_empirical(&curve))
     }
 }

@@ -5,7 +5,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use density::estimate::Estimate;
 use messages::layout::{DensityHeader, SnapshotHeader, columns};
 use messages::port::{Message, Outlet};
 use messages::text::{pack, unpack};
@@ -13,7 +12,7 @@ use messages::topic::{Density, Scenario, Snapshot};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
-use crate::method::Case;
+use crate::method::{Case, Estimated};
 use crate::session::{EffortClock, Session};
 
 /// Estimates until asked to stop.
@@ -73,7 +72,7 @@ impl Desk {
         }
     }
 
-    fn estimate(&mut self, header: &SnapshotHeader, items: &[f64], label: &str) -> Result<(Estimate, f64), String> {
+    fn estimate(&mut self, header: &SnapshotHeader, items: &[f64], label: &str) -> Result<(Estimated, f64), String> {
         let clock = EffortClock::start();
         let case = self.cases.entry(label.into()).or_default();
         check(header, items, &self.assignment, case.snapshots_done())?;
@@ -121,9 +120,10 @@ fn check(header: &SnapshotHeader, items: &[f64], assignment: &Assignment, expect
 fn publish(
     outlet: &Outlet<Density>,
     snapshot: &SnapshotHeader,
-    estimate: &Estimate,
+    estimated: &Estimated,
     seconds: f64,
 ) -> Result<(), Failure> {
+    let estimate = &estimated.estimate;
     let grid = estimate.grid;
     let header = DensityHeader {
         run_id: snapshot.run_id,
@@ -142,6 +142,9 @@ fn publish(
         rows: snapshot.rows,
         phi_bins: grid.phi.bins as u32,
         e_bins: grid.e.bins as u32,
+        kind: snapshot.kind,
+        diagnostic: estimated.diagnostic,
+        diagnostics: estimated.diagnostics,
         label: pack(&unpack(&snapshot.label)),
     };
     let mut draft = outlet.draft(estimate.joint.len() + estimate.marginal_phi.len() + estimate.marginal_e.len())?;

@@ -14,6 +14,12 @@ pub enum Failure {
     /// A trajectory left the domain of the equations of motion.
     #[error(transparent)]
     LostOrbit(#[from] density::orbits::LostOrbit),
+    /// A trajectory left the domain of the equations of motion, in a computation that follows states of its own.
+    #[error(transparent)]
+    Escaped(#[from] density::flow::Escaped),
+    /// The exact density cannot be computed.
+    #[error(transparent)]
+    Exact(#[from] density::exact::Error),
     /// A mesh cannot be made.
     #[error(transparent)]
     Mesh(#[from] density::mesh::MeshError),

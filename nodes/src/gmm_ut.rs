@@ -5,14 +5,14 @@ use density::mixture::library::Variance;
 use density::mixture::plan::Adaptive;
 use density::mixture::split::Direction;
 use density::mixture::unscented::Unscented;
-use density::mixture::{self, Component, Split};
+use density::mixture::{self, Mixture, Split};
 use messages::layout::kind;
 use serde::{Deserialize, Serialize};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::input::{Mode, positive};
-use crate::kit::{Form, Propagator};
+use crate::kit::{Form, Passage, Propagator};
 
 /// How the initial Gaussian is split.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -114,13 +114,17 @@ pub struct GaussianMixture {
 struct Course {
     propagator: mixture::Propagator,
     times: Vec<f64>,
-    components: Vec<Component>,
+    mixture: Option<Mixture>,
 }
 
 impl GaussianMixture {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
         Self { settings, course: None }
+    }
+
+    fn mixture(&self) -> Option<&Mixture> {
+        self.course.as_ref()?.mixture.as_ref()
     }
 }
 
@@ -129,21 +133,32 @@ impl Propagator for GaussianMixture {
         let problem = &assignment.problem;
         let propagator = mixture::Propagator::new(problem, &Flow::new(problem.force), &self.settings.for_mixture())?;
         let form = Form { kind: kind::MIXTURE, most_rows: propagator.components(), ..Form::default() };
-        self.course = Some(Course { propagator, times: problem.times.clone(), components: Vec::new() });
+        self.course = Some(Course { propagator, times: problem.times.clone(), mixture: None });
         Ok(form)
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
         let course = self.course.as_mut().ok_or_else(Failure::no_scenario)?;
         course.propagator.advance_to(course.times[index])?;
-        course.components = course.propagator.mixture().components;
-        Ok(course.components.len())
+        let mixture = course.propagator.mixture();
+        let rows = mixture.components.len();
+        course.mixture = Some(mixture);
+        Ok(rows)
+    }
+
+    fn disagreement(&self) -> f64 {
+        self.mixture().map_or(f64::NAN, Mixture::disagreement)
+    }
+
+    fn first_passage(&mut self, _times: &[f64]) -> Result<Passage, Failure> {
+        let reason = "a mixture says where orbits are at a time, not where each has been; take mc, dee or exact";
+        Ok(Passage::Cannot(reason.into()))
     }
 
     fn write(&self, columns: &mut [f64]) {
-        let Some(course) = &self.course else { return };
-        let rows = course.components.len();
-        for (row, component) in course.components.iter().enumerate() {
+        let Some(mixture) = self.mixture() else { return };
+        let rows = mixture.components.len();
+        for (row, component) in mixture.components.iter().enumerate() {
             for (column, value) in component.to_array().into_iter().enumerate() {
                 columns[column * rows + row] = value;
             }

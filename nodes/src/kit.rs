@@ -5,10 +5,12 @@
 
 use std::process::ExitCode;
 
-use messages::layout::{SnapshotHeader, columns};
+use density::first_passage::curve_times;
+use density::first_passage::empirical::EmpiricalCurve;
+use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, columns};
 use messages::port::Outlet;
 use messages::text::pack;
-use messages::topic::{Scenario, Snapshot};
+use messages::topic::{Passage as PassageTopic, Scenario, Snapshot};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
@@ -28,8 +30,40 @@ pub trait Propagator {
     /// Whatever makes it impossible to go on.
     fn advance(&mut self, index: usize) -> Result<usize, Failure>;
 
+    /// How far the flow over a component of a mixture is from linear, at the snapshot reached; NaN if not known.
+    fn disagreement(&self) -> f64 {
+        f64::NAN
+    }
+
+    /// The probability that the eccentricity has ever reached its critical value by each of `times` \[yr\].
+    ///
+    /// # Errors
+    /// Whatever makes it impossible to go on; a method that cannot say returns [`Passage::Cannot`].
+    fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
+        let _ = times;
+        Ok(Passage::Cannot("this propagator does not compute first passages".into()))
+    }
+
     /// Writes the snapshot that [`Propagator::advance`] has reached: the columns of its kind, one after the other.
     fn write(&self, columns: &mut [f64]);
+}
+
+/// A method's answer to when the eccentricity first reaches its critical value.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Passage {
+    /// A row a time: time \[yr\], probability, lower and upper end of its interval (NaN without one).
+    Curve(Vec<[f64; PASSAGE_COLUMNS]>),
+    /// The method cannot say, and why.
+    Cannot(String),
+}
+
+impl Passage {
+    /// A curve from an estimate of a sample of trajectories.
+    pub fn from_empirical(curve: &EmpiricalCurve) -> Self {
+        let interval = |k: usize| curve.interval.as_ref().map_or((f64::NAN, f64::NAN), |interval| interval[k]);
+        let row = |k: usize| [curve.times[k], curve.probability[k], interval(k).0, interval(k).1];
+        Self::Curve((0..curve.times.len()).map(row).collect())
+    }
 }
 
 /// What a propagator's snapshots look like; see the fields of the same names in [`SnapshotHeader`].
@@ -47,6 +81,8 @@ pub struct Form {
     pub lattice: u32,
     /// Degree of interpolation on a lattice, or 0.
     pub degree: u32,
+    /// Independent groups that the samples were drawn in, or 0.
+    pub replicates: u32,
 }
 
 /// The `main` of a propagator: serves the run that started the process until it ends.
@@ -67,6 +103,7 @@ pub fn main(propagator: impl Propagator) -> ExitCode {
 /// [`Failure::Stopped`] is the normal end; anything else has also been reported to the launcher.
 pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
+    let passages = session.domain.outlet::<PassageTopic>(PASSAGE_TIMES * PASSAGE_COLUMNS)?;
     session.ready()?;
     let mut outlet: Option<Outlet<Snapshot>> = None;
     loop {
@@ -74,7 +111,7 @@ pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), F
             let assignment = Assignment::read(&message)?;
             drop(message);
             drop(outlet.take()); // frees the last scenario's memory before the next takes its own
-            outlet = Some(serve_one(session, &mut propagator, &assignment).inspect_err(|failure| {
+            outlet = Some(serve_one(session, &mut propagator, &assignment, &passages).inspect_err(|failure| {
                 if !matches!(failure, Failure::Stopped) {
                     let _ = session.failed(assignment.scenario, &session.name, &failure.to_string());
                 }
@@ -91,6 +128,7 @@ fn serve_one(
     session: &Session,
     propagator: &mut impl Propagator,
     assignment: &Assignment,
+    passages: &Outlet<PassageTopic>,
 ) -> Result<Outlet<Snapshot>, Failure> {
     let mut clock = EffortClock::start();
     let form = propagator.begin(assignment)?;
@@ -117,12 +155,42 @@ fn serve_one(
             resolution: form.resolution,
             lattice: form.lattice,
             degree: form.degree,
+            replicates: form.replicates,
+            reserved: 0,
+            disagreement: propagator.disagreement(),
             label: pack(&session.name),
         };
+        if index + 1 == count {
+            // Before the last snapshot, so that whoever has that snapshot's density can have the passages too.
+            send_passage(session, propagator, assignment, passages)?;
+        }
         outlet.send(draft, header)?;
         clock = EffortClock::start();
         session.working(assignment.scenario, index + 1, count)?;
     }
     session.done(assignment.scenario)?;
     Ok(outlet)
+}
+
+fn send_passage(
+    session: &Session,
+    propagator: &mut impl Propagator,
+    assignment: &Assignment,
+    outlet: &Outlet<PassageTopic>,
+) -> Result<(), Failure> {
+    let clock = EffortClock::start();
+    let end = assignment.problem.times.last().copied().unwrap_or(0.0);
+    let (rows, reason) = match propagator.first_passage(&curve_times(end, PASSAGE_TIMES))? {
+        Passage::Curve(rows) => (rows, String::new()),
+        Passage::Cannot(reason) => (Vec::new(), reason),
+    };
+    let header = PassageHeader {
+        run_id: assignment.run_id,
+        seconds: clock.seconds(),
+        scenario: assignment.scenario,
+        rows: rows.len() as u32,
+        label: pack(&session.name),
+        reason: pack(&reason),
+    };
+    Ok(outlet.send_items(header, rows.as_flattened())?)
 }

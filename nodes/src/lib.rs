@@ -9,6 +9,7 @@ pub mod comparator;
 pub mod course;
 pub mod dee;
 pub mod estimator;
+pub mod exact;
 pub mod failure;
 pub mod gmm_ut;
 pub mod input;

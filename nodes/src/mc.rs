@@ -1,8 +1,13 @@
 //! Monte Carlo: random draws from the initial Gaussian, each propagated on its own (Sect. 3.1).
 
+use std::num::NonZeroUsize;
+
+use density::first_passage::empirical::{EmpiricalCurve, empirical_curve};
+use density::first_passage::times::first_passage_times;
 use density::flow::Flow;
 use density::orbits::Orbits;
-use density::sampling;
+use density::problem::Problem;
+use density::sampling::{Draws, Plan};
 use messages::layout::kind;
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +15,19 @@ use crate::assignment::Assignment;
 use crate::course::Course;
 use crate::failure::Failure;
 use crate::input::positive;
-use crate::kit::{Form, Propagator};
+use crate::kit::{Form, Passage, Propagator};
+
+/// How draws depend on one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DrawsChoice {
+    /// Not at all.
+    Independent,
+    /// In pairs of opposites.
+    Antithetic,
+    /// As points of a scrambled Sobol sequence.
+    Sobol,
+}
 
 /// Settings of a Monte Carlo case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,11 +38,27 @@ pub struct Settings {
     pub samples: usize,
     /// Seed of the draws.
     pub seed: u64,
+    /// How draws depend on one another: independent, antithetic pairs, or a scrambled Sobol sequence.
+    pub draws: DrawsChoice,
+    /// Independent groups, from whose spread the standard errors follow; 1 only for independent draws.
+    #[serde(deserialize_with = "positive")]
+    pub replicates: usize,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 100_000, seed: 1 }
+        Self { samples: 100_000, seed: 1, draws: DrawsChoice::Independent, replicates: 1 }
+    }
+}
+
+impl Settings {
+    fn plan(&self) -> Plan {
+        let draws = match self.draws {
+            DrawsChoice::Independent => Draws::Independent,
+            DrawsChoice::Antithetic => Draws::Antithetic,
+            DrawsChoice::Sobol => Draws::Sobol,
+        };
+        Plan { draws, seed: self.seed, replicates: NonZeroUsize::new(self.replicates).unwrap_or(NonZeroUsize::MIN) }
     }
 }
 
@@ -33,7 +66,7 @@ impl Default for Settings {
 #[derive(Debug)]
 pub struct MonteCarlo {
     settings: Settings,
-    course: Option<Course>,
+    course: Option<(Course, Problem)>,
 }
 
 impl MonteCarlo {
@@ -46,20 +79,37 @@ impl MonteCarlo {
 impl Propagator for MonteCarlo {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
-        let Settings { samples, seed } = self.settings;
-        let (x1, x2) = sampling::draw(&problem.initial, seed, samples);
-        self.course = Some(Course::new(Orbits::new(Flow::new(problem.force), x1, x2), problem));
-        Ok(Form { kind: kind::SAMPLES, most_rows: samples, ..Form::default() })
+        let Settings { samples, draws, replicates, .. } = self.settings;
+        if draws != DrawsChoice::Independent && replicates < 2 {
+            let problem = "draws that depend on one another need replicates = 2 or more to have standard errors";
+            return Err(Failure::Refused(problem.into()));
+        }
+        let (x1, x2) = self.settings.plan().draw(&problem.initial, samples);
+        let course = Course::new(Orbits::new(Flow::new(problem.force), x1, x2), problem);
+        self.course = Some((course, problem.clone()));
+        let replicates = if replicates > 1 { replicates as u32 } else { 0 };
+        Ok(Form { kind: kind::SAMPLES, most_rows: samples, replicates, ..Form::default() })
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        self.course.as_mut().ok_or_else(Failure::no_scenario)?.advance(index)
+        self.course.as_mut().ok_or_else(Failure::no_scenario)?.0.advance(index)
     }
 
     fn write(&self, columns: &mut [f64]) {
-        if let Some(course) = &self.course {
+        if let Some((course, _)) = &self.course {
             let (phi, e) = columns.split_at_mut(course.orbits.len());
             course.orbits.read_out(phi, e);
         }
+    }
+
+    /// Of the same draws, made once more: an interval holds for independent ones only.
+    fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
+        let (_, problem) = self.course.as_ref().ok_or_else(Failure::no_scenario)?;
+        let (x1, x2) = self.settings.plan().draw(&problem.initial, self.settings.samples);
+        let end = times.last().copied().unwrap_or(0.0);
+        let passages = first_passage_times(&Flow::new(problem.force), &x1, &x2, problem.critical_e, end)?;
+        let curve = empirical_curve(&passages, None, times);
+        let interval = curve.interval.filter(|_| self.settings.draws == DrawsChoice::Independent);
+        Ok(Passage::from_empirical(&EmpiricalCurve { interval, ..curve }))
     }
 }

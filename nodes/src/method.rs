@@ -1,13 +1,30 @@
 //! Which density method belongs to which kind of snapshot.
 
-use density::angle::nearest;
-use density::estimate::Estimate;
-use density::mesh::{Branch, CarriedMesh, hull_estimate};
+use density::angle::{Circular, nearest};
+use density::estimate::{Estimate, Moments};
+use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate};
 use density::mixture::{self, Component};
 use density::{binning, grid::Grid};
-use messages::layout::{SnapshotHeader, kind, treatment};
+use messages::layout::{DENSITY_HEAD, SnapshotHeader, diagnostic, kind, treatment};
 
 use crate::assignment::Assignment;
+
+/// A density, and what the method says of its own reliability.
+#[derive(Debug)]
+pub struct Estimated {
+    /// The density.
+    pub estimate: Estimate,
+    /// What the diagnostics are, see [`messages::layout::diagnostic`].
+    pub diagnostic: u32,
+    /// The diagnostics; NaN where there is nothing to say.
+    pub diagnostics: [f64; 4],
+}
+
+impl From<Estimate> for Estimated {
+    fn from(estimate: Estimate) -> Self {
+        Self { estimate, diagnostic: diagnostic::NONE, diagnostics: [f64::NAN; 4] }
+    }
+}
 
 /// What the estimator remembers of a case between its snapshots.
 #[derive(Debug, Default)]
@@ -31,16 +48,21 @@ impl Case {
         header: &SnapshotHeader,
         items: &[f64],
         assignment: &Assignment,
-    ) -> Result<Estimate, String> {
+    ) -> Result<Estimated, String> {
         let grid = assignment.grids[self.done];
         let columns: Vec<&[f64]> = items.chunks_exact(header.rows as usize).collect();
         let estimate = match (header.kind, columns[..].as_ref()) {
             (kind::SAMPLES, &[phi, e]) => {
                 check_eccentricities(e)?;
-                binning::estimate(phi, e, grid, assignment.problem.critical_e)
+                samples(phi, e, grid, assignment.problem.critical_e, header.replicates as usize).into()
             }
             (kind::CHARACTERISTICS, &[phi, e, n]) => self.characteristics(header, [phi, e, n], &grid, assignment)?,
-            (kind::MIXTURE, columns) => mixture_estimate(columns, &grid, assignment.problem.critical_e)?,
+            (kind::MIXTURE, columns) => Estimated {
+                estimate: mixture_estimate(columns, &grid, assignment.problem.critical_e)?,
+                diagnostic: diagnostic::MIXTURE,
+                diagnostics: [header.disagreement, f64::NAN, f64::NAN, f64::NAN],
+            },
+            (kind::DENSITY, &[values]) => ready_density(values, grid)?,
             (other, _) => return Err(format!("kind {other} has no density method")),
         };
         self.done += 1;
@@ -53,7 +75,7 @@ impl Case {
         [phi, e, n]: [&[f64]; 3],
         grid: &Grid,
         assignment: &Assignment,
-    ) -> Result<Estimate, String> {
+    ) -> Result<Estimated, String> {
         let critical_e = assignment.problem.critical_e;
         let branch = match header.treatment {
             treatment::CARRIED_MESH => return self.carried(header, phi, e, grid, assignment),
@@ -61,7 +83,8 @@ impl Case {
             treatment::HULL_MESH_AS_PRINTED => Branch::AsPrinted,
             other => return Err(format!("treatment {other} is unknown to this version")),
         };
-        hull_estimate(phi, e, n, grid, header.resolution as usize, branch, critical_e).map_err(|e| e.to_string())
+        let estimate = hull_estimate(phi, e, n, grid, header.resolution as usize, branch, critical_e);
+        estimate.map(Into::into).map_err(|e| e.to_string())
     }
 
     /// The points of the first snapshot, at `t = 0`, make the mesh that all later ones move.
@@ -72,7 +95,7 @@ impl Case {
         e: &[f64],
         grid: &Grid,
         assignment: &Assignment,
-    ) -> Result<Estimate, String> {
+    ) -> Result<Estimated, String> {
         let initial = &assignment.problem.initial;
         let mesh = match self.mesh.take() {
             Some(mesh) => mesh,
@@ -83,11 +106,38 @@ impl Case {
                     .map_err(|e| e.to_string())?
             }
         };
-        let (estimate, _diagnostics) =
+        let (estimate, mesh_says) =
             mesh.estimate(phi, e, grid, assignment.problem.critical_e).map_err(|e| e.to_string())?;
         self.mesh = Some(mesh);
-        Ok(estimate)
+        let MeshDiagnostics { measure_defect, flipped_mass, truncated_mass, .. } = mesh_says;
+        Ok(Estimated {
+            estimate,
+            diagnostic: diagnostic::MESH,
+            diagnostics: [measure_defect, flipped_mass, truncated_mass, f64::NAN],
+        })
     }
+}
+
+/// Samples drawn in `replicates` groups, or independent ones if that is less than 2.
+fn samples(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64, replicates: usize) -> Estimate {
+    if replicates < 2 {
+        binning::estimate(phi, e, grid, critical_e)
+    } else {
+        binning::estimate_in_groups(phi, e, grid, critical_e, replicates)
+    }
+}
+
+/// A density that its propagator has computed on the grid itself.
+fn ready_density(values: &[f64], grid: Grid) -> Result<Estimated, String> {
+    let bins = grid.len();
+    let Some((&head, joint)) = values.split_first_chunk::<DENSITY_HEAD>().filter(|(_, joint)| joint.len() == bins)
+    else {
+        return Err(format!("it holds {} numbers, not {DENSITY_HEAD} and one for each of {bins} bins", values.len()));
+    };
+    let [a, b, c, d, e, f, mean, resultant, diagnostics @ ..] = head;
+    let moments = Moments::from_array([a, b, c, d, e, f]);
+    let estimate = Estimate::from_joint(grid, joint.to_vec(), moments, Circular { mean, resultant });
+    Ok(Estimated { estimate, diagnostic: diagnostic::NUMERICAL, diagnostics })
 }
 
 fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<Estimate, String> {

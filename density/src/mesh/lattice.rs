@@ -74,10 +74,8 @@ impl Refinement {
     /// # Errors
     /// [`MeshError::Degree`] unless `1 <= degree <= MOST_DEGREE` and the lattice has more than `degree` lines.
     pub fn new(outer: &[f64], inner: &[f64], degree: usize, factor: usize) -> Result<Self, MeshError> {
-        let side = outer.len();
-        if degree == 0 || degree > MOST_DEGREE || degree >= side || inner.len() != side {
-            return Err(MeshError::Degree { degree, most: MOST_DEGREE, side });
-        }
+        let side = outer.len().min(inner.len());
+        check_degree(degree, side)?;
         let fine = |lines: &[f64]| -> (Vec<f64>, Vec<Stencil>) {
             (0..=(side - 1) * factor)
                 .map(|k| {
@@ -128,6 +126,14 @@ impl Refinement {
     fn sum(&self, stencil: &Stencil, value: impl Fn(usize) -> f64) -> f64 {
         (0..=self.degree).map(|k| stencil.weights[k] * value(stencil.first + k)).sum()
     }
+}
+
+/// Whether a lattice of `side` lines can be interpolated to degree `degree`.
+pub(super) fn check_degree(degree: usize, side: usize) -> Result<(), MeshError> {
+    if degree == 0 || degree > MOST_DEGREE || degree >= side {
+        return Err(MeshError::Degree { degree, most: MOST_DEGREE, side });
+    }
+    Ok(())
 }
 
 /// Weights `∫ p(u) l_i(u) du` of the nodes, `p` the standard normal density: what the interpolant of degree `degree`

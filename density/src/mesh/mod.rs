@@ -41,7 +41,7 @@ pub use carried::CarriedMesh;
 pub use characteristics::characteristic_densities;
 pub use diagnostics::MeshDiagnostics;
 pub use hull::{Branch, hull_estimate};
-pub use points::{Placement, Points, initial_points, lattice_points};
+pub use points::{Placement, Points, initial_points, lattice_points, point_weights};
 
 /// Why a mesh could not be built or read out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

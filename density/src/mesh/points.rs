@@ -8,6 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::MeshError;
+use super::lattice::{check_degree, gaussian_weights, lattice_lines};
 use crate::problem::{InitialGaussian, Problem};
 
 /// How initial points are placed.
@@ -152,6 +153,22 @@ pub fn normal_quantile(probability: f64) -> f64 {
         sigmas -= step / (1.0 + 0.5 * sigmas * step);
     }
     if probability <= 0.5 { sigmas } else { -sigmas }
+}
+
+/// Share of the initial probability that each point stands for: on a lattice the weights of the Gaussian quadrature that is
+/// exact for polynomials of degree `degree` between the lines; otherwise `None`, as points drawn from the initial Gaussian
+/// all weigh alike.
+///
+/// # Errors
+/// [`MeshError`] if the points are not the lattice that they say, or the degree does not fit it.
+pub fn point_weights(initial: &InitialGaussian, points: &Points, degree: usize) -> Result<Option<Vec<f64>>, MeshError> {
+    let Some(side) = points.lattice else { return Ok(None) };
+    let standard = |(&phi, &e)| initial.standardise(phi, e).into();
+    let standard: Vec<[f64; 2]> = points.phi.iter().zip(&points.e).map(standard).collect();
+    let lines = lattice_lines(&standard, side)?;
+    check_degree(degree, side)?;
+    let [outer, inner] = lines.each_ref().map(|lines| gaussian_weights(lines, degree));
+    Ok(Some(outer.iter().flat_map(|&a| inner.iter().map(move |&b| a * b)).collect()))
 }
 
 #[cfg(test)]

@@ -1,14 +1,17 @@
 //! The recorder: keeps what estimator and comparator publish as a folder of plain files.
 
+mod densities;
+mod notes;
+mod rows;
 mod tables;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::Path;
 
-use messages::layout::{ComparisonHeader, DensityHeader, comparison};
+use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, comparison};
 use messages::port::Message;
 use messages::text::unpack;
-use messages::topic::{Comparison, Density, Roster as RosterTopic, Scenario};
+use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
@@ -30,17 +33,25 @@ struct RecordedComparison {
     values: Vec<f64>,
 }
 
+/// A first-passage curve as it was published, or why there is none.
+#[derive(Debug)]
+struct RecordedPassage {
+    header: PassageHeader,
+    values: Vec<f64>,
+}
+
 /// What has arrived of a scenario.
 #[derive(Debug)]
 struct Recording {
     assignment: Assignment,
     densities: BTreeMap<(String, u32), RecordedDensity>,
     comparisons: Vec<RecordedComparison>,
+    passages: BTreeMap<String, RecordedPassage>,
 }
 
 impl Recording {
     fn new(assignment: Assignment) -> Self {
-        Self { assignment, densities: BTreeMap::new(), comparisons: Vec::new() }
+        Self { assignment, densities: BTreeMap::new(), comparisons: Vec::new(), passages: BTreeMap::new() }
     }
 
     fn take_density(&mut self, message: &Message<Density>) {
@@ -48,6 +59,14 @@ impl Recording {
         if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
             let density = RecordedDensity { header, values: message.items().to_vec() };
             self.densities.insert((unpack(&header.label), header.index), density);
+        }
+    }
+
+    fn take_passage(&mut self, message: &Message<Passage>) {
+        let header = *message.header();
+        if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
+            let passage = RecordedPassage { header, values: message.items().to_vec() };
+            self.passages.insert(unpack(&header.label), passage);
         }
     }
 
@@ -78,10 +97,11 @@ impl Recording {
 ///
 /// # Errors
 /// [`Failure::Stopped`] is the normal end; [`Failure::File`] if something cannot be written.
-pub fn run(session: &Session, folder: PathBuf) -> Result<(), Failure> {
+pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
     let densities = session.domain.inlet::<Density>()?;
     let comparisons = session.domain.inlet::<Comparison>()?;
+    let passages = session.domain.inlet::<Passage>()?;
     let rosters = session.domain.inlet::<RosterTopic>()?;
     let mut tables = Some(Tables::create(folder)?);
     session.ready()?;
@@ -101,6 +121,9 @@ pub fn run(session: &Session, folder: PathBuf) -> Result<(), Failure> {
             while let Some(message) = comparisons.receive()? {
                 recording.take_comparison(&message);
             }
+            while let Some(message) = passages.receive()? {
+                recording.take_passage(&message);
+            }
             if recording.is_complete()
                 && let Some(open) = &mut tables
             {
@@ -116,6 +139,6 @@ pub fn run(session: &Session, folder: PathBuf) -> Result<(), Failure> {
                 continue;
             }
         }
-        session.wait(&[&scenarios, &densities, &comparisons, &rosters])?;
+        session.wait(&[&scenarios, &densities, &comparisons, &passages, &rosters])?;
     }
 }

@@ -1,0 +1,89 @@
+//! The exact density: no samples, no mesh, no mixture, only the flow run backwards and quadrature.
+
+use density::exact::{Exact, ExactSnapshot, Settings as ExactSettings};
+use density::first_passage::exact::exact_curve;
+use density::flow::Flow;
+use messages::layout::{DENSITY_HEAD, kind};
+use serde::{Deserialize, Serialize};
+
+use crate::assignment::Assignment;
+use crate::failure::Failure;
+use crate::kit::{Form, Passage, Propagator};
+
+/// Settings of the exact reference.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Tolerated error of the moments, in standard deviations.
+    pub moment_error: f64,
+    /// Tolerated L1 error of the joint density.
+    pub joint_error: f64,
+    /// Orbits that moments, and likewise the joint density, may take at one snapshot.
+    pub most_orbits: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        let ExactSettings { moment_error, joint_error, most_orbits } = ExactSettings::default();
+        Self { moment_error, joint_error, most_orbits }
+    }
+}
+
+/// The exact propagator.
+#[derive(Debug)]
+pub struct ExactDensity {
+    settings: ExactSettings,
+    work: Option<(Assignment, Option<ExactSnapshot>)>,
+}
+
+impl ExactDensity {
+    /// A propagator with these settings.
+    pub fn new(settings: Settings) -> Self {
+        let Settings { moment_error, joint_error, most_orbits } = settings;
+        Self { settings: ExactSettings { moment_error, joint_error, most_orbits }, work: None }
+    }
+}
+
+impl Propagator for ExactDensity {
+    fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
+        let most_bins = assignment.grids.iter().map(density::grid::Grid::len).max().unwrap_or(0);
+        self.work = Some((assignment.clone(), None));
+        Ok(Form { kind: kind::DENSITY, most_rows: DENSITY_HEAD + most_bins, ..Form::default() })
+    }
+
+    fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+        let (assignment, snapshot) = self.work.as_mut().ok_or_else(Failure::no_scenario)?;
+        let flow = Flow::new(assignment.problem.force);
+        let exact = Exact::new(&assignment.problem, &flow, self.settings).snapshot(&assignment.grids, index)?;
+        let rows = DENSITY_HEAD + exact.estimate.joint.len();
+        *snapshot = Some(exact);
+        Ok(rows)
+    }
+
+    fn write(&self, columns: &mut [f64]) {
+        let Some((_, Some(exact))) = &self.work else { return };
+        let (head, joint) = columns.split_at_mut(DENSITY_HEAD);
+        let (moments, rest) = head.split_at_mut(6);
+        moments.copy_from_slice(&exact.estimate.moments.to_array());
+        let circular = exact.estimate.circular;
+        let ExactSnapshot { moment_error, circular_error, probability_error, joint_error, .. } = *exact;
+        rest.copy_from_slice(&[
+            circular.mean,
+            circular.resultant,
+            moment_error,
+            circular_error,
+            probability_error,
+            joint_error,
+        ]);
+        joint.copy_from_slice(&exact.estimate.joint);
+    }
+
+    fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
+        let (assignment, _) = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
+        let curve = exact_curve(&assignment.problem, &Flow::new(assignment.problem.force), times)?;
+        let row = |(&time, p): (&f64, &density::exact::pullback::Quadrature)| {
+            [time, p.value, (p.value - p.error).max(0.0), (p.value + p.error).min(1.0)]
+        };
+        Ok(Passage::Curve(times.iter().zip(&curve).map(row).collect()))
+    }
+}

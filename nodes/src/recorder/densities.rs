@@ -1,0 +1,75 @@
+//! `densities.npz`: the densities as numpy arrays.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use density::grid::Axis;
+use density::standard_errors::of_density;
+use messages::layout::kind;
+use npyz::npz::NpzWriter;
+use npyz::zip::{CompressionMethod, DateTime, write::FileOptions};
+use npyz::{NpyWriter, WriterBuilder};
+
+use super::RecordedDensity;
+use crate::failure::Failure;
+
+/// The open archive.
+pub(super) struct Densities {
+    path: PathBuf,
+    archive: NpzWriter<BufWriter<File>>,
+}
+
+impl Densities {
+    pub(super) fn create(folder: &Path) -> Result<Self, Failure> {
+        let path = folder.join("densities.npz");
+        let file = File::create(&path).map_err(|e| Failure::file(&path, e))?;
+        Ok(Self { path, archive: NpzWriter::new(BufWriter::new(file)) })
+    }
+
+    /// Adds the density of `method` at a snapshot, as `SCENARIO/METHOD/INDEX/...`.
+    pub(super) fn write(&mut self, scenario: &str, method: &str, density: &RecordedDensity) -> Result<(), Failure> {
+        let header = &density.header;
+        let (phi_bins, e_bins) = (header.phi_bins as usize, header.e_bins as usize);
+        let (joint, marginals) = density.values.split_at(phi_bins * e_bins);
+        let (marginal_phi, marginal_e) = marginals.split_at(phi_bins);
+        let [phi_low, phi_high, e_low, e_high] = header.grid;
+        let phi = Axis { low: phi_low, high: phi_high, bins: phi_bins };
+        let e = Axis { low: e_low, high: e_high, bins: e_bins };
+        let group = format!("{scenario}/{method}/{}", header.index);
+        let plane = [phi_bins as u64, e_bins as u64];
+        self.array(&format!("{group}/joint"), &plane, joint)?;
+        if header.kind == kind::SAMPLES {
+            let errors = of_density(joint, header.rows as usize, phi.width() * e.width());
+            self.array(&format!("{group}/joint_standard_error"), &plane, &errors)?;
+        }
+        self.array(&format!("{group}/marginal_phi"), &plane[..1], marginal_phi)?;
+        self.array(&format!("{group}/marginal_e"), &plane[1..], marginal_e)?;
+        self.array(&format!("{group}/phi_edges"), &[plane[0] + 1], &phi.edges())?;
+        self.array(&format!("{group}/e_edges"), &[plane[1] + 1], &e.edges())
+    }
+
+    fn array(&mut self, name: &str, shape: &[u64], values: &[f64]) -> Result<(), Failure> {
+        write_array(&mut self.archive, name, shape, values).map_err(|e| Failure::file(&self.path, e))
+    }
+
+    /// Closes the archive and makes sure that it can be read: closing alone does not tell that the disk was full.
+    pub(super) fn finish(self) -> Result<(), Failure> {
+        let Self { path, archive } = self;
+        drop(archive); // writes the archive's directory, without which it cannot be opened
+        npyz::npz::NpzArchive::open(&path).map(drop).map_err(|e| Failure::file(&path, e))
+    }
+}
+
+fn write_array(
+    archive: &mut NpzWriter<BufWriter<File>>,
+    name: &str,
+    shape: &[u64],
+    values: &[f64],
+) -> std::io::Result<()> {
+    let options =
+        FileOptions::default().compression_method(CompressionMethod::Stored).last_modified_time(DateTime::default()); // the same bytes at any time
+    let mut writer: NpyWriter<f64, _> = archive.array(name, options)?.default_dtype().shape(shape).begin_nd()?;
+    writer.extend(values.iter().copied())?;
+    writer.finish()
+}
