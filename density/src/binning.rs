@@ -1,7 +1,7 @@
 //! Monte Carlo's density: the share of samples in each bin, per area (Eqs. 9-10 of Sun et al. 2022).
 //!
-//! Moments are those of the samples themselves, not of the bins. Their [standard errors](standard_errors) come with them;
-//! those of the bins are a function of the density, [`standard_errors::of_density`].
+//! Moments are those of the samples themselves, not of the bins. Their [standard errors](standard_errors) come with
+//! them; those of the bins are a function of the density, [`standard_errors::of_density`].
 
 use rayon::prelude::*;
 
@@ -12,7 +12,8 @@ use crate::standard_errors;
 /// Samples that a thread counts at a time.
 const CHUNK: usize = 65_536;
 
-/// The density of equally weighted, independent samples; samples outside the grid count in the total and in the moments.
+/// The density of equally weighted, independent samples; samples outside the grid count in the total and in the
+/// moments.
 ///
 /// # Panics
 /// If `phi` and `e` differ in length.
@@ -22,8 +23,8 @@ pub fn estimate(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate
     Estimate { standard_errors, ..estimate }
 }
 
-/// As [`estimate`], of samples drawn in `replicates` independent groups ([`crate::sampling::group`] tells which row is in
-/// which): their standard errors are those of the spread of the groups.
+/// As [`estimate`], of samples drawn in `replicates` independent groups ([`crate::sampling::group`] tells which row is
+/// in which): their standard errors are those of the spread of the groups.
 ///
 /// # Panics
 /// If `phi` and `e` differ in length.

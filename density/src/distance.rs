@@ -4,17 +4,17 @@
 //! holds what each is short of 1:
 //!
 //! ```text
-//! total variation    TV = 1/2 Σ |p - q|                    largest difference of the probability of any set of cells
-//! Hellinger          h  = sqrt(1/2 Σ (√p - √q)²)           between 0 and 1; h² <= TV <= √2 h
-//! Kullback-Leibler   D  = Σ [p ln(p/q) - p + q]            of the METHOD relative to the REFERENCE, D(method‖reference) [nat]
-//! L2                 L2 = sqrt(Σ (p - q)² / A)             A the area of a cell; grid cells only, the outside has no area
-//! Kolmogorov         K  = max |F_p - F_q|                  marginals only; F the distribution function at the bins' edges
+//! total variation    TV = 1/2 Σ |p - q|              largest difference of the probability of any set of cells
+//! Hellinger          h  = sqrt(1/2 Σ (√p - √q)²)     between 0 and 1; h² <= TV <= √2 h
+//! Kullback-Leibler   D  = Σ [p ln(p/q) - p + q]      of the METHOD from the REFERENCE, D(method‖reference) [nat]
+//! L2                 L2 = sqrt(Σ (p - q)² / A)       A the area of a cell; the outside has none and is left out
+//! Kolmogorov         K  = max |F_p - F_q|            marginals only; F the distribution function at the bins' edges
 //! ```
 //!
 //! Gibbs & Su, *On choosing and bounding probability metrics* (Int. Stat. Rev. 70, 2002) give the first three and their
-//! inequalities; `D` is in Csiszár's form (Ann. Probab. 3, 1975), which is the usual one for densities of mass 1 and stays
-//! nonnegative, term by term, for a method that lost mass. Distances of cell averages never exceed those of the densities
-//! themselves, and reach them as the square of the cells' width.
+//! inequalities; `D` is in Csiszár's form (Ann. Probab. 3, 1975), which is the usual one for densities of mass 1 and
+//! stays nonnegative, term by term, for a method that lost mass. Distances of cell averages never exceed those of the
+//! densities themselves, and reach them as the square of the cells' width.
 //!
 //! Where the method is zero, `D` takes `q`: empty bins of a Monte Carlo run do no harm, which is why the method comes
 //! first. Where the reference is below [`FLOOR`] and the method above it, `q` is taken as [`FLOOR`]: infinity would say
@@ -47,8 +47,8 @@ pub struct Distances {
 pub struct Comparison {
     /// Of the joint densities.
     pub joint: Distances,
-    /// Of the marginals of the solar angle. Its Kolmogorov distance is of distribution functions that start at the grid's
-    /// lower edge; another branch of the circle would give up to twice its value or half of it (Kuiper).
+    /// Of the marginals of the solar angle. Its Kolmogorov distance is of distribution functions that start at the
+    /// grid's lower edge; another branch of the circle would give up to twice its value or half of it (Kuiper).
     pub marginal_phi: Distances,
     /// Of the marginals of the eccentricity.
     pub marginal_e: Distances,

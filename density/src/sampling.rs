@@ -1,26 +1,27 @@
 //! Random draws from the initial Gaussian, cut to `0 < e < 1`.
 //!
 //! Draw `i` depends on the [`Plan`] and on `i` alone, not on how many are drawn, so results are the same bytes for any
-//! number of threads, shards or restarts. Independent draws each have their own stream of a ChaCha8 generator (Bernstein
-//! 2008; a counter-based generator whose streams are independent) and are drawn again while `e` is outside `(0, 1)`.
+//! number of threads, shards or restarts. Independent draws each have their own stream of a ChaCha8 generator
+//! (Bernstein 2008; a counter-based generator whose streams are independent) and are drawn again while `e` is outside
+//! `(0, 1)`.
 //!
 //! The other two kinds reduce the error of Monte Carlo at the same number of orbits:
 //!
 //! - Antithetic pairs (Hammersley & Morton, Proc. Camb. Phil. Soc. 52, 1956): draw `2k + 1` mirrors draw `2k` about the
-//!   mean. What is odd about the mean cancels, what is even gains nothing: at `t = 0` the means are exact, the deviations
-//!   no better than those of half as many draws.
+//!   mean. What is odd about the mean cancels, what is even gains nothing: at `t = 0` the means are exact, the
+//!   deviations no better than those of half as many draws.
 //! - A scrambled Sobol sequence (see the text of `sampling/sobol.rs`) through the inverse normal distribution.
 //!
-//! Measured on scenario 1 at half a year, one and two years, with 4096 draws, root mean square error of independent draws
-//! over that of the others: Sobol 15 to 258 in the moments, 5.7 in `P(e > 0.6) = 0.011`; antithetic 3.9 to 6.6 in the mean of
-//! `phi`, 0.6 to 8 in the others.
+//! Measured on scenario 1 at half a year, one and two years, with 4096 draws, root mean square error of independent
+//! draws over that of the others: Sobol 15 to 258 in the moments, 5.7 in `P(e > 0.6) = 0.011`; antithetic 3.9 to 6.6 in
+//! the mean of `phi`, 0.6 to 8 in the others.
 //!
-//! Where the cut takes a part of the Gaussian, both work on the probabilities of the cut Gaussian in `e`: a pair's shares
-//! add up to 1. So nothing is drawn again (which would distort the pairs' distribution: mirroring about a mean of
-//! zero never leaves both inside) and each draw alone has the cut Gaussian's distribution.
+//! Where the cut takes a part of the Gaussian, both work on the probabilities of the cut Gaussian in `e`: a pair's
+//! shares add up to 1. So nothing is drawn again (which would distort the pairs' distribution: mirroring about a mean
+//! of zero never leaves both inside) and each draw alone has the cut Gaussian's distribution.
 //!
-//! Neither kind is made of independent samples. Their standard errors are measured by drawing `R` groups that are independent of one
-//! another and comparing these, [`crate::standard_errors::of_groups`].
+//! Neither kind is made of independent samples. Their standard errors are measured by drawing `R` groups that are
+//! independent of one another and comparing these, [`crate::standard_errors::of_groups`].
 
 mod quantile;
 mod sobol;
@@ -61,8 +62,8 @@ pub struct Plan {
     pub replicates: NonZeroUsize,
 }
 
-/// The group of draw `index`: pairs are dealt to the groups in turn, so all groups are equally large, within a pair, for
-/// any number of draws.
+/// The group of draw `index`: pairs are dealt to the groups in turn, so all groups are equally large, within a pair,
+/// for any number of draws.
 ///
 /// # Panics
 /// If there are no groups.
@@ -146,7 +147,8 @@ impl Cut {
         inside(initial.point(normal_quantile_of_tail(phi), quantile(tail)))
     }
 
-    /// The point with as much of the cut Gaussian above it in `e` as the given one has below, and the mirror image in `phi`.
+    /// The point with as much of the cut Gaussian above it in `e` as the given one has below, and the mirror image in
+    /// `phi`.
     fn opposite(self, initial: &InitialGaussian, phi: f64, e: f64) -> (f64, f64) {
         let (u, v) = initial.standardise(phi, e);
         // The smaller tail keeps its digits.

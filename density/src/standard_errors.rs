@@ -1,7 +1,7 @@
 //! Standard errors of Monte Carlo: of the moments of a sample and of the density in its bins.
 //!
-//! For `n` independent samples, with central moments `m_jk = mean of (phi - mean)^j (e - mean)^k`, to leading order in `1/n`
-//! (Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Chapter 10):
+//! For `n` independent samples, with central moments `m_jk = mean of (phi - mean)^j (e - mean)^k`, to leading order in
+//! `1/n` (Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Chapter 10):
 //!
 //! ```text
 //! mean         sqrt(m_2 / n)
@@ -12,10 +12,10 @@
 //! ```
 //!
 //! These hold for independent samples alone. Antithetic and low-discrepancy samples are correlated within a group of
-//! [`crate::sampling::Plan`], their groups are not: with the same moment taken of each of `R` groups, the standard error
-//! of the whole is about `s_R / sqrt(R)`, `s_R` the deviation of the groups' values (Owen, *Monte Carlo theory, methods and examples*,
-//! 2013, Chapter 17). With few groups it is itself uncertain, by `1/sqrt(2(R-1))` of its value, and an interval is
-//! `± t` of Student with `R - 1` degrees of freedom: 2.26 for 10 groups, not 1.96.
+//! [`crate::sampling::Plan`], their groups are not: with the same moment taken of each of `R` groups, the standard
+//! error of the whole is about `s_R / sqrt(R)`, `s_R` the deviation of the groups' values (Owen, *Monte Carlo theory,
+//! methods and examples*, 2013, Chapter 17). With few groups it is itself uncertain, by `1/sqrt(2(R-1))` of its value,
+//! and an interval is `± t` of Student with `R - 1` degrees of freedom: 2.26 for 10 groups, not 1.96.
 
 use crate::angle::nearest;
 use crate::estimate::{Moments, ordered_sum};
@@ -88,8 +88,8 @@ fn group_moments(rows: &[usize], point: impl Fn(usize) -> (f64, f64) + Sync, cri
 }
 
 /// Standard errors of a density estimated from `samples` independent samples by counts in cells of area `cell`:
-/// `sqrt(c (1 - c/n)) / (n A)`. Also of a marginal, with the bin's width for `cell`. Zero in an empty bin, of which the data
-/// say no more than that its probability is below `3/n` (95 %).
+/// `sqrt(c (1 - c/n)) / (n A)`. Also of a marginal, with the bin's width for `cell`. Zero in an empty bin, of which the
+/// data say no more than that its probability is below `3/n` (95 %).
 pub fn of_density(density: &[f64], samples: usize, cell: f64) -> Vec<f64> {
     let n = samples as f64;
     let error = |share: f64| (share * (1.0 - share).max(0.0) / n).sqrt() / cell;

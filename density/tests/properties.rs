@@ -1,9 +1,9 @@
 //! What must hold of any scenario, not of the paper's three alone.
 //!
-//! Scenarios are random but from a fixed seed, so that a run that passes passes everywhere: forces up to a little beyond what
-//! keeps satellites up, clouds that start at least 10 deviations inside `0 < e < 1` and whose 4-sigma ellipse stays below
-//! `e = 0.95` on its way, snapshots up to two years. Closer to `e = 1`, where the oblateness term grows as `(1-e²)^-2`, orbits
-//! are followed less accurately or given up (`Escaped`); satellites do not get there.
+//! Scenarios are random but from a fixed seed, so that a run that passes passes everywhere: forces up to a little
+//! beyond what keeps satellites up, clouds that start at least 10 deviations inside `0 < e < 1` and whose 4-sigma
+//! ellipse stays below `e = 0.95` on its way, snapshots up to two years. Closer to `e = 1`, where the oblateness term
+//! grows as `(1-e²)^-2`, orbits are followed less accurately or given up (`Escaped`); satellites do not get there.
 
 use std::f64::consts::TAU;
 
@@ -120,7 +120,8 @@ proptest! {
         let sample = monte_carlo(&problem, flow, grid, 20_000);
         let (ours, bars) = (sample.moments.to_array(), sample.standard_errors.to_array());
         let theirs = [moments.mean_phi, moments.std_phi, moments.mean_e, moments.std_e, moments.cov_phi_e];
-        // Moments of an angle depend on the branch, and that on the circular mean, unless all samples are far from its cut.
+        // Moments of an angle depend on the branch, and that on the circular mean, unless all samples are far from its
+        // cut.
         let first = if moments.circular.resultant > 0.9 { 0 } else { 2 };
         for k in (first..5).filter(|&k| first == 0 || k < 4) {
             prop_assert!((ours[k] - theirs[k]).abs() <= 5.0 * bars[k], "{} {:?} {:?} {:?}", k, ours, theirs, bars);

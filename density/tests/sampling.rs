@@ -1,7 +1,7 @@
 //! Monte Carlo's error bars against exact moments, over many seeds.
 //!
-//! All at snapshots of scenario 1 where the cloud is far from Gaussian. That 95 % intervals cover is judged by the number
-//! of seeds that do: the band holds a binomial number of probability 0.95 but for 0.05 % on either side.
+//! All at snapshots of scenario 1 where the cloud is far from Gaussian. That 95 % intervals cover is judged by the
+//! number of seeds that do: the band holds a binomial number of probability 0.95 but for 0.05 % on either side.
 
 mod common;
 

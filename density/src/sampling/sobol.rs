@@ -1,13 +1,14 @@
 //! The two-dimensional Sobol sequence, scrambled.
 //!
-//! Its first coordinate is van der Corput's (the index with its bits reversed behind the point), its second has the direction numbers of
-//! the primitive polynomial `x + 1`: Pascal's triangle modulo 2 (Sobol', USSR Comput. Math. Math. Phys. 7, 1967). The two
-//! are a (0,2)-sequence: of any first `2^m` points, each dyadic box of area `2^-m` holds exactly one.
+//! Its first coordinate is van der Corput's (the index with its bits reversed behind the point), its second has the
+//! direction numbers of the primitive polynomial `x + 1`: Pascal's triangle modulo 2 (Sobol', USSR Comput. Math. Math.
+//! Phys. 7, 1967). The two are a (0,2)-sequence: of any first `2^m` points, each dyadic box of area `2^-m` holds
+//! exactly one.
 //!
 //! Nested uniform scrambling (Owen, in *Monte Carlo and Quasi-Monte Carlo Methods*, 1995) flips each binary digit by a
-//! coin that belongs to all digits before it. It keeps that property, makes each point uniform, hence every mean unbiased,
-//! and the errors of independent scrambles independent; for smooth integrands the variance falls almost as `n^-3` (Owen, Ann.
-//! Statist. 25, 1997). The coins are a hash of the digits before, so that a point needs no other.
+//! coin that belongs to all digits before it. It keeps that property, makes each point uniform, hence every mean
+//! unbiased, and the errors of independent scrambles independent; for smooth integrands the variance falls almost as
+//! `n^-3` (Owen, Ann. Statist. 25, 1997). The coins are a hash of the digits before, so that a point needs no other.
 //!
 //! Own code, as what crates offer in place of it ends at 2^16 points in single precision or is not scrambled.
 
