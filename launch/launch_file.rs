@@ -281,16 +281,22 @@ mod tests {
                 Launch::load(Some(&entry.path()), None).unwrap();
             }
         }
-        assert_eq!(Launch::load(None, None).unwrap().cases.len(), 4);
+        assert_eq!(Launch::load(None, None).unwrap().cases.len(), 5);
     }
 
     #[test]
     fn every_mistake_is_told_with_line_and_key() {
         let cases = [
             ("samples = 10", "samples = 0", 7, "propagator.samples", "at least 1"),
-            ("samples = 10", "sample = 10", 7, "propagator.sample", "expected `samples` or `seed`"),
+            (
+                "samples = 10",
+                "sample = 10",
+                7,
+                "propagator.sample",
+                "unknown field `sample`, expected one of `samples`, `seed`",
+            ),
             ("samples = 10", "samples = \"x\"", 7, "propagator.samples", "invalid type: string \"x\""),
-            ("node = \"mc\"", "node = \"nc\"", 6, "propagator.node", "one of mc, dee, gmm-ut"),
+            ("node = \"mc\"", "node = \"nc\"", 6, "propagator.node", "one of mc, dee, gmm-ut, exact"),
             ("label = \"mine\"", "label = \"mc\"", 9, "propagator.label", "labels must differ"),
             ("label = \"mine\"", "label = \"../mine\"", 9, "propagator.label", "letters, digits"),
             ("label = \"mine\"", "label = \"recorder\"", 9, "propagator.label", "own processes"),

@@ -19,7 +19,7 @@ use crate::launch_file::{Case, Launch, Runs};
 use crate::progress::Progress;
 use crate::results_folder::ResultsFolder;
 use crate::supervisor::Supervisor;
-use crate::{manifest, paper_tables, preflight};
+use crate::{manifest, preflight, report};
 
 /// The user asked to stop.
 const INTERRUPTED: u8 = 130;
@@ -65,7 +65,7 @@ pub fn run(arguments: &RunArguments) -> ExitCode {
     match outcome {
         Ok(failures) => {
             if !arguments.quiet {
-                paper_tables::print(&launch, &folder.path);
+                report::print(&launch, &folder.path);
                 println!("\nResults: {}", folder.path.display());
             }
             for (name, why) in &failures {

@@ -7,9 +7,8 @@ use std::path::{Path, PathBuf};
 use density::grid::Axis;
 use density::standard_errors::of_density;
 use messages::layout::kind;
-use npyz::npz::NpzWriter;
-use npyz::zip::{CompressionMethod, DateTime, write::FileOptions};
-use npyz::{NpyWriter, WriterBuilder};
+use ndarray::ArrayView;
+use ndarray_npy::NpzWriter;
 
 use super::RecordedDensity;
 use crate::failure::Failure;
@@ -37,7 +36,7 @@ impl Densities {
         let phi = Axis { low: phi_low, high: phi_high, bins: phi_bins };
         let e = Axis { low: e_low, high: e_high, bins: e_bins };
         let group = format!("{scenario}/{method}/{}", header.index);
-        let plane = [phi_bins as u64, e_bins as u64];
+        let plane = [phi_bins, e_bins];
         self.array(&format!("{group}/joint"), &plane, joint)?;
         if header.kind == kind::SAMPLES {
             let errors = of_density(joint, header.rows as usize, phi.width() * e.width());
@@ -49,27 +48,15 @@ impl Densities {
         self.array(&format!("{group}/e_edges"), &[plane[1] + 1], &e.edges())
     }
 
-    fn array(&mut self, name: &str, shape: &[u64], values: &[f64]) -> Result<(), Failure> {
-        write_array(&mut self.archive, name, shape, values).map_err(|e| Failure::file(&self.path, e))
+    fn array(&mut self, name: &str, shape: &[usize], values: &[f64]) -> Result<(), Failure> {
+        let array = ArrayView::from_shape(shape, values).map_err(|e| Failure::file(&self.path, e))?;
+        self.archive.add_array(name, &array).map_err(|e| Failure::file(&self.path, e))
     }
 
-    /// Closes the archive and makes sure that it can be read: closing alone does not tell that the disk was full.
+    /// Closes the archive.
     pub(super) fn finish(self) -> Result<(), Failure> {
         let Self { path, archive } = self;
-        drop(archive); // writes the archive's directory, without which it cannot be opened
-        npyz::npz::NpzArchive::open(&path).map(drop).map_err(|e| Failure::file(&path, e))
+        let file = archive.finish().map_err(|e| Failure::file(&path, e))?;
+        file.into_inner().map(drop).map_err(|e| Failure::file(&path, e.error()))
     }
-}
-
-fn write_array(
-    archive: &mut NpzWriter<BufWriter<File>>,
-    name: &str,
-    shape: &[u64],
-    values: &[f64],
-) -> std::io::Result<()> {
-    let options =
-        FileOptions::default().compression_method(CompressionMethod::Stored).last_modified_time(DateTime::default()); // the same bytes at any time
-    let mut writer: NpyWriter<f64, _> = archive.array(name, options)?.default_dtype().shape(shape).begin_nd()?;
-    writer.extend(values.iter().copied())?;
-    writer.finish()
 }

@@ -1,0 +1,52 @@
+//! What a disposal designer asks: how probable is it that the critical eccentricity is exceeded now, and ever was reached.
+
+use density::problem::Problem;
+use serde::Deserialize;
+
+use super::{OfScenario, moments, new_table, time_heads};
+
+/// A row of `first_passage.csv`.
+#[derive(Debug, Deserialize)]
+pub struct Row {
+    scenario: String,
+    method: String,
+    t_yr: f64,
+    prob_reached_critical_e: f64,
+    low: f64,
+    high: f64,
+}
+
+/// A table of them.
+pub type Rows = Vec<Row>;
+
+impl OfScenario for Row {
+    fn scenario(&self) -> Option<&str> {
+        Some(&self.scenario)
+    }
+}
+
+/// Prints the probability of being above the critical eccentricity at each snapshot, and of ever having reached it by the end.
+pub fn print(scenario: &str, problem: &Problem, rows: &[&moments::Row], passages: &[&Row]) {
+    let times = moments::times(rows);
+    let end = times.last().copied().unwrap_or(0.0);
+    let heads = [format!("ever by {end} yr"), "95 % interval".into()];
+    let header = ["method".to_owned()].into_iter().chain(time_heads(&times)).chain(heads);
+    let mut table = new_table(header.collect(), 1);
+    for method in moments::methods(rows) {
+        let now = rows.iter().filter(|row| row.method == method);
+        let cells = now.map(|row| row.prob_above_critical_e.map_or(String::new(), probability));
+        let last = passages.iter().rfind(|row| row.method == method && row.t_yr == end);
+        let ever = last.map_or("-".into(), |row| probability(row.prob_reached_critical_e));
+        let interval = match last {
+            // An interval as narrow as rounding is an exact method's own error estimate.
+            Some(row) if row.high - row.low > 1e-6 => format!("{:.5} to {:.5}", row.low, row.high),
+            _ => String::new(),
+        };
+        table.add_row([method.to_owned()].into_iter().chain(cells).chain([ever, interval]).collect::<Vec<_>>());
+    }
+    println!("\n{scenario}: probability that e exceeds {}, at each time and ever\n{table}", problem.critical_e);
+}
+
+fn probability(p: f64) -> String {
+    if p == 0.0 || p >= 1e-5 { format!("{p:.5}") } else { format!("{p:.0e}") }
+}

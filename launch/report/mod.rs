@@ -1,0 +1,76 @@
+//! What a run prints at its end: ours, and the paper's Table 3 and Table 4 beside it where they belong.
+
+mod disposal;
+mod effort;
+mod moments;
+mod notes;
+mod side_by_side;
+
+use std::path::Path;
+
+use comfy_table::{CellAlignment, Table, presets};
+use serde::Deserialize;
+
+use crate::launch_file::Launch;
+
+/// The scenario that the paper's tables are about.
+const PAPER_SCENARIO: &str = "scenario-1";
+
+/// A row that may belong to a scenario; the paper's rows do not say.
+trait OfScenario {
+    fn scenario(&self) -> Option<&str>;
+}
+
+/// Prints the results in `folder`.
+pub fn print(launch: &Launch, folder: &Path) {
+    let rows: moments::Rows = read_file(&folder.join("moments.csv"));
+    let effort_rows: effort::Rows = read_file(&folder.join("effort.csv"));
+    let passages: disposal::Rows = read_file(&folder.join("first_passage.csv"));
+    for scenario in &launch.scenarios {
+        let name = scenario.content.name.as_str();
+        let is_papers = name == PAPER_SCENARIO;
+        let rows = of_scenario(&rows, name);
+        if is_papers && side_by_side::applies(launch) {
+            side_by_side::print(launch, &rows);
+        } else {
+            moments::print(name, &rows, is_papers);
+        }
+        let problem = &scenario.content.problem;
+        disposal::print(name, problem, &rows, &of_scenario(&passages, name));
+        effort::print(name, &of_scenario(&effort_rows, name), is_papers);
+    }
+    notes::print(&read_file::<notes::Note>(&folder.join("notes.csv")));
+}
+
+fn of_scenario<'a, T: OfScenario>(rows: &'a [T], name: &str) -> Vec<&'a T> {
+    rows.iter().filter(|row| row.scenario() == Some(name)).collect()
+}
+
+/// Rows of a table of the results; none if it cannot be read.
+fn read_file<T: for<'de> Deserialize<'de>>(path: &Path) -> Vec<T> {
+    csv::Reader::from_path(path).map(|mut reader| reader.deserialize().flatten().collect()).unwrap_or_default()
+}
+
+/// Rows of a table that is part of the program.
+fn read_text<T: for<'de> Deserialize<'de>>(text: &str) -> Vec<T> {
+    csv::Reader::from_reader(text.as_bytes()).deserialize().flatten().collect()
+}
+
+/// A table whose first `names` columns are words and the others numbers.
+fn new_table(header: Vec<String>, names: usize) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN);
+    let columns = header.len();
+    table.set_header(header);
+    for column in names..columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+/// Column heads for snapshot times \[yr\].
+fn time_heads(times: &[f64]) -> impl Iterator<Item = String> + '_ {
+    times.iter().map(|t| format!("t = {t} yr"))
+}
