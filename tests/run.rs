@@ -113,3 +113,67 @@ fn a_trajectory_that_leaves_the_domain_is_named_with_where_it_started() {
     assert!(!bench.path("out").exists(), "no results are better than half of them");
     assert_eq!(bench.domains(), [""; 0]);
 }
+
+#[test]
+fn as_printed_reproduces_table_3_and_the_corrected_methods_agree_with_exact() {
+    let bench = Bench::new();
+    let launch = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("launch/as-printed.toml");
+    let output = bench.run_well(&launch, "out");
+    let moments = bench.table("out/moments.csv");
+    let columns = ["mean_phi_rad", "std_phi_rad", "mean_e", "std_e"];
+    let values = |row: &std::collections::HashMap<String, String>| columns.map(|c| row[c].parse::<f64>().unwrap());
+    let of =
+        |method: &str| -> Vec<[f64; 4]> { moments.iter().filter(|row| row["method"] == method).map(values).collect() };
+    let paper: Vec<_> = csv::Reader::from_path(concat!(env!("CARGO_MANIFEST_DIR"), "/launch/paper/table-3.csv"))
+        .unwrap()
+        .deserialize::<std::collections::HashMap<String, String>>()
+        .map(Result::unwrap)
+        .collect();
+    let printed =
+        |method: &str| -> Vec<[f64; 4]> { paper.iter().filter(|row| row["method"] == method).map(values).collect() };
+    let relative = |a: f64, b: f64| (a - b).abs() / b.abs();
+
+    for (ours, paper) in of("gmm-ut").iter().zip(&printed("gmm-ut")).skip(1) {
+        for k in 0..4 {
+            assert!(relative(ours[k], paper[k]) < 1.5e-4, "{ours:?} {paper:?}");
+        }
+    }
+    for index in [1, 3] {
+        for k in 0..4 {
+            let (ours, paper) = (of("dee-1e5")[index][k], printed("dee-1e5")[index][k]);
+            assert!(relative(ours, paper) < 5e-3, "{ours} {paper}");
+        }
+    }
+    // Standard errors of 1e5 samples, doubled in variance as ours and the paper's are both samples.
+    let errors: Vec<_> = moments.iter().filter(|row| row["method"] == "mc").collect();
+    for ((ours, paper), row) in of("mc").iter().zip(&printed("mc")).zip(errors) {
+        for k in 0..4 {
+            let error = row[&format!("se_{}", columns[k])].parse::<f64>().unwrap() * 2f64.sqrt();
+            let rounding = 5e-6; // Table 3 prints five digits
+            assert!((ours[k] - paper[k]).abs() < 4.0 * error + rounding, "{ours:?} {paper:?}");
+        }
+    }
+    for method in ["dee-961-corrected", "dee-1e5-corrected", "gmm-ut-corrected"] {
+        for (ours, exact) in of(method).iter().zip(&of("exact")) {
+            assert!((0..4).all(|k| relative(ours[k], exact[k]) < 1e-3), "{method}: {ours:?} {exact:?}");
+        }
+    }
+    assert!((of("gmm-ut-text")[4][3] - 0.0599).abs() < 5e-5, "the text's split gives another deviation");
+
+    let printed = text(&output.stdout);
+    assert!(printed.contains("lacks the Jacobian") && printed.contains("as printed splits along e"), "{printed}");
+    let notes = text(&bench.read("out/notes.csv"));
+    assert!(notes.contains("gmm-ut,1.0,\"warning: components are too wide"), "{notes}");
+    let passages = bench.table("out/first_passage.csv");
+    for method in ["exact", "mc", "dee-1e5-corrected"] {
+        let curve: Vec<f64> = passages
+            .iter()
+            .filter(|row| row["method"] == method)
+            .map(|row| row["prob_reached_critical_e"].parse().unwrap())
+            .collect();
+        assert!(curve.len() >= 50 && curve.is_sorted(), "{method}");
+    }
+    for measure in ["total_variation", "l2", "hellinger", "kullback_leibler", "mass_outside_grid"] {
+        assert!(bench.table("out/distances.csv").iter().any(|row| row["measure"] == measure), "{measure}");
+    }
+}

@@ -2,6 +2,7 @@
 
 use density::flow::Flow;
 use density::mixture::library::Variance;
+use density::mixture::merge::merge;
 use density::mixture::plan::Adaptive;
 use density::mixture::split::Direction;
 use density::mixture::unscented::Unscented;
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
-use crate::input::{Mode, positive};
+use crate::input::{Mode, positive, positive_option};
 use crate::kit::{Form, Passage, Propagator};
 
 /// How the initial Gaussian is split.
@@ -49,6 +50,9 @@ pub struct Settings {
     /// Most sigma points of an adaptive split.
     #[serde(deserialize_with = "positive")]
     pub sigma_points: usize,
+    /// Most components that are published: more are merged, keeping mean and covariance (slow).
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub merge_to: Option<usize>,
     /// Corrected, or as the paper printed it.
     pub mode: Mode,
 }
@@ -61,6 +65,7 @@ impl Default for Settings {
             across: 1,
             keep_variance: false,
             sigma_points: Adaptive::default().sigma_points,
+            merge_to: None,
             mode: Mode::default(),
         }
     }
@@ -115,6 +120,7 @@ struct Course {
     propagator: mixture::Propagator,
     times: Vec<f64>,
     mixture: Option<Mixture>,
+    disagreement: f64,
 }
 
 impl GaussianMixture {
@@ -133,21 +139,25 @@ impl Propagator for GaussianMixture {
         let problem = &assignment.problem;
         let propagator = mixture::Propagator::new(problem, &Flow::new(problem.force), &self.settings.for_mixture())?;
         let form = Form { kind: kind::MIXTURE, most_rows: propagator.components(), ..Form::default() };
-        self.course = Some(Course { propagator, times: problem.times.clone(), mixture: None });
+        self.course = Some(Course { propagator, times: problem.times.clone(), mixture: None, disagreement: f64::NAN });
         Ok(form)
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
         let course = self.course.as_mut().ok_or_else(Failure::no_scenario)?;
         course.propagator.advance_to(course.times[index])?;
-        let mixture = course.propagator.mixture();
+        let mut mixture = course.propagator.mixture();
+        course.disagreement = mixture.disagreement(); // of the components as propagated
+        if let Some(most) = self.settings.merge_to {
+            mixture.components = merge(&mixture.components, most)?;
+        }
         let rows = mixture.components.len();
         course.mixture = Some(mixture);
         Ok(rows)
     }
 
     fn disagreement(&self) -> f64 {
-        self.mixture().map_or(f64::NAN, Mixture::disagreement)
+        self.course.as_ref().map_or(f64::NAN, |course| course.disagreement)
     }
 
     fn first_passage(&mut self, _times: &[f64]) -> Result<Passage, Failure> {

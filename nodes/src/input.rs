@@ -147,6 +147,11 @@ pub(crate) fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usi
     }
 }
 
+/// For serde: a whole number that is at least 1, where the key is there at all.
+pub(crate) fn positive_option<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<usize>, D::Error> {
+    positive(deserializer).map(Some)
+}
+
 /// Whether `name` can be a label or a name: it becomes part of file names, so it is short and plain.
 pub fn is_plain_name(name: &str) -> bool {
     (1..=31).contains(&name.len())
