@@ -8,8 +8,9 @@ use clap::{Args, Parser, Subcommand};
 #[derive(Debug, Parser)]
 #[command(
     version,
-    after_help = "Without a command, `phasecloud` does `phasecloud run`: scenario 1 of Sun et al. (2022) with the paper's four cases.\n\n\
-    Exit codes: 0 all cases compared; 1 a node failed, the rest was still compared and written; 2 bad input, nothing started."
+    after_help = "Without a command, `phasecloud` does `phasecloud run`: scenario 1 of Sun et al. (2022) with the paper's four cases and the exact answer.\n\n\
+    Exit codes: 0 all cases compared; 1 a case failed, the rest was still compared and written, or \
+    a process that all need failed and nothing was; 2 bad input, nothing started; 130 stopped on request."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -53,19 +54,19 @@ pub struct RunArguments {
 /// Arguments of `phasecloud node`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example, inside a live domain:\n  phasecloud node mc --domain /tmp/phasecloud-0/4f2a:pc4f2a. --label mc --set samples=1000"
+    after_help = "Example, inside a live domain:\n  phasecloud node mc --domain /tmp/phasecloud-0/4f2a:pc4f2a- --label mc --set samples=1000"
 )]
 pub struct NodeArguments {
-    /// scenario, mc, dee, gmm-ut, estimator, comparator or recorder
+    /// scenario, mc, dee, gmm-ut, exact, estimator, comparator or recorder
     pub kind: String,
     /// The run's domain as ROOT:PREFIX [default: from PHASECLOUD_ROOT and PHASECLOUD_PREFIX]
     #[arg(long)]
     pub domain: Option<String>,
     /// Label of a propagator [default: its kind]
-    #[arg(long)]
+    #[arg(long, env = "PHASECLOUD_LABEL")]
     pub label: Option<String>,
     /// Number that names the run
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, env = "PHASECLOUD_RUN_ID", default_value_t = 0)]
     pub run_id: u64,
     /// A setting of a propagator, as KEY=VALUE; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]

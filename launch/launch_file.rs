@@ -248,7 +248,10 @@ fn case<'i>(file: &InputFile, table: Spanned<DeValue<'i>>) -> Result<(Spanned<St
 fn built_in(file: &InputFile, node: &Spanned<String>, settings: Spanned<DeValue<'_>>) -> Result<Runs, InputError> {
     let name = node.get_ref();
     match BuiltIn::from_settings(name, ValueDeserializer::from(settings)) {
-        Some(Ok(settings)) => Ok(Runs::BuiltIn { node: name.clone(), settings }),
+        Some(Ok(settings)) => {
+            settings.check().map_err(|problem| file.error(node, &problem))?;
+            Ok(Runs::BuiltIn { node: name.clone(), settings })
+        }
         Some(Err(error)) => Err(file.toml_error(&error)),
         None => {
             let problem = format!("\"{name}\" is unknown; it must be one of {}", BuiltIn::NAMES.join(", "));

@@ -1,6 +1,7 @@
 //! `phasecloud`: the one command users get. It starts the processes of a run, looks after them, and prints what came out.
 
 mod cli;
+mod domains;
 mod launch_file;
 mod manifest;
 mod node_command;

@@ -50,7 +50,11 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
             let text = arguments.settings.join("\n");
             let table = toml::Deserializer::parse(&text).map_err(|e| format!("--set: {}", e.message()))?;
             match BuiltIn::from_settings(name, table) {
-                Some(settings) => Kind::Propagator(settings.map_err(|e| format!("--set: {}", e.message()))?),
+                Some(settings) => {
+                    let settings = settings.map_err(|e| format!("--set: {}", e.message()))?;
+                    settings.check().map_err(|problem| format!("--set: {problem}"))?;
+                    Kind::Propagator(settings)
+                }
                 None => {
                     let others = "scenario, estimator, comparator, recorder";
                     return Err(format!(

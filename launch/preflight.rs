@@ -31,10 +31,12 @@ fn needed_bytes(launch: &Launch) -> u64 {
     let (phi, e) = (launch.bins.0 as u64, launch.bins.1 as u64);
     let density_numbers = phi * e + phi + e;
     let numbers = |case: &Case| match &case.runs {
-        Runs::BuiltIn { settings, .. } => settings.most_numbers() as u64,
+        Runs::BuiltIn { settings, .. } => settings.most_numbers(launch.bins) as u64,
+        // Nobody knows what a foreign program will ask for.
         Runs::Command(_) => 0,
     };
-    let per_snapshot: u64 = launch.cases.iter().map(|case| numbers(case).saturating_add(density_numbers)).sum();
+    let per_snapshot = launch.cases.iter().map(|case| numbers(case).saturating_add(density_numbers));
+    let per_snapshot = per_snapshot.fold(0, u64::saturating_add);
     let payload = per_snapshot.saturating_mul(8 * (snapshots + 1));
     payload.saturating_add((launch.cases.len() as u64 + 5) * OVERHEAD)
 }

@@ -19,6 +19,8 @@ impl ResultsFolder {
     /// Which folder cannot be used, and why.
     pub fn prepare(chosen: Option<&Path>, name: &str, run_id: u64) -> Result<Self, String> {
         let path = chosen.map_or_else(|| default_path(name), Path::to_path_buf);
+        // An existing folder by its real name: `.` or a link cannot be replaced under the name given.
+        let path = path.canonicalize().unwrap_or(path);
         let unusable = |error: std::io::Error| format!("cannot write results to {}: {error}", path.display());
         match std::fs::read_dir(&path) {
             Ok(mut entries) => {

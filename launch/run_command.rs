@@ -15,6 +15,7 @@ use nodes::session::{LABEL_VARIABLE, LAUNCHER_VARIABLE, RUN_VARIABLE};
 
 use crate::BAD_INPUT;
 use crate::cli::RunArguments;
+use crate::domains::{self, OwnDomain};
 use crate::launch_file::{Case, Launch, Runs};
 use crate::progress::Progress;
 use crate::results_folder::ResultsFolder;
@@ -30,12 +31,17 @@ const TICK: Duration = Duration::from_millis(500);
 /// The processes that every run needs besides its cases.
 const SERVICES: [&str; 3] = ["estimator", "comparator", "recorder"];
 
+/// The process that publishes the scenarios.
+const SCENARIO_NODE: &str = "scenario";
+
 /// Why a run has no results.
 enum Abort {
     /// The user asked to stop.
     Interrupted,
     /// Something that every case needs failed.
     Fatal(String),
+    /// The run is complete, but its results could not be put where they belong.
+    Unpublished(String),
 }
 
 impl From<PortError> for Abort {
@@ -46,7 +52,7 @@ impl From<PortError> for Abort {
 
 /// Runs a launch file from start to results folder.
 pub fn run(arguments: &RunArguments) -> ExitCode {
-    let run_id = fresh_run_id();
+    let run_id = domains::fresh_run_id();
     let prepared = Launch::load(arguments.launch_file.as_deref(), arguments.scenario.as_deref())
         .map_err(|e| e.to_string())
         .and_then(|launch| {
@@ -73,35 +79,21 @@ pub fn run(arguments: &RunArguments) -> ExitCode {
             }
             if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
         }
-        Err(abort) => {
+        Err(Abort::Interrupted) => {
             folder.discard();
-            match abort {
-                Abort::Interrupted => {
-                    eprintln!("interrupted: nothing was written");
-                    ExitCode::from(INTERRUPTED)
-                }
-                Abort::Fatal(problem) => {
-                    eprintln!("error: {problem}; nothing was written");
-                    ExitCode::FAILURE
-                }
-            }
+            eprintln!("interrupted: nothing was written");
+            ExitCode::from(INTERRUPTED)
+        }
+        Err(Abort::Fatal(problem)) => {
+            folder.discard();
+            eprintln!("error: {problem}; nothing was written");
+            ExitCode::FAILURE
+        }
+        Err(Abort::Unpublished(problem)) => {
+            eprintln!("error: {problem}");
+            ExitCode::FAILURE
         }
     }
-}
-
-/// A number that no other run has; 48 bits, so that names made of it stay short.
-fn fresh_run_id() -> u64 {
-    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-    ((now.as_nanos() as u64) ^ (u64::from(std::process::id()) << 28)) & 0xffff_ffff_ffff
-}
-
-/// The domain of run `run_id`, in a folder of the user's own among the temporary files.
-fn place(run_id: u64) -> Place {
-    let user = format!("phasecloud-{}", rustix::process::getuid().as_raw());
-    let name = format!("{run_id:012x}");
-    let inside = |folder: &Path| Place { root: folder.join(&user).join(&name), prefix: format!("pc{name}-") };
-    let place = inside(&std::env::temp_dir());
-    if place.is_short_enough() { place } else { inside(Path::new("/tmp")) }
 }
 
 /// Conducts the run in a fresh domain, removes the domain, and publishes the results. Returns the failures by name.
@@ -112,17 +104,18 @@ fn conduct(
     quiet: bool,
 ) -> Result<BTreeMap<String, String>, Abort> {
     let started = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    let place = place(run_id);
-    let result = Run::begin(launch, folder, run_id, &place, quiet).and_then(|mut run| {
+    domains::sweep();
+    let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
+    let (failures, nodes) = {
+        let mut run = Run::begin(launch, folder, run_id, &own.place, quiet)?;
         let completed = run.conduct();
         let nodes = run.end();
-        completed.map(|()| (run.failures.clone(), nodes))
-    });
-    let removed = place.remove().map_err(|e| Abort::Fatal(format!("{}: {e}", place.root.display())));
-    let (failures, nodes) = result?;
-    removed?;
-    manifest::write(&folder.draft, launch, run_id, started, &nodes, &failures).map_err(Abort::Fatal)?;
-    folder.publish().map_err(Abort::Fatal)?;
+        completed?;
+        (run.failures.clone(), nodes)
+    };
+    drop(own);
+    let written = manifest::write(&folder.draft, launch, run_id, started, &nodes, &failures);
+    written.and_then(|()| folder.publish()).map_err(Abort::Unpublished)?;
     Ok(failures)
 }
 
@@ -198,12 +191,20 @@ impl<'a> Run<'a> {
         }
         self.progress.note(&format!("{} processes are ready", self.ready.len()));
         self.publish_roster()?;
+        self.hear_all_now();
         self.start_scenario_node()?;
         while self.recorded < self.launch.scenarios.len() {
             self.look_around()?;
             self.give_up_on_the_silent()?;
         }
         Ok(())
+    }
+
+    /// Starts everybody's patience anew.
+    fn hear_all_now(&mut self) {
+        for heard in self.last_heard.values_mut() {
+            *heard = Instant::now();
+        }
     }
 
     fn not_ready(&self) -> Option<String> {
@@ -217,6 +218,17 @@ impl<'a> Run<'a> {
         if self.signals.stop_requested() {
             return Err(Abort::Interrupted);
         }
+        let ended = self.supervisor.newly_ended();
+        // What a process said before it ended tells more than how it ended.
+        self.take_reports()?;
+        for (name, status) in ended {
+            self.fail(&name, format!("ended before the run did: {status}"))?;
+        }
+        Ok(())
+    }
+
+    /// Takes in the reports that have arrived.
+    fn take_reports(&mut self) -> Result<(), Abort> {
         while let Some(report) = self.reports.receive()? {
             let header = *report.header();
             let units = [report.items().first(), report.items().get(1)].map(|u| u.copied().unwrap_or(0.0) as u64);
@@ -224,9 +236,6 @@ impl<'a> Run<'a> {
             if header.run_id == self.run_id {
                 self.take_report(&header, units)?;
             }
-        }
-        for (name, status) in self.supervisor.newly_ended() {
-            self.fail(&name, format!("ended before the run did: {status}"))?;
         }
         Ok(())
     }
@@ -252,11 +261,16 @@ impl<'a> Run<'a> {
                 for unfinished in self.unfinished.values_mut() {
                     *unfinished = true;
                 }
-                for heard in self.last_heard.values_mut() {
-                    *heard = Instant::now();
-                }
+                self.hear_all_now();
             }
-            phase::FAILED => self.fail(&unpack(&header.subject), unpack(&header.text))?,
+            phase::DONE => {
+                self.unfinished.entry(node).and_modify(|unfinished| *unfinished = false);
+            }
+            phase::FAILED => {
+                let subject = unpack(&header.subject);
+                let blamed = if self.is_known(&subject) || !self.is_known(&node) { subject } else { node };
+                self.fail(&blamed, unpack(&header.text))?;
+            }
             _ => {}
         }
         Ok(())
@@ -264,7 +278,7 @@ impl<'a> Run<'a> {
 
     /// Notes a failure. A case that fails is left out of the comparison; without a service there is no run.
     fn fail(&mut self, name: &str, why: String) -> Result<(), Abort> {
-        if !self.launch.cases.iter().any(|case| case.label == name) {
+        if SERVICES.contains(&name) || name == SCENARIO_NODE {
             return Err(Abort::Fatal(format!("{name}: {why}")));
         }
         if !self.failures.contains_key(name) {
@@ -273,6 +287,11 @@ impl<'a> Run<'a> {
             self.publish_roster()?;
         }
         Ok(())
+    }
+
+    /// Whether `name` is a process of the run.
+    fn is_known(&self, name: &str) -> bool {
+        name == SCENARIO_NODE || self.ready.contains_key(name)
     }
 
     /// Fails the cases that owe work and have not been heard of for too long.
@@ -323,14 +342,14 @@ impl<'a> Run<'a> {
         let folder = self.folder.draft.join("scenarios");
         let failed = |path: &Path, e: std::io::Error| Abort::Fatal(format!("{}: {e}", path.display()));
         std::fs::create_dir_all(&folder).map_err(|e| failed(&folder, e))?;
-        let mut command = self.own_command("scenario")?;
+        let mut command = self.own_command(SCENARIO_NODE)?;
         command.args(["--bins", &self.launch.bins.0.to_string(), &self.launch.bins.1.to_string()]);
         for scenario in &self.launch.scenarios {
             let path = folder.join(format!("{}.toml", scenario.content.name));
             std::fs::write(&path, &scenario.text).map_err(|e| failed(&path, e))?;
             command.arg("--scenario").arg(path);
         }
-        self.supervisor.start("scenario", command).map_err(Abort::Fatal)
+        self.supervisor.start(SCENARIO_NODE, command).map_err(Abort::Fatal)
     }
 
     fn case_command(&self, case: &Case) -> Result<Command, Abort> {

@@ -22,7 +22,7 @@ fn files_that_cannot_be_right_are_refused_with_file_line_and_key() {
     let unknown = bench.launch_file("unknown", &FOUR_CASES.replace("seed", "sead"));
     let unknown = refused(&bench, &unknown, "out");
     assert!(
-        unknown.contains("unknown.toml:9: propagator.sead: unknown field `sead`, expected `samples` or `seed`"),
+        unknown.contains("unknown.toml:9: propagator.sead: unknown field `sead`, expected one of `samples`, `seed`"),
         "{unknown}"
     );
 

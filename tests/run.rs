@@ -20,7 +20,7 @@ fn a_run_compares_all_cases_and_leaves_nothing_behind() {
         assert!(value("std_phi_rad") > 0.0 && value("std_e") > 0.0);
         assert!((0.0..=1.0).contains(&value("prob_above_critical_e")));
     }
-    assert_eq!(bench.table("out/errors.csv").len(), 4 * 5 * 4);
+    assert_eq!(bench.table("out/errors.csv").len(), 4 * 5 * 8);
     assert_eq!(bench.table("out/effort.csv").len(), 4);
     let manifest: serde_json::Value = serde_json::from_slice(&bench.read("out/manifest.json")).unwrap();
     assert_eq!(manifest["nodes"].as_object().unwrap().len(), 8);
@@ -65,7 +65,9 @@ fn the_same_seeds_give_the_same_bytes_also_beside_another_run() {
 fn a_swapped_propagator_leaves_the_other_cases_unchanged() {
     let bench = Bench::new();
     let mine = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/linear_gaussian");
-    let swapped = FOUR_CASES.replace("node = \"gmm-ut\"", &format!("command = [\"{}\"]", mine.display()));
+    // Through a shell that stays in between, as scripts do.
+    let command = format!("command = [\"sh\", \"-c\", \"{}; true\"]", mine.display());
+    let swapped = FOUR_CASES.replace("node = \"gmm-ut\"", &command);
     bench.run_well(&bench.launch_file("four", FOUR_CASES), "before");
     bench.run_well(&bench.launch_file("swapped", &swapped), "after");
 

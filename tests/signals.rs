@@ -90,14 +90,14 @@ fn interrupt_and_terminate_end_every_process_and_remove_the_domain() {
 }
 
 #[test]
-fn processes_end_by_themselves_when_the_launcher_is_killed() {
+fn processes_end_by_themselves_when_the_launcher_is_killed_and_the_next_run_removes_their_domain() {
     let bench = Bench::new();
     let (mut child, run_id) = start(&bench);
     signal(&child, Signal::KILL);
     wait(&mut child);
     wait_until_gone(&run_id);
-    // Nobody is left to clean up after them here.
-    for file in common::shared_memory_of(&run_id) {
-        std::fs::remove_file(std::path::Path::new("/dev/shm").join(file)).unwrap();
-    }
+    assert_eq!(bench.domains(), [run_id.clone()]);
+    bench.run_well(&bench.launch_file("next", &LONG.replace("20_000_000", "100")), "next");
+    assert_eq!(bench.domains(), [""; 0]);
+    assert_eq!(common::shared_memory_of(&run_id), [""; 0]);
 }

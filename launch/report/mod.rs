@@ -13,9 +13,6 @@ use serde::Deserialize;
 
 use crate::launch_file::Launch;
 
-/// The scenario that the paper's tables are about.
-const PAPER_SCENARIO: &str = "scenario-1";
-
 /// A row that may belong to a scenario; the paper's rows do not say.
 trait OfScenario {
     fn scenario(&self) -> Option<&str>;
@@ -25,10 +22,12 @@ trait OfScenario {
 pub fn print(launch: &Launch, folder: &Path) {
     let rows: moments::Rows = read_file(&folder.join("moments.csv"));
     let effort_rows: effort::Rows = read_file(&folder.join("effort.csv"));
+    let papers =
+        Launch::load(None, None).ok().and_then(|launch| Some(launch.scenarios.first()?.content.problem.clone()));
     let passages: disposal::Rows = read_file(&folder.join("first_passage.csv"));
     for scenario in &launch.scenarios {
         let name = scenario.content.name.as_str();
-        let is_papers = name == PAPER_SCENARIO;
+        let is_papers = papers.as_ref() == Some(&scenario.content.problem);
         let rows = of_scenario(&rows, name);
         if is_papers && side_by_side::applies(launch) {
             side_by_side::print(launch, &rows);

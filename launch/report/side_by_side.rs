@@ -45,7 +45,7 @@ pub fn print(launch: &Launch, rows: &[&Row]) {
             ("paper", of(&paper, method)),
             (ours, of(rows, method)),
             ("corrected", of(rows, &corrected(method))),
-            ("exact", of(rows, &launch.reference)),
+            (launch.reference.as_str(), of(rows, &launch.reference)),
         ];
         println!("\n{method}: {reason}\n{}", table(&sources, &times(rows)));
     }
@@ -53,7 +53,7 @@ pub fn print(launch: &Launch, rows: &[&Row]) {
         label == launch.reference || REASONS.iter().any(|(method, _)| label == *method || label == corrected(method))
     };
     for case in launch.cases.iter().filter(|case| !shown(&case.label)) {
-        let sources = [(case.label.as_str(), of(rows, &case.label)), ("exact", of(rows, &launch.reference))];
+        let sources = [&case.label, &launch.reference].map(|label| (label.as_str(), of(rows, label)));
         println!("\n{}\n{}", case.label, table(&sources, &times(rows)));
     }
 }

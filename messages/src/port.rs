@@ -98,12 +98,15 @@ impl<T: Topic> Outlet<T> {
     /// Sends a draft and wakes the readers.
     ///
     /// # Errors
-    /// [`PortError`] if a reader did not take its messages for a minute.
+    /// [`PortError`] if a reader did not take its messages for a minute, or nobody reads a topic that must be read.
     pub fn send(&self, draft: Draft<T>, header: T::Header) -> Result<(), PortError> {
         let mut sample = draft.sample;
         *sample.user_header_mut() = header;
-        sample.send().map_err(|e| PortError::new("send on", T::NAME, &e))?;
+        let readers = sample.send().map_err(|e| PortError::new("send on", T::NAME, &e))?;
         self.wake();
+        if readers == 0 && T::NEEDS_READER {
+            return Err(PortError::new("send on", T::NAME, &"no reader has received the message"));
+        }
         Ok(())
     }
 

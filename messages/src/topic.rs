@@ -21,6 +21,8 @@ pub trait Topic: 'static {
     type Item: ZeroCopySend + Debug + Default + Copy + 'static;
     /// Name of the topic's services: publish-subscribe for the messages, event to wake its readers.
     const NAME: &'static str;
+    /// Whether a message that nobody receives is an error.
+    const NEEDS_READER: bool;
     /// The run that a message belongs to.
     fn run_id(header: &Self::Header) -> u64;
     /// Messages that one publisher may have under way.
@@ -46,7 +48,10 @@ impl Capacity {
 }
 
 macro_rules! topic {
-    ($(#[$doc:meta])* $topic:ident, $name:literal, $header:ty, [$item:ty], |$capacity:ident| $depth:expr) => {
+    (
+        $(#[$doc:meta])* $topic:ident, $name:literal, $header:ty, [$item:ty], needs reader: $needs:literal,
+        |$capacity:ident| $depth:expr
+    ) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy)]
         pub struct $topic;
@@ -55,6 +60,7 @@ macro_rules! topic {
             type Header = $header;
             type Item = $item;
             const NAME: &'static str = $name;
+            const NEEDS_READER: bool = $needs;
             fn run_id(header: &Self::Header) -> u64 {
                 header.run_id
             }
@@ -67,30 +73,36 @@ macro_rules! topic {
 
 topic!(
     /// From the scenario node to all others: the problem.
-    Scenario, "phasecloud/scenario", ScenarioHeader, [f64], |capacity| capacity.scenarios
+    Scenario, "phasecloud/scenario", ScenarioHeader, [f64], needs reader: true,
+    |capacity| capacity.scenarios
 );
 topic!(
     /// From the propagators to the estimator.
-    Snapshot, "phasecloud/snapshot", SnapshotHeader, [f64], |capacity| capacity.snapshots
+    Snapshot, "phasecloud/snapshot", SnapshotHeader, [f64], needs reader: true,
+    |capacity| capacity.snapshots
 );
 topic!(
     /// From the estimator to comparator and recorder.
-    Density, "phasecloud/density", DensityHeader, [f64], |capacity| capacity.snapshots * capacity.propagators
+    Density, "phasecloud/density", DensityHeader, [f64], needs reader: true,
+    |capacity| capacity.snapshots * capacity.propagators
 );
 topic!(
     /// From the propagators to the recorder.
-    Passage, "phasecloud/passage", PassageHeader, [f64], |_capacity| 2
+    Passage, "phasecloud/passage", PassageHeader, [f64], needs reader: true,
+    |_capacity| 2
 );
 topic!(
     /// From the comparator to the recorder.
-    Comparison, "phasecloud/comparison", ComparisonHeader, [f64],
+    Comparison, "phasecloud/comparison", ComparisonHeader, [f64], needs reader: true,
     |capacity| 4 * (capacity.snapshots + 1) * capacity.propagators + 1
 );
 topic!(
     /// From every node to launcher and scenario node.
-    Status, "phasecloud/status", StatusHeader, [f64], |_capacity| 256
+    Status, "phasecloud/status", StatusHeader, [f64], needs reader: false,
+    |_capacity| 256
 );
 topic!(
     /// From the launcher to comparator and recorder: who takes part and who has failed.
-    Roster, "phasecloud/roster", RosterHeader, [RosterEntry], |capacity| capacity.propagators + 1
+    Roster, "phasecloud/roster", RosterHeader, [RosterEntry], needs reader: false,
+    |capacity| capacity.propagators + 1
 );

@@ -9,9 +9,12 @@ use std::time::Duration;
 
 use iceoryx2::port::listener::Listener;
 use iceoryx2::prelude::*;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::port::PortError;
+
+/// Signals that ask a process to stop.
+const STOP: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 
 /// Signals to this process, caught from now on: a byte arrives on a socket for each, so that waiting can watch it.
 #[derive(Debug)]
@@ -35,7 +38,7 @@ impl FileDescriptorBased for Wakeup {
 impl SynchronousMultiplexing for Wakeup {}
 
 impl Signals {
-    /// Catches SIGINT and SIGTERM, which ask the process to stop, and wakes up for `others` as well.
+    /// Catches SIGINT, SIGTERM and SIGHUP, which ask the process to stop, and wakes up for `others` as well.
     ///
     /// # Errors
     /// If the operating system refuses.
@@ -43,10 +46,10 @@ impl Signals {
         let (stream, sender) = UnixStream::pair()?;
         stream.set_nonblocking(true)?;
         let stop = Arc::<AtomicBool>::default();
-        for signal in [SIGINT, SIGTERM] {
+        for signal in STOP {
             signal_hook::flag::register(signal, Arc::clone(&stop))?;
         }
-        for &signal in [SIGINT, SIGTERM].iter().chain(others) {
+        for &signal in STOP.iter().chain(others) {
             signal_hook::low_level::pipe::register(signal, sender.try_clone()?)?;
         }
         let descriptor = FileDescriptor::non_owning_new(stream.as_raw_fd())
@@ -57,11 +60,6 @@ impl Signals {
     /// Whether the process has been asked to stop.
     pub fn stop_requested(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
-    }
-
-    /// The flag behind [`Signals::stop_requested`], for long computations.
-    pub fn stop_flag(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.stop)
     }
 
     /// Sleeps until something arrives on one of the ports, a signal comes, or `timeout` has passed. May return early;

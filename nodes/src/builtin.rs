@@ -1,5 +1,6 @@
 //! The propagators that come with phasecloud, by the name that a launch file gives as `node`.
 
+use messages::layout::DENSITY_HEAD;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::failure::Failure;
@@ -47,13 +48,26 @@ impl BuiltIn {
         Ok(toml::to_string(self)?.lines().filter(|line| !line.is_empty()).map(Into::into).collect())
     }
 
-    /// The most numbers that a snapshot can hold.
-    pub fn most_numbers(&self) -> usize {
+    /// The most numbers that a snapshot can hold, with so many bins in `phi` and `e`.
+    pub fn most_numbers(&self, bins: (usize, usize)) -> usize {
         match self {
             Self::MonteCarlo(settings) => settings.samples.saturating_mul(2),
             Self::DensityEvolution(settings) => settings.samples.saturating_mul(3),
             Self::GaussianMixture(settings) => settings.most_components().saturating_mul(6),
-            Self::Exact(_) => 0, // as large as a density, which is counted for every case
+            Self::Exact(_) => bins.0.saturating_mul(bins.1).saturating_add(DENSITY_HEAD),
+        }
+    }
+
+    /// Whether settings that are fine one by one go together.
+    ///
+    /// # Errors
+    /// What is wrong and what would be right.
+    pub fn check(&self) -> Result<(), String> {
+        match self {
+            Self::MonteCarlo(settings) => settings.check(),
+            Self::DensityEvolution(settings) => settings.check(),
+            Self::GaussianMixture(settings) => settings.check(),
+            Self::Exact(settings) => settings.check(),
         }
     }
 

@@ -120,7 +120,7 @@ fn publish(
     };
     let mc_seconds = results.of(MONTE_CARLO).map(|headers| total_seconds(&headers));
     let reference = results.of(&roster.reference);
-    for (label, _) in &roster.cases {
+    for (label, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
         let Some(case) = results.of(label) else { continue };
         for (case, reference) in case.iter().zip(reference.iter().flatten()) {
             let send = |kind, rows: &[f64]| {

@@ -3,6 +3,7 @@
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::times::first_passage_times;
 use density::flow::Flow;
+use density::mesh::lattice::MOST_DEGREE;
 use density::mesh::{Placement, Points, characteristic_densities, initial_points, point_weights};
 use density::orbits::Orbits;
 use density::problem::Problem;
@@ -77,6 +78,21 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Whether the settings go together.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let side = self.samples.isqrt();
+        if self.samples < 4 {
+            return Err(format!("samples = {} are too few for a mesh; it needs at least 4", self.samples));
+        }
+        if self.degree > MOST_DEGREE || (self.placement() == Placement::Lattice && self.degree >= side) {
+            return Err(format!(
+                "degree = {} does not fit; it must be at most {MOST_DEGREE} and less than the {side} points a side",
+                self.degree
+            ));
+        }
+        Ok(())
+    }
+
     fn placement(&self) -> Placement {
         let choice = self.placement.unwrap_or(match self.mode {
             Mode::Corrected => PlacementChoice::Lattice,

@@ -4,6 +4,7 @@
 //! cases go on.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
 
 use messages::layout::{DensityHeader, SnapshotHeader, columns};
 use messages::port::{Message, Outlet};
@@ -14,6 +15,9 @@ use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::method::{Case, Estimated};
 use crate::session::{EffortClock, Session};
+
+/// Longest that a snapshot may arrive before the scenario it belongs to.
+const HEAD_START: Duration = Duration::from_secs(5);
 
 /// Estimates until asked to stop.
 ///
@@ -26,11 +30,20 @@ pub fn run(session: &Session) -> Result<(), Failure> {
     let mut desk: Option<Desk> = None;
     loop {
         while let Some(message) = snapshots.receive()? {
-            if let Some(message) = scenarios.receive()? {
-                desk = Some(Desk::open(session, Assignment::read(&message)?)?);
+            let is_ahead = |desk: &Option<Desk>| {
+                desk.as_ref().is_none_or(|desk| message.header().scenario > desk.assignment.scenario)
+            };
+            // Scenario and snapshot come from different processes: the answer may be here before the question.
+            let deadline = Instant::now() + HEAD_START;
+            while is_ahead(&desk) && Instant::now() < deadline {
+                match scenarios.receive()? {
+                    Some(scenario) => desk = Some(Desk::open(session, Assignment::read(&scenario)?)?),
+                    None => session.wait(&[&scenarios])?,
+                }
             }
-            if let Some(desk) = &mut desk {
-                desk.handle(session, &message)?;
+            match &mut desk {
+                Some(desk) => desk.handle(session, &message)?,
+                None => session.failed(0, &unpack(&message.header().label), "a snapshot before any scenario")?,
             }
         }
         match &desk {
@@ -46,24 +59,29 @@ struct Desk {
     outlet: Outlet<Density>,
     cases: BTreeMap<String, Case>,
     refused: BTreeSet<String>,
+    done: usize,
 }
 
 impl Desk {
     fn open(session: &Session, assignment: Assignment) -> Result<Self, Failure> {
         let most_values = assignment.grids.iter().map(|g| g.len() + g.phi.bins + g.e.bins).max().unwrap_or(0);
         let outlet = session.domain.outlet::<Density>(most_values)?;
-        Ok(Self { assignment, outlet, cases: BTreeMap::new(), refused: BTreeSet::new() })
+        Ok(Self { assignment, outlet, cases: BTreeMap::new(), refused: BTreeSet::new(), done: 0 })
     }
 
     /// Estimates a snapshot and publishes the density, or refuses the snapshot and its sender.
     fn handle(&mut self, session: &Session, message: &Message<Snapshot>) -> Result<(), Failure> {
         let header = message.header();
         let label = unpack(&header.label);
-        if self.refused.contains(&label) || header.run_id != self.assignment.run_id {
+        if self.refused.contains(&label) {
             return Ok(());
         }
         match self.estimate(header, message.items(), &label) {
-            Ok((estimate, seconds)) => publish(&self.outlet, header, &estimate, seconds),
+            Ok((estimate, seconds)) => {
+                publish(&self.outlet, header, &estimate, seconds)?;
+                self.done += 1;
+                session.working(self.assignment.scenario, self.done, self.done)
+            }
             Err(why) => {
                 session.failed(self.assignment.scenario, &label, &format!("snapshot {}: {why}", header.index))?;
                 self.refused.insert(label);
@@ -87,6 +105,9 @@ fn check(header: &SnapshotHeader, items: &[f64], assignment: &Assignment, expect
     let Some(column_count) = columns(header.kind) else {
         return Err(format!("its kind {} is unknown to this version", header.kind));
     };
+    if header.run_id != assignment.run_id {
+        return Err(format!("it belongs to run {:012x}, not to {:012x}", header.run_id, assignment.run_id));
+    }
     if header.scenario != assignment.scenario || header.count as usize != times.len() {
         return Err(format!(
             "it belongs to scenario {} with {} snapshots, not to scenario {} with {}",

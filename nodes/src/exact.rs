@@ -29,6 +29,17 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    /// Whether the settings can be met at all.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let tolerances = [self.moment_error, self.joint_error];
+        if tolerances.iter().all(|tolerance| tolerance.is_finite() && *tolerance > 0.0) && self.most_orbits > 0 {
+            return Ok(());
+        }
+        Err("moment_error, joint_error and most_orbits must be greater than 0".into())
+    }
+}
+
 /// The exact propagator.
 #[derive(Debug)]
 pub struct ExactDensity {

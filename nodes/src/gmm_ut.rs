@@ -1,7 +1,7 @@
 //! GMM-UT: a Gaussian mixture whose components are moved by the unscented transform (Sect. 3.3).
 
 use density::flow::Flow;
-use density::mixture::library::Variance;
+use density::mixture::library::{self, Variance};
 use density::mixture::merge::merge;
 use density::mixture::plan::Adaptive;
 use density::mixture::split::Direction;
@@ -72,6 +72,14 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Whether the settings go together.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        match [self.components, self.across].into_iter().find(|n| n % 2 == 0 || *n > library::MOST) {
+            Some(n) => Err(format!("{n} components are not allowed, it must be an odd number up to {}", library::MOST)),
+            None => Ok(()),
+        }
+    }
+
     /// The most components that a mixture can have.
     pub fn most_components(&self) -> usize {
         match self.split() {

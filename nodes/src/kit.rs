@@ -108,12 +108,14 @@ pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), F
     let mut outlet: Option<Outlet<Snapshot>> = None;
     loop {
         while let Some(message) = scenarios.receive()? {
-            let assignment = Assignment::read(&message)?;
+            let read = Assignment::read(&message);
+            let position = message.header().scenario;
             drop(message);
             drop(outlet.take()); // frees the last scenario's memory before the next takes its own
-            outlet = Some(serve_one(session, &mut propagator, &assignment, &passages).inspect_err(|failure| {
+            let served = read.and_then(|assignment| serve_one(session, &mut propagator, &assignment, &passages));
+            outlet = Some(served.inspect_err(|failure| {
                 if !matches!(failure, Failure::Stopped) {
-                    let _ = session.failed(assignment.scenario, &session.name, &failure.to_string());
+                    let _ = session.failed(position, &session.name, &failure.to_string());
                 }
             })?);
         }
@@ -180,10 +182,14 @@ fn send_passage(
 ) -> Result<(), Failure> {
     let clock = EffortClock::start();
     let end = assignment.problem.times.last().copied().unwrap_or(0.0);
-    let (rows, reason) = match propagator.first_passage(&curve_times(end, PASSAGE_TIMES))? {
+    let (mut rows, reason) = match propagator.first_passage(&curve_times(end, PASSAGE_TIMES))? {
         Passage::Curve(rows) => (rows, String::new()),
         Passage::Cannot(reason) => (Vec::new(), reason),
     };
+    // The true curve never falls; rounding and quadrature may make an estimate do so.
+    for k in 1..rows.len() {
+        rows[k][1] = rows[k][1].max(rows[k - 1][1]);
+    }
     let header = PassageHeader {
         run_id: assignment.run_id,
         seconds: clock.seconds(),

@@ -52,6 +52,17 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Whether the settings go together.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        if self.draws != DrawsChoice::Independent && self.replicates < 2 {
+            return Err("draws that depend on one another need replicates = 2 or more to have standard errors".into());
+        }
+        if self.samples / 2 < self.replicates {
+            return Err(format!("{} samples are too few for replicates = {}", self.samples, self.replicates));
+        }
+        Ok(())
+    }
+
     fn plan(&self) -> Plan {
         let draws = match self.draws {
             DrawsChoice::Independent => Draws::Independent,
@@ -79,11 +90,7 @@ impl MonteCarlo {
 impl Propagator for MonteCarlo {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
-        let Settings { samples, draws, replicates, .. } = self.settings;
-        if draws != DrawsChoice::Independent && replicates < 2 {
-            let problem = "draws that depend on one another need replicates = 2 or more to have standard errors";
-            return Err(Failure::Refused(problem.into()));
-        }
+        let Settings { samples, replicates, .. } = self.settings;
         let (x1, x2) = self.settings.plan().draw(&problem.initial, samples);
         let course = Course::new(Orbits::new(Flow::new(problem.force), x1, x2), problem);
         self.course = Some((course, problem.clone()));

@@ -144,6 +144,11 @@ fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<
     let &[w, mean_phi, mean_e, var_phi, cov, var_e] = columns else {
         return Err("a mixture has six columns".into());
     };
+    // Wide enough for any cloud, and no more images of a component round the circle than can be summed.
+    const MOST_TURNS: f64 = 100.0;
+    if let Some(row) = (0..w.len()).find(|&i| mean_phi[i].abs() > MOST_TURNS || var_phi[i] > MOST_TURNS * MOST_TURNS) {
+        return Err(format!("component {row} lies or reaches more than {MOST_TURNS} rad from phi = 0"));
+    }
     let row = |i: usize| Component::from_array([w[i], mean_phi[i], mean_e[i], var_phi[i], cov[i], var_e[i]]);
     let components: Vec<Component> = (0..w.len()).map(row).collect();
     mixture::estimate(&components, grid, critical_e).map_err(|e| e.to_string())

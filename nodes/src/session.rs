@@ -8,7 +8,7 @@ use messages::port::Outlet;
 use messages::text::pack;
 use messages::topic::Status;
 use messages::wait::{Awaited, Signals};
-use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+use rustix::process::{Pid, Signal, set_parent_process_death_signal, test_kill_process};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::failure::Failure;
@@ -129,8 +129,9 @@ fn end_with_launcher() -> Result<(), Failure> {
     };
     set_parent_process_death_signal(Some(Signal::TERM))
         .map_err(|e| Failure::Refused(format!("cannot follow the launcher: {e}")))?;
-    let orphaned = getppid().is_none_or(|parent| parent.as_raw_nonzero().get() != launcher);
-    if orphaned { Err(Failure::Stopped) } else { Ok(()) }
+    // It may have died before the kernel was asked; a parent between the launcher and this process is no reason to end.
+    let alive = Pid::from_raw(launcher).is_some_and(|launcher| test_kill_process(launcher).is_ok());
+    if alive { Ok(()) } else { Err(Failure::Stopped) }
 }
 
 /// Measures the CPU time that this process, all threads together, spends on something \[s\].

@@ -67,7 +67,7 @@ impl Tables {
     /// Writes a scenario, case by case in the roster's order.
     pub(super) fn write(&mut self, recording: &Recording, roster: &Roster) -> Result<(), Failure> {
         let scenario = &recording.assignment.name;
-        for (method, _) in &roster.cases {
+        for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
             let Some(case) = recording.case(method) else { continue };
             for density in case {
                 self.moments.write([rows::moments(scenario, method, &density.header)])?;
