@@ -189,7 +189,8 @@ impl<'a> Run<'a> {
             }
             self.look_around()?;
         }
-        self.progress.note(&format!("{} processes are ready", self.ready.len()));
+        let ready = self.ready.values().filter(|ready| **ready).count();
+        self.progress.note(&format!("{ready} processes are ready"));
         self.publish_roster()?;
         self.hear_all_now();
         self.start_scenario_node()?;
