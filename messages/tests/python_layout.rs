@@ -32,13 +32,13 @@ for name in ("CARRIED_MESH", "HULL_MESH", "READY", "WORKING", "DONE", "FAILED",
 
 /// Writes a header and all its fields; does not compile if one is forgotten.
 macro_rules! describe {
-    ($text:ident, $header:ident { $($field:ident),* $(,)? }) => {{
+    ($lines:ident, $header:ident { $($field:ident),* $(,)? }) => {{
         let $header { $($field),* } = $header::default();
         let (size, alignment) = (size_of::<$header>(), align_of::<$header>());
-        writeln!($text, "{} {size} {alignment}", type_name(stringify!($header))).unwrap();
+        writeln!($lines, "{} {size} {alignment}", type_name(stringify!($header))).unwrap();
         $(
             let kind = std::any::type_name_of_val(&$field);
-            writeln!($text, "{} {kind} {}", stringify!($field), std::mem::offset_of!($header, $field)).unwrap();
+            writeln!($lines, "{} {kind} {}", stringify!($field), std::mem::offset_of!($header, $field)).unwrap();
         )*
     }};
 }
@@ -51,24 +51,52 @@ fn type_name(header: &str) -> &'static str {
 }
 
 fn rust_says() -> String {
-    let mut text = String::new();
+    let mut lines = String::new();
     describe!(
-        text,
+        lines,
         ScenarioHeader {
-            run_id, radiation, oblateness, mean_phi, mean_e, sigma_phi, sigma_e, critical_e, scenario, scenarios,
-            snapshots, reserved, phi_bins, e_bins, name,
+            run_id,
+            radiation,
+            oblateness,
+            mean_phi,
+            mean_e,
+            sigma_phi,
+            sigma_e,
+            critical_e,
+            scenario,
+            scenarios,
+            snapshots,
+            reserved,
+            phi_bins,
+            e_bins,
+            name,
         }
     );
     describe!(
-        text,
+        lines,
         SnapshotHeader {
-            run_id, time, seconds, disagreement, scenario, index, count, kind, rows, columns, treatment, resolution,
-            lattice, degree, replicates, reserved, label,
+            run_id,
+            time,
+            seconds,
+            disagreement,
+            scenario,
+            index,
+            count,
+            kind,
+            rows,
+            columns,
+            treatment,
+            resolution,
+            lattice,
+            degree,
+            replicates,
+            reserved,
+            label,
         }
     );
-    describe!(text, PassageHeader { run_id, seconds, scenario, rows, label, reason });
-    describe!(text, StatusHeader { run_id, phase, scenario, node, subject, text });
-    text
+    describe!(lines, PassageHeader { run_id, seconds, scenario, rows, label, reason });
+    describe!(lines, StatusHeader { run_id, phase, scenario, node, subject, text });
+    lines
 }
 
 #[test]
