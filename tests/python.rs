@@ -140,6 +140,15 @@ impl Killed {
     }
 }
 
+/// Removes a domain at the end, also of a test that fails.
+struct Removed(Place);
+
+impl Drop for Removed {
+    fn drop(&mut self) {
+        let _ = self.0.remove();
+    }
+}
+
 /// All files of a domain.
 fn files(place: &Place) -> Vec<PathBuf> {
     let mut folders = vec![place.root.clone()];
@@ -158,8 +167,10 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
     let Some(python) = interpreter() else { return };
     for computing in [false, true] {
         let bench = Bench::new();
-        let place = Place { root: bench.path("domain"), prefix: format!("pcpy{}{computing}-", std::process::id()) };
-        let held = HeldDomain::create(&place, &Capacity { propagators: 1, scenarios: 1, snapshots: 2 }).unwrap();
+        let removed =
+            Removed(Place { root: bench.path("domain"), prefix: format!("pcpy{}{computing}-", std::process::id()) });
+        let place = &removed.0;
+        let held = HeldDomain::create(place, &Capacity { propagators: 1, scenarios: 1, snapshots: 2 }).unwrap();
         let reports = held.domain.inlet::<Status>().unwrap();
         let scenario = held.domain.outlet::<Scenario>(10).unwrap();
         let snapshots = held.domain.inlet::<Snapshot>().unwrap();
@@ -180,7 +191,7 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
             // Far more years than it can compute before it is stopped.
             scenario.send_items(header, &[0.0, 0.0, 6.0, 0.0, 1.0, 1e6, 0.0, 6.0, 0.0, 1.0]).unwrap();
         }
-        let before = files(&place);
+        let before = files(place);
         let command = Command::new(python)
             .args(["-B", &kit().join("monte_carlo.py").display().to_string(), "--samples", "300"])
             .envs([("PHASECLOUD_LABEL", "mine"), ("PHASECLOUD_RUN_ID", "7"), ("PHASECLOUD_PREFIX", &place.prefix)])
@@ -211,9 +222,7 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
         kill_process(Pid::from_child(&process.0), Signal::TERM).unwrap();
         assert_eq!(process.wait().code(), Some(0));
         drop((reports, scenario, snapshots)); // the other ends of its connections
-        let left: Vec<_> = files(&place).into_iter().filter(|file| !before.contains(file)).collect();
+        let left: Vec<_> = files(place).into_iter().filter(|file| !before.contains(file)).collect();
         assert_eq!(left, [""; 0].map(PathBuf::from));
-        drop(held);
-        place.remove().unwrap();
     }
 }
