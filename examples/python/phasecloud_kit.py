@@ -1,0 +1,354 @@
+"""A kit for phasecloud propagators in Python: write a function, and let `serve` do the rest.
+
+    def propagate(problem, run):
+        for time in problem.times:
+            ...
+            with run.snapshot(SAMPLES, rows=1000) as (phi, e):
+                phi[:], e[:] = ...
+
+    if __name__ == "__main__":
+        serve(propagate)
+
+The function is called once a scenario. `problem` says what to propagate; what `run.snapshot` hands out lies in the shared
+memory in which the estimator reads it. The kit does topics, handshake, CPU time, progress, errors, signals and the end.
+
+iceoryx2 0.10 needs care in Python, hence some of what looks odd below: a received payload's `len()` counts bytes, so lengths
+come from `number_of_elements`; `delete()` and anything after it may abort the process, so samples are dropped instead; a
+publisher that waits for a reader holds the interpreter's lock, so this one discards and then says so.
+"""
+
+import ctypes
+import os
+import signal
+import sys
+import time
+import traceback
+from contextlib import contextmanager
+
+import iceoryx2 as iox
+import numpy as np
+
+import phasecloud_layout as layout
+from phasecloud_layout import CHARACTERISTICS, MIXTURE, SAMPLES  # noqa: F401, for propagators to import from here
+
+LONGEST_SLEEP = iox.Duration.from_secs(1)
+OPTIONAL_FIELDS = ("disagreement", "treatment", "resolution", "lattice", "degree", "replicates")
+
+
+def serve(propagate):
+    """Serves the run that started this process with `propagate(problem, run)` until the launcher ends it.
+
+    Leaves the process with exit code 1 if anything fails, after telling the launcher.
+    """
+    try:
+        Session(Signals()).serve(propagate)
+    except Stopped:
+        pass
+    except Exception:
+        traceback.print_exc()
+        sys.exit(1)
+
+
+class Stopped(BaseException):
+    """The process was asked to stop. Not an Exception, so that a propagator's `except Exception` lets it through."""
+
+
+class Problem:
+    """What to propagate. Arrays are read-only views of shared memory: copy what you keep beyond the scenario."""
+
+    def __init__(self, sample):
+        header = sample.user_header().contents
+        rows = _view(sample)
+        if header.snapshots == 0 or rows.size != header.snapshots * layout.SCENARIO_COLUMNS:
+            raise ValueError(f"scenario: {rows.size} numbers for {header.snapshots} snapshots")
+        rows = rows.reshape(-1, layout.SCENARIO_COLUMNS)
+        self.run_id, self.scenario = header.run_id, header.scenario
+        self.name = _unpack(header.name)
+        self.radiation = header.radiation  #: radiation parameter C
+        self.oblateness = header.oblateness  #: oblateness parameter W
+        self.mean_phi, self.sigma_phi = header.mean_phi, header.sigma_phi  #: initial Gaussian, solar angle [rad]
+        self.mean_e, self.sigma_e = header.mean_e, header.sigma_e  #: initial Gaussian, eccentricity, cut to 0 < e < 1
+        self.critical_e = header.critical_e  #: eccentricity at which the satellite re-enters
+        self.bins = (header.phi_bins, header.e_bins)  #: of the comparison grid
+        self.times = rows[:, 0]  #: times of the snapshots [yr]
+        self.grids = rows[:, 1:]  #: extent of each snapshot's comparison grid: phi low, high [rad], e low, high
+        #: times of a first-passage curve [yr]
+        self.passage_times = np.linspace(0.0, float(self.times[-1]), layout.PASSAGE_TIMES)
+
+
+class Run:
+    """The way of one scenario's results out of the propagator."""
+
+    def __init__(self, session, problem):
+        self._session, self._problem = session, problem
+        self.outlet, self._reserved, self.sent = None, 0, 0
+        self._passage = (np.empty((0, layout.PASSAGE_COLUMNS)), "this propagator does not compute first passages")
+        self._clock = time.process_time()
+
+    def reserve(self, kind, rows):
+        """Says before the first snapshot how many rows the largest has; needed only if their number grows."""
+        if self.outlet is not None:
+            raise ValueError("reserve comes before the first snapshot")
+        self._reserved = layout.COLUMNS[kind] * rows
+        self.outlet = Outlet(self._session, "phasecloud/snapshot", layout.SnapshotHeader, self._reserved)
+
+    @contextmanager
+    def snapshot(self, kind, rows, **fields):
+        """The next snapshot: writable columns in shared memory, sent when the `with` block ends. Do not keep them.
+
+        `fields` are those of SnapshotHeader that some kinds need: treatment, lattice, disagreement and so on.
+        """
+        session, problem = self._session, self._problem
+        if self.sent == len(problem.times):
+            raise ValueError(f"the scenario has only {self.sent} snapshots")
+        if unknown := set(fields) - set(OPTIONAL_FIELDS):
+            raise TypeError(f"{', '.join(sorted(unknown))}: unknown; there are {', '.join(OPTIONAL_FIELDS)}")
+        if self.outlet is None:
+            self.reserve(kind, rows)
+        columns = layout.COLUMNS[kind]
+        if not 0 < rows * columns <= self._reserved:
+            reserved = self._reserved // columns
+            raise ValueError(f"{rows} rows, but there is room for {reserved}; call reserve before the first snapshot")
+        session.signals.check_stop()
+        draft = self.outlet.draft(rows * columns)
+        yield _view(draft, writable=True).reshape(columns, rows)
+        seconds = time.process_time() - self._clock
+        if self.sent + 1 == len(problem.times):
+            # Before the last snapshot, so that whoever has that snapshot can have the passages too.
+            session.send_passage(problem, *self._passage)
+        header = layout.SnapshotHeader(
+            run_id=problem.run_id,
+            time=problem.times[self.sent],
+            seconds=seconds,
+            scenario=problem.scenario,
+            index=self.sent,
+            count=len(problem.times),
+            kind=kind,
+            rows=rows,
+            columns=columns,
+            label=_pack(session.label, 32),
+            **{"disagreement": float("nan"), **fields},
+        )
+        self.outlet.send(draft, header)
+        self.sent += 1
+        session.report(layout.WORKING, problem.scenario, (self.sent, len(problem.times)))
+        self._clock = time.process_time()
+
+    def first_passages(self, probability, low=np.nan, high=np.nan):
+        """The probability that e has ever reached its critical value by each of `problem.passage_times`, with interval.
+
+        Optional; call it before the last snapshot.
+        """
+        curve = np.empty((layout.PASSAGE_TIMES, layout.PASSAGE_COLUMNS))
+        curve[:, 0], curve[:, 1], curve[:, 2], curve[:, 3] = self._problem.passage_times, probability, low, high
+        self._passage = (curve, "")
+
+
+class Session:
+    """The process's access to the run, its line to the launcher, and its ear for signals."""
+
+    def __init__(self, signals):
+        self.signals = signals
+        self.label, self.run_id = _environment("LABEL"), int(_environment("RUN_ID"))
+        self.node = (
+            iox.NodeBuilder.new()
+            .name(iox.NodeName.new(self.label))
+            .config(_config(_environment("ROOT"), _environment("PREFIX")))
+            .signal_handling_mode(iox.SignalHandlingMode.Disabled)
+            .create(iox.ServiceType.Ipc)
+        )
+        self._status = Outlet(self, "phasecloud/status", layout.StatusHeader, 2)
+        passage_numbers = layout.PASSAGE_TIMES * layout.PASSAGE_COLUMNS
+        self._passages = Outlet(self, "phasecloud/passage", layout.PassageHeader, passage_numbers)
+
+    def serve(self, propagate):
+        """Scenario after scenario until Stopped is raised."""
+        scenarios = Inlet(self, "phasecloud/scenario", layout.ScenarioHeader)
+        self.report(layout.READY)
+        outlet = None  # of the last scenario: its messages die with it
+        while True:
+            while (sample := scenarios.receive()) is not None:
+                outlet = None
+                outlet = self._serve_one(propagate, sample)
+                del sample
+            self.signals.wait([scenarios, outlet] if outlet else [scenarios])
+
+    def _serve_one(self, propagate, sample):
+        scenario = sample.user_header().contents.scenario
+        try:
+            problem = Problem(sample)
+            run = Run(self, problem)
+            propagate(problem, run)
+            if run.sent < len(problem.times):
+                raise ValueError(f"only {run.sent} of {len(problem.times)} snapshots were sent")
+        except Exception as error:
+            self.report(layout.FAILED, scenario, text=f"{type(error).__name__}: {error}")
+            raise
+        self.report(layout.DONE, scenario, (1, 1))
+        return run.outlet
+
+    def report(self, phase, scenario=0, units=(0, 0), text=""):
+        """Tells the launcher how things stand."""
+        label = _pack(self.label, 32)
+        text = _pack(text, 384)
+        header = layout.StatusHeader(
+            run_id=self.run_id, phase=phase, scenario=scenario, node=label, subject=label, text=text
+        )
+        self._status.send_numbers(units, header)
+
+    def send_passage(self, problem, curve, reason):
+        """Sends the first-passage curve, or why there is none."""
+        label, reason = _pack(self.label, 32), _pack(reason, 192)
+        header = layout.PassageHeader(
+            run_id=self.run_id, scenario=problem.scenario, rows=len(curve), label=label, reason=reason
+        )
+        self._passages.send_numbers(curve, header)
+
+
+class Outlet:
+    """Sends messages on a topic. Messages that are not yet read die with it."""
+
+    def __init__(self, session, topic, header, most_numbers):
+        self.topic = topic
+        self._messages, events = _open(session.node, topic, header)
+        self.listener = events.listener_builder().create()
+        self._notifier = events.notifier_builder().create()
+        self._publisher = (
+            self._messages.publisher_builder()
+            .initial_max_slice_len(most_numbers)
+            .allocation_strategy(iox.AllocationStrategy.Static)
+            .backpressure_strategy(iox.BackpressureStrategy.DiscardData)
+            .max_loaned_samples(2)
+            .create()
+        )
+
+    def draft(self, numbers):
+        """Borrows memory for a message."""
+        return self._publisher.loan_slice_uninit(numbers)
+
+    def send(self, draft, header):
+        """Sends a draft and wakes the readers. It is gone afterwards."""
+        draft.user_header()[0] = header
+        readers = self._messages.dynamic_config.number_of_subscribers
+        reached = draft.assume_init().send()
+        self._notifier.notify_with_custom_event_id(iox.EventId.new(layout.SENT))
+        if reached < readers:
+            raise ConnectionError(f"{self.topic}: a message reached {reached} of {readers} readers, one's buffer is full")
+
+    def send_numbers(self, numbers, header):
+        """Copies numbers into a message and sends it."""
+        numbers = np.asarray(numbers, dtype=float).ravel()
+        draft = self.draft(numbers.size)
+        _view(draft, writable=True)[:] = numbers
+        self.send(draft, header)
+
+    def attend(self):
+        """Delivers what has been sent to readers that have joined since."""
+        if any(event.id.as_value == layout.JOINED for event in self.listener.try_wait()):
+            self._publisher.update_connections()
+            self._notifier.notify_with_custom_event_id(iox.EventId.new(layout.SENT))
+
+
+class Inlet:
+    """Receives the messages of a topic."""
+
+    def __init__(self, session, topic, header):
+        messages, events = _open(session.node, topic, header)
+        self.listener = events.listener_builder().create()
+        self._subscriber = messages.subscriber_builder().create()
+        self._notifier = events.notifier_builder().create()
+        self._notifier.notify_with_custom_event_id(iox.EventId.new(layout.JOINED))
+
+    def receive(self):
+        """The next message, or None."""
+        return self._subscriber.receive()
+
+    def attend(self):
+        """Forgets the events: they only say "look", the messages wait in their buffer."""
+        self.listener.try_wait()
+
+
+class Signals:
+    """SIGTERM and SIGINT, and the end of the launcher: each raises Stopped, also in the midst of computing."""
+
+    def __init__(self):
+        self._stopping = False
+        self._pipe = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        signal.set_wakeup_fd(self._pipe[1], warn_on_full_buffer=False)
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, self._stop)
+        self._launcher = int(os.environ.get("PHASECLOUD_LAUNCHER", 0))
+        if self._launcher:
+            set_parent_death_signal = 1
+            ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGTERM, 0, 0, 0)
+        self.check_stop()
+
+    def _stop(self, *_):
+        if not self._stopping:
+            self._stopping = True
+            raise Stopped
+
+    def check_stop(self):
+        """Raises Stopped if the process has been asked to stop or the launcher is gone."""
+        if self._stopping or (self._launcher and not os.path.exists(f"/proc/{self._launcher}")):
+            self._stopping = True
+            raise Stopped
+
+    def wait(self, ports):
+        """Sleeps until something arrives on one of the ports, or a while has passed."""
+        disabled = iox.SignalHandlingMode.Disabled
+        waits = iox.WaitSetBuilder.new().signal_handling_mode(disabled).create(iox.ServiceType.Ipc)
+        wakeup = iox.FileDescriptor.non_owning_new(self._pipe[0])
+        guards = [waits.attach_notification_fd(wakeup)]
+        guards += [waits.attach_notification(port.listener) for port in ports]
+        self.check_stop()
+        waits.wait_and_process_with_timeout(LONGEST_SLEEP)
+        del guards
+        for port in ports:
+            port.attend()
+        self.check_stop()
+
+
+def _environment(name):
+    value = os.environ.get(f"PHASECLOUD_{name}")
+    if value is None:
+        raise OSError(f"PHASECLOUD_{name} is not set; the launcher of a run sets it")
+    return value
+
+
+def _config(root, prefix):
+    """The run's domain. Only the launcher cleans up after dead nodes."""
+    config = iox.config.default()
+    config.global_cfg.root_path = iox.Path.new(root)
+    config.global_cfg.prefix = iox.FileName.new(prefix)
+    config.global_cfg.node.cleanup_dead_nodes_on_creation = False
+    config.global_cfg.node.cleanup_dead_nodes_on_destruction = False
+    config.global_cfg.service.cleanup_dead_nodes_on_open = False
+    return config
+
+
+def _open(node, topic, header):
+    """Both services of a topic, which the launcher has created."""
+    name = iox.ServiceName.new(topic)
+    numbers = iox.Slice[ctypes.c_double]
+    messages = node.service_builder(name).publish_subscribe(numbers).user_header(header).open()
+    return messages, node.service_builder(name).event().open()
+
+
+def _view(sample, writable=False):
+    """A sample's payload without a copy; the view keeps the sample."""
+    buffer = (ctypes.c_double * sample.header.number_of_elements).from_address(sample.payload_ptr)
+    buffer._sample = sample
+    view = np.frombuffer(buffer)
+    view.flags.writeable = writable
+    return view
+
+
+def _pack(text, size):
+    """Text as NUL-padded UTF-8, cut between characters."""
+    data = text.encode("utf-8", "replace")[:size].decode("utf-8", "ignore").encode()
+    return (ctypes.c_uint8 * size)(*data)
+
+
+def _unpack(field):
+    return bytes(field).split(b"\0")[0].decode("utf-8", "replace")

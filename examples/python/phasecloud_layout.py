@@ -1,0 +1,121 @@
+"""The headers of phasecloud's messages, byte for byte as in messages/src/layout.rs, which says what each field means.
+
+A test (messages/tests/python_layout.rs) holds this file to the Rust one. iceoryx2 compares type names and sizes when a topic
+is opened, but not fields: whoever changes a header there changes it here.
+
+The classes stand in a module of their own because iceoryx2 0.10 leaves its files behind at exit if its ports are globals of
+the module that defines their header's class.
+"""
+
+import ctypes
+from ctypes import c_double, c_uint8, c_uint32, c_uint64
+
+Label = c_uint8 * 32
+"""NUL-padded UTF-8."""
+
+# What a snapshot's columns are, and how many there are of them.
+SAMPLES = 1  # phi [rad], e of equally weighted samples
+CHARACTERISTICS = 2  # phi [rad], e, density n [1/rad] carried along
+MIXTURE = 3  # weight, mean phi [rad], mean e, variance of phi [rad^2], covariance [rad], variance of e
+COLUMNS = {SAMPLES: 2, CHARACTERISTICS: 3, MIXTURE: 6}
+
+# How the estimator makes a density of characteristics.
+CARRIED_MESH, HULL_MESH = 0, 1
+
+# How a node is doing.
+READY, WORKING, DONE, FAILED = 1, 2, 3, 4
+
+SCENARIO_COLUMNS = 5  # time [yr], lowest and highest phi [rad], lowest and highest e of the comparison grid
+PASSAGE_COLUMNS = 4  # time [yr], probability, lower and upper end of its interval (NaN without one)
+PASSAGE_TIMES = 65
+
+# Events on a topic: a publisher has sent, a reader has joined.
+SENT, JOINED = 1, 2
+
+
+class ScenarioHeader(ctypes.Structure):
+    """The problem. Payload: SCENARIO_COLUMNS numbers a snapshot."""
+
+    _fields_ = [
+        ("run_id", c_uint64),
+        ("radiation", c_double),
+        ("oblateness", c_double),
+        ("mean_phi", c_double),
+        ("mean_e", c_double),
+        ("sigma_phi", c_double),
+        ("sigma_e", c_double),
+        ("critical_e", c_double),
+        ("scenario", c_uint32),
+        ("scenarios", c_uint32),
+        ("snapshots", c_uint32),
+        ("reserved", c_uint32),
+        ("phi_bins", c_uint32),
+        ("e_bins", c_uint32),
+        ("name", Label),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/ScenarioHeader/1"
+
+
+class SnapshotHeader(ctypes.Structure):
+    """What a propagator computed at one time. Payload: the columns of its kind, one after the other."""
+
+    _fields_ = [
+        ("run_id", c_uint64),
+        ("time", c_double),
+        ("seconds", c_double),
+        ("disagreement", c_double),
+        ("scenario", c_uint32),
+        ("index", c_uint32),
+        ("count", c_uint32),
+        ("kind", c_uint32),
+        ("rows", c_uint32),
+        ("columns", c_uint32),
+        ("treatment", c_uint32),
+        ("resolution", c_uint32),
+        ("lattice", c_uint32),
+        ("degree", c_uint32),
+        ("replicates", c_uint32),
+        ("reserved", c_uint32),
+        ("label", Label),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/SnapshotHeader/1"
+
+
+class PassageHeader(ctypes.Structure):
+    """First passages. Payload: PASSAGE_COLUMNS numbers a time, or none and a reason."""
+
+    _fields_ = [
+        ("run_id", c_uint64),
+        ("seconds", c_double),
+        ("scenario", c_uint32),
+        ("rows", c_uint32),
+        ("label", Label),
+        ("reason", c_uint8 * 192),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/PassageHeader/1"
+
+
+class StatusHeader(ctypes.Structure):
+    """A report to the launcher. Payload: units of work done, units in all."""
+
+    _fields_ = [
+        ("run_id", c_uint64),
+        ("phase", c_uint32),
+        ("scenario", c_uint32),
+        ("node", Label),
+        ("subject", Label),
+        ("text", c_uint8 * 384),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/StatusHeader/1"

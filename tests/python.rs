@@ -1,0 +1,228 @@
+//! Propagators in Python: the kit in `examples/python`, in real runs.
+//!
+//! Needs python3 with venv, and the package index once; without them the tests say why and are skipped, unless
+//! `PHASECLOUD_REQUIRE_PYTHON=1`.
+#![allow(missing_docs)]
+
+mod common;
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+
+use common::{Bench, text};
+use messages::domain::{HeldDomain, Place};
+use messages::layout::{ScenarioHeader, SnapshotHeader, kind, phase};
+use messages::text::pack;
+use messages::topic::{Capacity, Scenario, Snapshot, Status};
+use rustix::process::{Pid, Signal, kill_process};
+
+/// Long past anything that a healthy machine takes; only to end a test that would hang.
+const WATCHDOG: Duration = Duration::from_secs(60);
+
+fn kit() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/python")
+}
+
+/// An interpreter with what the kit requires; made once, and again when the requirements change.
+static INTERPRETER: LazyLock<Result<PathBuf, String>> = LazyLock::new(|| {
+    let environment = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
+    let interpreter = environment.join("bin/python");
+    let requirements = kit().join("requirements.txt");
+    let wanted = std::fs::read_to_string(&requirements).map_err(|e| format!("{}: {e}", requirements.display()))?;
+    let installed = environment.join("installed.txt");
+    if std::fs::read_to_string(&installed).ok().as_deref() != Some(&wanted) {
+        succeed(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&environment))?;
+        let pip = ["-m", "pip", "install", "--quiet", "--retries", "1", "-r"];
+        succeed(Command::new(&interpreter).args(pip).arg(&requirements))?;
+        std::fs::write(&installed, wanted).map_err(|e| format!("{}: {e}", installed.display()))?;
+    }
+    Ok(interpreter)
+});
+
+fn succeed(command: &mut Command) -> Result<(), String> {
+    let output = command.stdin(Stdio::null()).output().map_err(|e| format!("{command:?}: {e}"))?;
+    if output.status.success() { Ok(()) } else { Err(format!("{command:?}: {}", text(&output.stderr))) }
+}
+
+/// The interpreter, or `None` after saying why there is none.
+fn interpreter() -> Option<&'static Path> {
+    match INTERPRETER.as_ref() {
+        Ok(interpreter) => Some(interpreter),
+        Err(why) => {
+            assert!(std::env::var_os("PHASECLOUD_REQUIRE_PYTHON").is_none_or(|value| value != "1"), "{why}");
+            println!("skipped: {why}");
+            None
+        }
+    }
+}
+
+/// A launch file on two scenarios: the exact answer, and a program as `mc`.
+fn launch_file(bench: &Bench, command: &[&str]) -> PathBuf {
+    bench.write("scenario-2.toml", include_str!("../launch/scenarios/scenario-2.toml"));
+    let head = "name = \"python\"\nscenarios = [\"scenario-1.toml\", \"scenario-2.toml\"]\nreference = \"exact\"\n";
+    let cases = "[[propagator]]\nlabel = \"exact\"\nnode = \"exact\"\n[[propagator]]\nlabel = \"mc\"\n";
+    bench.write("python.toml", &format!("{head}{cases}command = {command:?}\n"))
+}
+
+#[test]
+fn monte_carlo_in_python_has_the_exact_moments_within_four_standard_errors() {
+    let Some(python) = interpreter() else { return };
+    const SAMPLES: usize = 1000;
+    let bench = Bench::new();
+    let (python, script) = (python.display().to_string(), kit().join("monte_carlo.py").display().to_string());
+    let command = [&python, "-B", &script, "--samples", &SAMPLES.to_string()];
+    bench.run_well(&launch_file(&bench, &command), "out");
+
+    let rows = bench.table("out/moments.csv");
+    let of = |method: &str| rows.iter().filter(|row| row["method"] == method).collect::<Vec<_>>();
+    let (exact, sampled) = (of("exact"), of("mc"));
+    assert_eq!((exact.len(), sampled.len()), (12, 12));
+    for (exact, sampled) in exact.into_iter().zip(sampled) {
+        let value = |row: &HashMap<String, String>, column: &str| row[column].parse::<f64>().unwrap();
+        for column in ["mean_phi_rad", "std_phi_rad", "mean_e", "std_e", "cov_phi_e"] {
+            let error = value(sampled, &format!("se_{column}"));
+            assert!(error > 0.0);
+            assert!((value(sampled, column) - value(exact, column)).abs() < 4.0 * error, "{column}: {sampled:?}");
+        }
+        let p = value(exact, "prob_above_critical_e");
+        let error = (p * (1.0 - p) / SAMPLES as f64).sqrt();
+        assert!((value(sampled, "prob_above_critical_e") - p).abs() <= 4.0 * error + 1e-3, "{sampled:?}");
+    }
+    let manifest: serde_json::Value = serde_json::from_slice(&bench.read("out/manifest.json")).unwrap();
+    assert_eq!(manifest["nodes"]["mc"], "exit status: 0");
+    assert_eq!(common::shared_memory_of(manifest["run_id"].as_str().unwrap()), [""; 0]);
+    assert_eq!(bench.domains(), [""; 0]);
+}
+
+#[test]
+fn an_exception_in_a_python_propagator_is_named() {
+    let Some(python) = interpreter() else { return };
+    let bench = Bench::new();
+    let start = format!("import sys\nsys.path.insert(0, {:?})\nfrom phasecloud_kit import *\n", kit().display());
+    for (body, words) in [
+        ("raise ValueError('no luck today')", "mc: ValueError: no luck today"),
+        ("pass", "mc: ValueError: only 0 of 5 snapshots were sent"),
+        ("run.snapshot(SAMPLES, rows=0).__enter__()", "mc: ValueError: 0 rows"),
+    ] {
+        let script = bench.write("failing.py", &format!("{start}def f(problem, run):\n    {body}\nserve(f)\n"));
+        let command = [&python.display().to_string(), "-B", &script.display().to_string()];
+        let output = bench.run(&launch_file(&bench, &command), &format!("out-{}", words.len()));
+        assert_eq!(output.status.code(), Some(1));
+        assert!(text(&output.stderr).contains(words), "{}", text(&output.stderr));
+        assert_eq!(bench.table(&format!("out-{}/moments.csv", words.len())).len(), 12, "the exact case is complete");
+        assert_eq!(bench.domains(), [""; 0]);
+    }
+}
+
+/// Ends a process that a failed test leaves.
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Killed {
+    fn wait(&mut self) -> ExitStatus {
+        let started = Instant::now();
+        loop {
+            if let Some(status) = self.0.try_wait().unwrap() {
+                return status;
+            }
+            assert!(started.elapsed() < WATCHDOG, "the process did not end");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+/// Removes a domain at the end, also of a test that fails.
+struct Removed(Place);
+
+impl Drop for Removed {
+    fn drop(&mut self) {
+        let _ = self.0.remove();
+    }
+}
+
+/// All files of a domain.
+fn files(place: &Place) -> Vec<PathBuf> {
+    let mut folders = vec![place.root.clone()];
+    let mut files: Vec<_> = common::shared_memory_of(&place.prefix).into_iter().map(PathBuf::from).collect();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            if entry.file_type().unwrap().is_dir() { folders.push(entry.path()) } else { files.push(entry.path()) }
+        }
+    }
+    files.sort();
+    files
+}
+
+#[test]
+fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_computes() {
+    let Some(python) = interpreter() else { return };
+    for computing in [false, true] {
+        let bench = Bench::new();
+        let removed =
+            Removed(Place { root: bench.path("domain"), prefix: format!("pcpy{}{computing}-", std::process::id()) });
+        let place = &removed.0;
+        let held = HeldDomain::create(place, &Capacity { propagators: 1, scenarios: 1, snapshots: 2 }).unwrap();
+        let reports = held.domain.inlet::<Status>().unwrap();
+        let scenario = held.domain.outlet::<Scenario>(10).unwrap();
+        let snapshots = held.domain.inlet::<Snapshot>().unwrap();
+        let header = ScenarioHeader {
+            run_id: 7,
+            radiation: 0.15,
+            oblateness: 0.40921,
+            mean_phi: 2.2,
+            mean_e: 0.145,
+            sigma_phi: 0.2,
+            sigma_e: 0.025,
+            snapshots: 2,
+            phi_bins: 1,
+            e_bins: 1,
+            ..ScenarioHeader::default()
+        };
+        if computing {
+            // Far more years than it can compute before it is stopped.
+            scenario.send_items(header, &[0.0, 0.0, 6.0, 0.0, 1.0, 1e6, 0.0, 6.0, 0.0, 1.0]).unwrap();
+        }
+        let before = files(place);
+        let command = Command::new(python)
+            .args(["-B", &kit().join("monte_carlo.py").display().to_string(), "--samples", "300"])
+            .envs([("PHASECLOUD_LABEL", "mine"), ("PHASECLOUD_RUN_ID", "7"), ("PHASECLOUD_PREFIX", &place.prefix)])
+            .env("PHASECLOUD_ROOT", &place.root)
+            .env_remove("PHASECLOUD_LAUNCHER")
+            .spawn();
+        let mut process = Killed(command.unwrap());
+        // The launcher wakes a node that joins late; here the test does.
+        let signals = messages::wait::Signals::catch(&[]).unwrap();
+        let last = if computing { phase::WORKING } else { phase::READY };
+        let started = Instant::now();
+        let mut heard = 0;
+        while heard != last {
+            assert!(started.elapsed() < WATCHDOG, "heard {heard}");
+            signals.wait(&[&reports, &scenario], Duration::from_millis(100)).unwrap();
+            while let Some(report) = reports.receive().unwrap() {
+                assert_eq!(report.header().node, pack("mine"));
+                heard = report.header().phase;
+            }
+        }
+        if computing {
+            let first = snapshots.receive().unwrap().expect("it is sent before the status");
+            let &SnapshotHeader { run_id, index, count, kind, rows, columns, .. } = first.header();
+            assert_eq!((run_id, index, count, kind, rows, columns), (7, 0, 2, kind::SAMPLES, 300, 2));
+            assert_eq!(first.items().len(), 600);
+            assert!(first.items()[300..].iter().all(|e| (0.0..1.0).contains(e)));
+        }
+        kill_process(Pid::from_child(&process.0), Signal::TERM).unwrap();
+        assert_eq!(process.wait().code(), Some(0));
+        drop((reports, scenario, snapshots)); // the other ends of its connections
+        let left: Vec<_> = files(place).into_iter().filter(|file| !before.contains(file)).collect();
+        assert_eq!(left, [""; 0].map(PathBuf::from));
+    }
+}
