@@ -96,7 +96,7 @@ fn processes_end_by_themselves_when_the_launcher_is_killed_and_the_next_run_remo
     signal(&child, Signal::KILL);
     wait(&mut child);
     wait_until_gone(&run_id);
-    assert_eq!(bench.domains(), [run_id.clone()]);
+    assert_eq!(bench.domains(), std::slice::from_ref(&run_id));
     bench.run_well(&bench.launch_file("next", &LONG.replace("20_000_000", "100")), "next");
     assert_eq!(bench.domains(), [""; 0]);
     assert_eq!(common::shared_memory_of(&run_id), [""; 0]);

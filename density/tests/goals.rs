@@ -1,9 +1,9 @@
 //! The corrected methods against the exact density, in every snapshot of the paper's three scenarios.
 #![allow(missing_docs)]
 
-use std::f64::consts::PI;
+mod common;
 
-use density::dynamics::Force;
+use common::paper as scenario;
 use density::estimate::Estimate;
 use density::exact::{Exact, Settings as ExactSettings};
 use density::flow::Flow;
@@ -11,20 +11,7 @@ use density::grid::{Grid, comparison_grids};
 use density::mesh::{CarriedMesh, MeshDiagnostics, Placement, initial_points};
 use density::mixture::{self, Propagator};
 use density::orbits::Orbits;
-use density::problem::{InitialGaussian, Problem};
-
-/// Table 1.
-fn scenario(number: usize) -> Problem {
-    let (mean_phi, mean_e, delta_phi, delta_e, snapshots) =
-        [(2.2069, 0.145, PI / 8.0, 0.05, 5), (0.5419, 0.095, PI / 40.0, 0.01, 7), (0.3004, 0.23, PI / 32.0, 0.02, 5)]
-            [number - 1];
-    Problem {
-        force: Force { radiation: 0.15, oblateness: 0.40921 },
-        initial: InitialGaussian { mean_phi, mean_e, sigma_phi: delta_phi / 2.0, sigma_e: delta_e / 2.0 },
-        times: (0..snapshots).map(|k| 0.5 * f64::from(k)).collect(),
-        critical_e: 0.6,
-    }
-}
+use density::problem::Problem;
 
 /// A method's densities at all snapshots.
 type Course = Vec<Estimate>;

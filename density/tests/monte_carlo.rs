@@ -1,34 +1,20 @@
 //! Monte Carlo against the exact moments.
 #![allow(missing_docs)]
 
+mod common;
+
 use std::f64::consts::{PI, TAU};
 
 use density::binning;
-use density::dynamics::Force;
 use density::flow::Flow;
 use density::grid::comparison_grids;
 use density::orbits::Orbits;
-use density::problem::{InitialGaussian, Problem};
 use density::sampling::draw;
 
 /// Exact moments by quadrature (`exact-moments.csv`): scenario, time, then mean and deviation of phi and of e.
 const EXACT: &str = include_str!("reference/exact-moments.csv");
 
 const SAMPLES: usize = 40_000;
-
-fn scenario(name: &str) -> Problem {
-    let (mean_phi, mean_e, sigma_phi, sigma_e, snapshots) = match name {
-        "scenario-1" => (2.2069, 0.145, PI / 16.0, 0.025, 5),
-        "scenario-2" => (0.5419, 0.095, PI / 80.0, 0.005, 7),
-        _ => (0.3004, 0.23, PI / 64.0, 0.01, 5),
-    };
-    Problem {
-        force: Force { radiation: 0.15, oblateness: 0.40921 },
-        initial: InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e },
-        times: (0..snapshots).map(|k| 0.5 * f64::from(k)).collect(),
-        critical_e: 0.6,
-    }
-}
 
 /// Standard error of the standard deviation `sigma` of `values` about `mean`, from their fourth moment.
 fn error_of_deviation(values: &[f64], mean: f64, sigma: f64) -> f64 {
@@ -42,8 +28,8 @@ fn moments_are_exact_within_four_standard_errors_in_all_three_scenarios() {
     let rows: Vec<Vec<&str>> =
         EXACT.lines().filter(|line| line.starts_with("scenario-")).map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), 17);
-    for name in ["scenario-1", "scenario-2", "scenario-3"] {
-        let problem = scenario(name);
+    for number in 1..=3 {
+        let (name, problem) = (format!("scenario-{number}"), common::paper(number));
         let flow = Flow::new(problem.force);
         let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
         let (x1, x2) = draw(&problem.initial, 42, SAMPLES);

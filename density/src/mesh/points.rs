@@ -4,12 +4,12 @@ use std::f64::consts::{SQRT_2, TAU};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::MeshError;
 use super::lattice::{check_degree, gaussian_weights, lattice_lines};
 use crate::problem::{InitialGaussian, Problem};
+use crate::sampling::draw_one;
 
 /// How initial points are placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -51,9 +51,10 @@ pub fn initial_points(problem: &Problem, count: usize, placement: Placement, see
         return lattice_points(problem, count.isqrt(), lattice_reach(count.isqrt()));
     }
     let shift = rotation(seed);
+    let generator = ChaCha8Rng::seed_from_u64(seed);
     let draw = |index: usize| match placement {
         Placement::LowDiscrepancy => low_discrepancy(initial, shift, index),
-        _ => random(initial, seed, index),
+        _ => draw_one(initial, &generator, index as u64),
     };
     let (phi, e) = (0..count).into_par_iter().map(draw).unzip();
     Ok(Points { phi, e, lattice: None })
@@ -109,16 +110,6 @@ pub fn lattice_points(problem: &Problem, side: usize, reach: f64) -> Result<Poin
 }
 
 /// Draws until `e` is inside; at least one in a hundred is.
-fn random(initial: &InitialGaussian, seed: u64, index: usize) -> (f64, f64) {
-    const MOST_DRAWS: usize = 100_000;
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(index as u64);
-    (0..MOST_DRAWS)
-        .map(|_| initial.point(StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng)))
-        .find(|&(_, e)| 0.0 < e && e < 1.0)
-        .unwrap_or((initial.mean_phi, initial.mean_e))
-}
-
 fn rotation(seed: u64) -> (f64, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     (rng.random(), rng.random())

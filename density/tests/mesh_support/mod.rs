@@ -1,29 +1,17 @@
 //! What the tests of the mesh methods compare with: the paper's scenarios, reference moments, and the exact density.
 #![allow(dead_code)] // each test file uses its share
 
-use std::f64::consts::PI;
+#[path = "../common/mod.rs"]
+mod common;
 
-use density::dynamics::{Force, State, density_growth};
+pub use common::paper as scenario;
+
+use density::dynamics::{State, density_growth};
 use density::estimate::{Estimate, Moments};
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
 use density::mesh::{Placement, Points, initial_points};
-use density::problem::{InitialGaussian, Problem};
-
-/// The scenarios of Table 1 of Sun et al. (2022).
-pub fn scenario(number: usize) -> Problem {
-    let (mean_phi, mean_e, delta_phi, delta_e, snapshots) = match number {
-        1 => (2.2069, 0.145, PI / 8.0, 0.05, 5),
-        2 => (0.5419, 0.095, PI / 40.0, 0.01, 7),
-        _ => (0.3004, 0.23, PI / 32.0, 0.02, 5),
-    };
-    Problem {
-        force: Force { radiation: 0.15, oblateness: 0.40921 },
-        initial: InitialGaussian { mean_phi, mean_e, sigma_phi: delta_phi / 2.0, sigma_e: delta_e / 2.0 },
-        times: (0..snapshots).map(|k| 0.5 * f64::from(k)).collect(),
-        critical_e: 0.6,
-    }
-}
+use density::problem::Problem;
 
 /// One snapshot of propagated points.
 pub struct Snapshot {
