@@ -72,8 +72,8 @@ macro_rules! topic {
 }
 
 topic!(
-    /// From the scenario node to all others: the problem.
-    Scenario, "phasecloud/scenario", ScenarioHeader, [f64], needs reader: true,
+    /// From the scenario node to all others: the problem. It waits for readers that come later.
+    Scenario, "phasecloud/scenario", ScenarioHeader, [f64], needs reader: false,
     |capacity| capacity.scenarios
 );
 topic!(
