@@ -31,6 +31,13 @@ pub enum Command {
     },
     /// Run one node of a run by hand; `phasecloud run` starts them all by itself
     Node(NodeArguments),
+    /// Run a program and end it, with all it has started, when the launcher dies
+    #[command(hide = true)]
+    Guard {
+        /// The program and its arguments
+        #[arg(last = true)]
+        words: Vec<String>,
+    },
 }
 
 /// Arguments of `phasecloud run`.
@@ -49,6 +56,9 @@ pub struct RunArguments {
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
+    /// Start all processes at random times that follow from this seed, to show that the order does not matter
+    #[arg(long, value_name = "SEED", hide = true)]
+    pub start_order: Option<u64>,
 }
 
 /// Arguments of `phasecloud node`.
@@ -74,6 +84,9 @@ pub struct NodeArguments {
     /// Scenario files, for the scenario node
     #[arg(long = "scenario", value_name = "FILE")]
     pub scenarios: Vec<PathBuf>,
+    /// Position of the first scenario to publish, for the scenario node
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub first: u32,
     /// Bins of the comparison grid in phi and e, for the scenario node
     #[arg(long, num_args = 2, value_names = ["PHI", "E"], default_values_t = [100, 100])]
     pub bins: Vec<usize>,

@@ -33,8 +33,21 @@ pub struct Launch {
     pub bins: (usize, usize),
     /// Seconds without any sign of life after which a case is given up.
     pub patience: f64,
+    /// Whether a process that dies is started again.
+    pub restart: Restart,
     /// The cases.
     pub cases: Vec<Case>,
+}
+
+/// When a process that has ended before the run did is started again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Restart {
+    /// Not at all.
+    Never,
+    /// When it was killed or ended with an exit code other than 0, a few times a scenario.
+    #[default]
+    OnFailure,
 }
 
 /// A scenario with the file it came from.
@@ -78,6 +91,8 @@ struct Raw {
     reference: Spanned<String>,
     bins: Option<Spanned<(i64, i64)>>,
     patience: Option<Spanned<f64>>,
+    #[serde(default)]
+    restart: Restart,
 }
 
 /// What every propagator's table has besides its settings.
@@ -114,6 +129,7 @@ impl Launch {
             reference: reference.clone(),
             bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(&file, bins))?,
             patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(&file, patience))?,
+            restart: raw.restart,
             cases,
         })
     }
@@ -309,6 +325,7 @@ mod tests {
             ("[\"./mine\", \"-x\"]", "[]", 10, "propagator.command", "is empty"),
             ("node = \"mc\"\n", "", 5, "propagator.label", "either node or command"),
             ("reference = \"mc\"", "reference = \"mc\"\nbins = [0, 5]", 4, "bins", "between 1 and 2000"),
+            ("reference = \"mc\"", "reference = \"mc\"\nrestart = \"ever\"", 4, "restart", "`never` or `on-failure`"),
         ];
         for (from, to, line, key, words) in cases {
             assert!(GOOD.contains(from), "{from}");

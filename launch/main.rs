@@ -1,14 +1,18 @@
 //! `phasecloud`: the one command users get. It starts the processes of a run, looks after them, and prints what came out.
 
 mod cli;
+mod commands;
 mod domains;
+mod guard;
 mod launch_file;
 mod manifest;
+mod member;
 mod node_command;
 mod preflight;
 mod progress;
 mod report;
 mod results_folder;
+mod run;
 mod run_command;
 mod supervisor;
 
@@ -27,6 +31,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Validate { files } => validate(&files),
         Command::Node(arguments) => node_command::run(arguments),
+        Command::Guard { words } => guard::run(&words),
     }
 }
 

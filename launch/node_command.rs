@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use messages::domain::Place;
 use nodes::builtin::BuiltIn;
 use nodes::failure::Failure;
-use nodes::session::Session;
+use nodes::session::{ANY_SCENARIO, Session};
 use nodes::{comparator, estimator, recorder, scenario};
 
 use crate::BAD_INPUT;
@@ -79,10 +79,10 @@ fn place(arguments: &NodeArguments) -> Result<Place, String> {
 
 fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Result<(), Failure> {
     let session = Session::enter(place, name, arguments.run_id)?;
-    match kind {
+    let served = match kind {
         Kind::Scenario => {
             let bins = (arguments.bins[0], arguments.bins[1]);
-            scenario::run(&session, &scenario::Settings { files: arguments.scenarios, bins })
+            scenario::run(&session, &scenario::Settings { files: arguments.scenarios, first: arguments.first, bins })
         }
         Kind::Propagator(settings) => settings.serve(&session),
         Kind::Estimator => estimator::run(&session),
@@ -91,5 +91,12 @@ fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Res
             let folder = arguments.out.ok_or_else(|| Failure::Refused("the recorder needs --out DIR".into()))?;
             recorder::run(&session, &folder)
         }
+    };
+    if let Err(failure) = &served
+        && !matches!(failure, Failure::Stopped | Failure::Port(_))
+    {
+        // Another try would fail in the same way.
+        let _ = session.failed(ANY_SCENARIO, &session.name, &failure.to_string());
     }
+    served
 }

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use crate::launch_file::{Launch, ScenarioInput};
+
 /// A results folder in the making.
 #[derive(Debug)]
 pub struct ResultsFolder {
@@ -36,6 +38,21 @@ impl ResultsFolder {
         let draft = parent.join(format!(".phasecloud-{run_id:012x}.partial"));
         std::fs::create_dir(&draft).map_err(unusable)?;
         Ok(Self { draft, path })
+    }
+
+    /// Keeps a copy of every scenario file in the results, and says where.
+    ///
+    /// # Errors
+    /// Which file cannot be written, and why.
+    pub fn keep_scenarios(&self, launch: &Launch) -> Result<Vec<PathBuf>, String> {
+        let folder = self.draft.join("scenarios");
+        std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        let keep = |scenario: &ScenarioInput| {
+            let path = folder.join(format!("{}.toml", scenario.content.name));
+            std::fs::write(&path, &scenario.text).map_err(|e| format!("{}: {e}", path.display()))?;
+            Ok(path)
+        };
+        launch.scenarios.iter().map(keep).collect()
     }
 
     /// Gives the folder its final name.

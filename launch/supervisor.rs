@@ -34,6 +34,15 @@ impl Process {
     }
 }
 
+/// A process that has ended, and how.
+#[derive(Debug)]
+pub struct Ended {
+    /// Its name.
+    pub name: String,
+    /// How it ended.
+    pub status: ExitStatus,
+}
+
 /// All processes of a run. Dropping it kills those that are left.
 #[derive(Debug, Default)]
 pub struct Supervisor {
@@ -57,13 +66,15 @@ impl Supervisor {
         Ok(())
     }
 
-    /// The processes that have ended since the last look, with how.
-    pub fn newly_ended(&mut self) -> Vec<(String, ExitStatus)> {
-        self.processes
-            .iter_mut()
-            .filter(|process| process.end.is_none())
-            .filter_map(|process| Some((process.name.clone(), process.reap()?)))
-            .collect()
+    /// The processes that have ended since the last look, with how. What they have started themselves is ended too.
+    pub fn newly_ended(&mut self) -> Vec<Ended> {
+        let watched = self.processes.iter_mut().filter(|process| process.end.is_none());
+        let ended = watched.filter_map(|process| {
+            let status = process.reap()?;
+            process.signal(Signal::KILL);
+            Some(Ended { name: process.name.clone(), status })
+        });
+        ended.collect()
     }
 
     /// Kills one process.

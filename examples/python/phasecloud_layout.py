@@ -78,7 +78,7 @@ class SnapshotHeader(ctypes.Structure):
         ("lattice", c_uint32),
         ("degree", c_uint32),
         ("replicates", c_uint32),
-        ("reserved", c_uint32),
+        ("attempt", c_uint32),
         ("label", Label),
     ]
 

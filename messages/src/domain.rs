@@ -5,6 +5,7 @@
 
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
@@ -92,10 +93,14 @@ fn remove_if_present(result: std::io::Result<()>) -> std::io::Result<()> {
     }
 }
 
+/// Longest wait of a publisher for a reader whose buffer is full, unless told otherwise.
+const PATIENCE: Duration = Duration::from_secs(60);
+
 /// A process's access to a domain.
 #[derive(Debug)]
 pub struct Domain {
     node: Node<ipc::Service>,
+    patience: Duration,
 }
 
 /// Both services of a topic.
@@ -119,7 +124,18 @@ impl Domain {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
             .map_err(|e| failed(&e))?;
-        Ok(Self { node })
+        Ok(Self { node, patience: PATIENCE })
+    }
+
+    /// The same access with another patience of publishers for readers whose buffers are full.
+    pub fn with_patience(self, patience: Duration) -> Self {
+        Self { patience, ..self }
+    }
+
+    /// Removes what dead nodes have left behind, their places on the topics included. For the launcher alone: messages of a
+    /// dead publisher that a reader has not yet connected to are lost with it.
+    pub fn clean_up_after_the_dead(&self) {
+        let _ = self.node.try_cleanup_dead_nodes();
     }
 
     /// A way to receive the messages of a topic.
@@ -135,7 +151,7 @@ impl Domain {
     /// # Errors
     /// [`PortError`] if the topic does not exist, is of another version, or has no room for another publisher.
     pub fn outlet<T: Topic>(&self, most_items: usize) -> Result<Outlet<T>, PortError> {
-        Outlet::create(self.open::<T>()?, most_items)
+        Outlet::create(self.open::<T>()?, most_items, self.patience)
     }
 
     fn open<T: Topic>(&self) -> Result<Services<T>, PortError> {
@@ -161,7 +177,7 @@ impl Domain {
             .service_builder(&name)
             .publish_subscribe::<[T::Item]>()
             .user_header::<T::Header>()
-            .enable_safe_overflow(false)
+            .enable_safe_overflow(T::LATCHED)
             .history_size(depth)
             .subscriber_max_buffer_size(depth)
             .subscriber_max_borrowed_samples(4)

@@ -126,8 +126,8 @@ pub struct SnapshotHeader {
     pub degree: u32,
     /// Samples only: independent groups the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
     pub replicates: u32,
-    /// 0.
-    pub reserved: u32,
+    /// How often the propagator had been restarted: a higher number begins the scenario anew and replaces all lower ones.
+    pub attempt: u32,
     /// The propagator's label.
     pub label: Label,
 }
@@ -309,13 +309,18 @@ impl Default for StatusHeader {
     }
 }
 
-/// What the launcher tells about all cases of a run. Payload: one [`RosterEntry`] a propagator, in the launch file's order.
+/// What the launcher tells about all cases of a scenario. Payload: one [`RosterEntry`] a propagator, in the launch file's
+/// order.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("phasecloud/RosterHeader/1")]
+#[type_name("phasecloud/RosterHeader/2")]
 pub struct RosterHeader {
     /// Names the run.
     pub run_id: u64,
+    /// Position in the run of the scenario that it is about.
+    pub scenario: u32,
+    /// 0.
+    pub reserved: u32,
     /// Label of the case that all are compared with.
     pub reference: Label,
 }
@@ -327,7 +332,7 @@ pub struct RosterHeader {
 pub struct RosterEntry {
     /// The propagator's label.
     pub label: Label,
-    /// 1 once it has failed and nothing more is to be waited for, else 0.
+    /// 1 once it has failed in this scenario and nothing more is to be waited for, else 0.
     pub failed: u32,
     /// 0.
     pub reserved: u32,
@@ -345,7 +350,7 @@ mod tests {
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<PassageHeader>(), 248);
         assert_eq!(size_of::<StatusHeader>(), 464);
-        assert_eq!(size_of::<RosterHeader>(), 40);
+        assert_eq!(size_of::<RosterHeader>(), 48);
         assert_eq!(size_of::<RosterEntry>(), 40);
     }
 }

@@ -17,9 +17,6 @@ use crate::domain::Services;
 use crate::topic::Topic;
 use crate::wait::Awaited;
 
-/// Longest wait of a publisher for a reader whose buffer is full.
-const PATIENCE: Duration = Duration::from_secs(60);
-
 /// Event of a publisher: messages are there, or may be.
 const SENT: EventId = EventId::new(1);
 /// Event of a reader: it has joined and wants what was sent before.
@@ -62,15 +59,19 @@ pub struct Draft<T: Topic> {
 }
 
 impl<T: Topic> Outlet<T> {
-    pub(crate) fn create((messages, events): Services<T>, most_items: usize) -> Result<Self, PortError> {
+    pub(crate) fn create(
+        (messages, events): Services<T>,
+        most_items: usize,
+        patience: Duration,
+    ) -> Result<Self, PortError> {
         let failed = |error: &dyn Debug| PortError::new("publish on", T::NAME, error);
         let publisher = messages
             .publisher_builder()
             .initial_max_slice_len(most_items)
             .allocation_strategy(AllocationStrategy::Static)
             .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
-            .set_backpressure_handler(|info| {
-                if info.elapsed_time > PATIENCE {
+            .set_backpressure_handler(move |info| {
+                if info.elapsed_time > patience {
                     BackpressureAction::DiscardDataAndFail
                 } else {
                     BackpressureAction::Retry
@@ -95,18 +96,15 @@ impl<T: Topic> Outlet<T> {
         loan.map(|sample| Draft { sample }).map_err(|e| PortError::new("borrow memory on", T::NAME, &e))
     }
 
-    /// Sends a draft and wakes the readers.
+    /// Sends a draft and wakes the readers. Readers that come later get it as history; all check counts and order.
     ///
     /// # Errors
-    /// [`PortError`] if a reader did not take its messages for a minute, or nobody reads a topic that must be read.
+    /// [`PortError`] if a reader has not taken its messages for the domain's patience.
     pub fn send(&self, draft: Draft<T>, header: T::Header) -> Result<(), PortError> {
         let mut sample = draft.sample;
         *sample.user_header_mut() = header;
-        let readers = sample.send().map_err(|e| PortError::new("send on", T::NAME, &e))?;
+        sample.send().map_err(|e| PortError::new("send on", T::NAME, &e))?;
         self.wake();
-        if readers == 0 && T::NEEDS_READER {
-            return Err(PortError::new("send on", T::NAME, &"no reader has received the message"));
-        }
         Ok(())
     }
 

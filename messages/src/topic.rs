@@ -1,8 +1,9 @@
 //! The topics: which header and which items a message has, and how many messages a topic holds.
 //!
-//! iceoryx2 drops or loses data in silence in three default settings. Here overflow is off, every reader's buffer holds all
-//! messages that a scenario can bring, publishers keep them as history for readers that come late, and a publisher that
-//! would have to wait waits a bounded time and then fails by name.
+//! iceoryx2 drops or loses data in silence in three default settings. Here every reader's buffer holds all messages that a
+//! scenario can bring, publishers keep them as history for readers that come late or are restarted, and a publisher that
+//! would have to wait waits a bounded time and then fails by name. Two topics are *latched* instead: of scenario and roster only
+//! the latest message counts, a reader that has missed earlier ones has missed nothing.
 
 use std::fmt::Debug;
 
@@ -21,11 +22,11 @@ pub trait Topic: 'static {
     type Item: ZeroCopySend + Debug + Default + Copy + 'static;
     /// Name of the topic's services: publish-subscribe for the messages, event to wake its readers.
     const NAME: &'static str;
-    /// Whether a message that nobody receives is an error.
-    const NEEDS_READER: bool;
+    /// Whether only the latest message counts: it replaces those that are not yet read, and waits for later readers.
+    const LATCHED: bool;
     /// The run that a message belongs to.
     fn run_id(header: &Self::Header) -> u64;
-    /// Messages that one publisher may have under way.
+    /// Messages of one publisher that are kept: for a reader's next look, and for readers to come.
     fn depth(capacity: &Capacity) -> usize;
 }
 
@@ -34,8 +35,6 @@ pub trait Topic: 'static {
 pub struct Capacity {
     /// Propagators that publish snapshots.
     pub propagators: usize,
-    /// Scenarios of the run.
-    pub scenarios: usize,
     /// Snapshots of the longest scenario.
     pub snapshots: usize,
 }
@@ -49,7 +48,7 @@ impl Capacity {
 
 macro_rules! topic {
     (
-        $(#[$doc:meta])* $topic:ident, $name:literal, $header:ty, [$item:ty], needs reader: $needs:literal,
+        $(#[$doc:meta])* $topic:ident, $name:literal, $header:ty, [$item:ty], latched: $latched:literal,
         |$capacity:ident| $depth:expr
     ) => {
         $(#[$doc])*
@@ -60,7 +59,7 @@ macro_rules! topic {
             type Header = $header;
             type Item = $item;
             const NAME: &'static str = $name;
-            const NEEDS_READER: bool = $needs;
+            const LATCHED: bool = $latched;
             fn run_id(header: &Self::Header) -> u64 {
                 header.run_id
             }
@@ -72,37 +71,37 @@ macro_rules! topic {
 }
 
 topic!(
-    /// From the scenario node to all others: the problem. It waits for readers that come later.
-    Scenario, "phasecloud/scenario", ScenarioHeader, [f64], needs reader: false,
-    |capacity| capacity.scenarios
+    /// From the scenario node to all others: the problem to work on now.
+    Scenario, "phasecloud/scenario", ScenarioHeader, [f64], latched: true,
+    |_capacity| 1
 );
 topic!(
     /// From the propagators to the estimator.
-    Snapshot, "phasecloud/snapshot", SnapshotHeader, [f64], needs reader: true,
+    Snapshot, "phasecloud/snapshot", SnapshotHeader, [f64], latched: false,
     |capacity| capacity.snapshots
 );
 topic!(
     /// From the estimator to comparator and recorder.
-    Density, "phasecloud/density", DensityHeader, [f64], needs reader: true,
+    Density, "phasecloud/density", DensityHeader, [f64], latched: false,
     |capacity| capacity.snapshots * capacity.propagators
 );
 topic!(
     /// From the propagators to the recorder.
-    Passage, "phasecloud/passage", PassageHeader, [f64], needs reader: true,
+    Passage, "phasecloud/passage", PassageHeader, [f64], latched: false,
     |_capacity| 2
 );
 topic!(
     /// From the comparator to the recorder.
-    Comparison, "phasecloud/comparison", ComparisonHeader, [f64], needs reader: true,
+    Comparison, "phasecloud/comparison", ComparisonHeader, [f64], latched: false,
     |capacity| 4 * (capacity.snapshots + 1) * capacity.propagators + 1
 );
 topic!(
     /// From every node to launcher and scenario node.
-    Status, "phasecloud/status", StatusHeader, [f64], needs reader: false,
+    Status, "phasecloud/status", StatusHeader, [f64], latched: false,
     |_capacity| 256
 );
 topic!(
     /// From the launcher to comparator and recorder: who takes part and who has failed.
-    Roster, "phasecloud/roster", RosterHeader, [RosterEntry], needs reader: false,
-    |capacity| capacity.propagators + 1
+    Roster, "phasecloud/roster", RosterHeader, [RosterEntry], latched: true,
+    |_capacity| 1
 );

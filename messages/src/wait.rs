@@ -57,6 +57,24 @@ impl Signals {
         Ok(Self { pipe: Wakeup { stream, descriptor }, stop })
     }
 
+    /// Ends the process `grace` after it has been asked to stop, should it still be there: deep in a computation, say.
+    ///
+    /// # Errors
+    /// If the operating system refuses.
+    pub fn end_process_after(&self, grace: Duration) -> std::io::Result<()> {
+        let (mut stream, sender) = UnixStream::pair()?;
+        for signal in STOP {
+            signal_hook::low_level::pipe::register(signal, sender.try_clone()?)?;
+        }
+        let wait_and_end = move || {
+            if matches!(stream.read(&mut [0]), Ok(1)) {
+                std::thread::sleep(grace);
+                std::process::exit(0);
+            }
+        };
+        std::thread::Builder::new().name("last-resort".into()).spawn(wait_and_end).map(drop)
+    }
+
     /// Whether the process has been asked to stop.
     pub fn stop_requested(&self) -> bool {
         self.stop.load(Ordering::Relaxed)

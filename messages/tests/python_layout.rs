@@ -90,7 +90,7 @@ fn rust_says() -> String {
             lattice,
             degree,
             replicates,
-            reserved,
+            attempt,
             label,
         }
     );

@@ -11,6 +11,7 @@ use messages::topic::{Comparison, Density, Roster as RosterTopic, Scenario};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::newest::Newest;
 use crate::roster::Roster;
 use crate::session::Session;
 
@@ -76,14 +77,14 @@ pub fn run(session: &Session) -> Result<(), Failure> {
     let outlet = session.domain.outlet::<Comparison>(QUANTITIES.len() * ERROR_COLUMNS)?;
     session.ready()?;
     let mut roster = Roster::default();
+    let mut newest = Newest::default();
     let mut current: Option<(Assignment, Results)> = None;
     loop {
         roster.update(&rosters)?;
-        if current.is_none() {
-            current = match scenarios.receive()? {
-                Some(message) => Some((Assignment::read(&message)?, Results::default())),
-                None => None,
-            };
+        while let Some(message) = scenarios.receive()? {
+            if newest.is_news(message.header().scenario) {
+                current = Some((Assignment::read(&message)?, Results::default()));
+            }
         }
         if let Some((assignment, results)) = &mut current {
             while let Some(message) = densities.receive()? {
@@ -92,7 +93,7 @@ pub fn run(session: &Session) -> Result<(), Failure> {
                     results.take(*header, message.items());
                 }
             }
-            if roster.nothing_more_to_come(|label| results.is_complete(label)) {
+            if roster.nothing_more_to_come(assignment.scenario, |label| results.is_complete(label)) {
                 publish(session, &outlet, assignment, results, &roster)?;
                 session.done(assignment.scenario)?;
                 current = None;

@@ -1,19 +1,23 @@
 //! The estimator: turns every snapshot, whoever sent it, into a density on the common grid.
 //!
 //! It trusts no sender: a snapshot with the wrong shape, order or numbers is refused and blamed on its label; the other
-//! cases go on.
+//! cases go on. A propagator that was restarted sends the scenario anew, and replaces what came of it before; an estimator
+//! that was restarted finds the propagators' snapshots where they have kept them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use messages::layout::{DensityHeader, SnapshotHeader, columns};
-use messages::port::{Message, Outlet};
+use messages::port::{Inlet, Message, Outlet};
 use messages::text::{pack, unpack};
-use messages::topic::{Density, Scenario, Snapshot};
+use messages::topic::{Density, Roster as RosterTopic, Scenario, Snapshot};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::method::{Case, Estimated};
+use crate::newest::Newest;
+use crate::roomy::Roomy;
+use crate::roster::Roster;
 use crate::session::{EffortClock, Session};
 
 /// Longest that a snapshot may arrive before the scenario it belongs to.
@@ -24,78 +28,156 @@ const HEAD_START: Duration = Duration::from_secs(5);
 /// # Errors
 /// [`Failure::Stopped`] is the normal end.
 pub fn run(session: &Session) -> Result<(), Failure> {
-    let scenarios = session.domain.inlet::<Scenario>()?;
-    let snapshots = session.domain.inlet::<Snapshot>()?;
+    let mut estimator = Estimator::new(session)?;
     session.ready()?;
-    let mut desk: Option<Desk> = None;
     loop {
-        while let Some(message) = snapshots.receive()? {
-            let is_ahead = |desk: &Option<Desk>| {
-                desk.as_ref().is_none_or(|desk| message.header().scenario > desk.assignment.scenario)
-            };
-            // Scenario and snapshot come from different processes: the answer may be here before the question.
-            let deadline = Instant::now() + HEAD_START;
-            while is_ahead(&desk) && Instant::now() < deadline {
-                match scenarios.receive()? {
-                    Some(scenario) => desk = Some(Desk::open(session, Assignment::read(&scenario)?)?),
-                    None => session.wait(&[&scenarios])?,
-                }
-            }
-            match &mut desk {
-                Some(desk) => desk.handle(session, &message)?,
-                None => session.failed(0, &unpack(&message.header().label), "a snapshot before any scenario")?,
-            }
+        estimator.look_around()?;
+        while estimator.can_work()
+            && let Some(message) = estimator.snapshots.receive()?
+        {
+            estimator.handle(&message)?;
         }
-        match &desk {
-            Some(desk) => session.wait(&[&snapshots, &desk.outlet])?,
-            None => session.wait(&[&snapshots])?,
-        }
+        estimator.sleep()?;
     }
+}
+
+struct Estimator<'a> {
+    session: &'a Session,
+    scenarios: Inlet<Scenario>,
+    snapshots: Inlet<Snapshot>,
+    rosters: Inlet<RosterTopic>,
+    newest: Newest,
+    roster: Roster,
+    strangers: BTreeSet<String>,
+    densities: Option<Roomy<Density>>,
+    desk: Option<Desk>,
 }
 
 /// The scenario under work.
 struct Desk {
     assignment: Assignment,
-    outlet: Outlet<Density>,
-    cases: BTreeMap<String, Case>,
+    cases: BTreeMap<String, Attempt>,
     refused: BTreeSet<String>,
     done: usize,
 }
 
-impl Desk {
-    fn open(session: &Session, assignment: Assignment) -> Result<Self, Failure> {
-        let most_values = assignment.grids.iter().map(|g| g.len() + g.phi.bins + g.e.bins).max().unwrap_or(0);
-        let outlet = session.domain.outlet::<Density>(most_values)?;
-        Ok(Self { assignment, outlet, cases: BTreeMap::new(), refused: BTreeSet::new(), done: 0 })
+/// What has come of a case since its propagator was last restarted.
+#[derive(Default)]
+struct Attempt {
+    number: u32,
+    case: Case,
+}
+
+impl<'a> Estimator<'a> {
+    fn new(session: &'a Session) -> Result<Self, Failure> {
+        Ok(Self {
+            session,
+            scenarios: session.domain.inlet()?,
+            snapshots: session.domain.inlet()?,
+            rosters: session.domain.inlet()?,
+            newest: Newest::default(),
+            roster: Roster::default(),
+            strangers: BTreeSet::new(),
+            densities: None,
+            desk: None,
+        })
     }
 
-    /// Estimates a snapshot and publishes the density, or refuses the snapshot and its sender.
-    fn handle(&mut self, session: &Session, message: &Message<Snapshot>) -> Result<(), Failure> {
+    /// Takes in scenario and roster.
+    fn look_around(&mut self) -> Result<(), Failure> {
+        self.roster.update(&self.rosters)?;
+        while let Some(message) = self.scenarios.receive()? {
+            if self.newest.is_news(message.header().scenario) {
+                let assignment = Assignment::read(&message)?;
+                self.desk = Some(Desk { assignment, cases: BTreeMap::new(), refused: BTreeSet::new(), done: 0 });
+            }
+        }
+        Ok(())
+    }
+
+    fn can_work(&self) -> bool {
+        self.desk.is_some() && self.roster.is_known()
+    }
+
+    fn sleep(&self) -> Result<(), Failure> {
+        match &self.densities {
+            Some(densities) => self.session.wait(&[&self.scenarios, &self.snapshots, &self.rosters, &densities.outlet]),
+            None => self.session.wait(&[&self.scenarios, &self.snapshots, &self.rosters]),
+        }
+    }
+
+    /// Deals with a snapshot of whatever sender and scenario.
+    fn handle(&mut self, message: &Message<Snapshot>) -> Result<(), Failure> {
         let header = message.header();
         let label = unpack(&header.label);
-        if self.refused.contains(&label) {
+        if !self.roster.takes_part(&label) {
+            return self.ignore_stranger(&label);
+        }
+        if self.desk.as_ref().is_some_and(|desk| header.scenario > desk.assignment.scenario) {
+            self.await_scenario(header.scenario)?;
+        }
+        let Some(desk) = &mut self.desk else { return Ok(()) };
+        if header.scenario < desk.assignment.scenario || desk.refused.contains(&label) {
             return Ok(());
         }
-        match self.estimate(header, message.items(), &label) {
-            Ok((estimate, seconds)) => {
-                publish(&self.outlet, header, &estimate, seconds)?;
-                self.done += 1;
-                session.working(self.assignment.scenario, self.done, self.done)
+        match desk.estimate(header, message.items(), &label) {
+            Ok(Some((estimate, seconds))) => {
+                let grid = estimate.estimate.grid;
+                let room = grid.len() + grid.phi.bins + grid.e.bins;
+                let outlet = Roomy::with_room(&mut self.densities, &self.session.domain, room)?;
+                publish(outlet, header, &estimate, seconds)?;
+                desk.done += 1;
+                self.session.working(desk.assignment.scenario, desk.done, desk.done)
             }
+            Ok(None) => Ok(()),
             Err(why) => {
-                session.failed(self.assignment.scenario, &label, &format!("snapshot {}: {why}", header.index))?;
-                self.refused.insert(label);
-                Ok(())
+                let why = format!("snapshot {}: {why}", header.index);
+                desk.refused.insert(label.clone());
+                self.session.failed(desk.assignment.scenario, &label, &why)
             }
         }
     }
 
-    fn estimate(&mut self, header: &SnapshotHeader, items: &[f64], label: &str) -> Result<(Estimated, f64), String> {
+    /// Scenario and snapshot come from different processes: the answer may be here before the question.
+    fn await_scenario(&mut self, scenario: u32) -> Result<(), Failure> {
+        let deadline = Instant::now() + HEAD_START;
+        while self.desk.as_ref().is_none_or(|desk| desk.assignment.scenario < scenario) && Instant::now() < deadline {
+            self.session.wait(&[&self.scenarios])?;
+            self.look_around()?;
+        }
+        Ok(())
+    }
+
+    fn ignore_stranger(&mut self, label: &str) -> Result<(), Failure> {
+        if self.strangers.insert(label.into()) {
+            self.session.failed(0, label, "its snapshots are ignored: no case of this run has that label")?;
+        }
+        Ok(())
+    }
+}
+
+impl Desk {
+    /// Estimates a snapshot; `None` if a later attempt of the same case has replaced it.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn estimate(
+        &mut self,
+        header: &SnapshotHeader,
+        items: &[f64],
+        label: &str,
+    ) -> Result<Option<(Estimated, f64)>, String> {
         let clock = EffortClock::start();
-        let case = self.cases.entry(label.into()).or_default();
-        check(header, items, &self.assignment, case.snapshots_done())?;
-        let estimate = case.estimate(header, items, &self.assignment)?;
-        Ok((estimate, clock.seconds()))
+        let attempt = self.cases.entry(label.into()).or_default();
+        if header.attempt < attempt.number {
+            return Ok(None);
+        }
+        if header.attempt > attempt.number {
+            *attempt = Attempt { number: header.attempt, case: Case::default() };
+        }
+        check(header, items, &self.assignment, attempt.case.snapshots_done())?;
+        let estimate = attempt.case.estimate(header, items, &self.assignment)?;
+        Ok(Some((estimate, clock.seconds())))
     }
 }
 

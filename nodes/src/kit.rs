@@ -14,6 +14,8 @@ use messages::topic::{Passage as PassageTopic, Scenario, Snapshot};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::newest::Newest;
+use crate::roomy::Roomy;
 use crate::session::{EffortClock, Session};
 
 /// A method that propagates the initial density.
@@ -99,44 +101,54 @@ pub fn main(propagator: impl Propagator) -> ExitCode {
 
 /// Serves scenario after scenario with `propagator` until asked to stop.
 ///
+/// A scenario that the method cannot do is reported to the launcher; the next one is a new chance.
+///
 /// # Errors
-/// [`Failure::Stopped`] is the normal end; anything else has also been reported to the launcher.
+/// [`Failure::Stopped`] is the normal end, [`Failure::Port`] the other one.
 pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
     let passages = session.domain.outlet::<PassageTopic>(PASSAGE_TIMES * PASSAGE_COLUMNS)?;
     session.ready()?;
-    let mut outlet: Option<Outlet<Snapshot>> = None;
+    let mut way_out = WayOut { passages, snapshots: None };
+    let mut newest = Newest::default();
     loop {
         while let Some(message) = scenarios.receive()? {
+            let scenario = message.header().scenario;
+            if !newest.is_news(scenario) {
+                continue;
+            }
             let read = Assignment::read(&message);
-            let position = message.header().scenario;
             drop(message);
-            drop(outlet.take()); // frees the last scenario's memory before the next takes its own
-            let served = read.and_then(|assignment| serve_one(session, &mut propagator, &assignment, &passages));
-            outlet = Some(served.inspect_err(|failure| {
-                if !matches!(failure, Failure::Stopped) {
-                    let _ = session.failed(position, &session.name, &failure.to_string());
-                }
-            })?);
+            match read.and_then(|assignment| serve_one(session, &mut propagator, &assignment, &mut way_out)) {
+                Err(failure @ (Failure::Stopped | Failure::Port(_))) => return Err(failure),
+                Err(failure) => session.failed(scenario, &session.name, &failure.to_string())?,
+                Ok(()) => {}
+            }
         }
-        match &outlet {
-            Some(outlet) => session.wait(&[&scenarios, outlet])?,
-            None => session.wait(&[&scenarios])?,
+        match &way_out.snapshots {
+            Some(snapshots) => session.wait(&[&scenarios, &way_out.passages, &snapshots.outlet])?,
+            None => session.wait(&[&scenarios, &way_out.passages])?,
         }
     }
+}
+
+/// A propagator's two ways out.
+struct WayOut {
+    passages: Outlet<PassageTopic>,
+    snapshots: Option<Roomy<Snapshot>>,
 }
 
 fn serve_one(
     session: &Session,
     propagator: &mut impl Propagator,
     assignment: &Assignment,
-    passages: &Outlet<PassageTopic>,
-) -> Result<Outlet<Snapshot>, Failure> {
+    way_out: &mut WayOut,
+) -> Result<(), Failure> {
     let mut clock = EffortClock::start();
     let form = propagator.begin(assignment)?;
     let column_count = columns(form.kind)
         .ok_or_else(|| Failure::Refused(format!("snapshots of kind {} are unknown to this version", form.kind)))?;
-    let outlet = session.domain.outlet::<Snapshot>(form.most_rows * column_count as usize)?;
+    let outlet = Roomy::with_room(&mut way_out.snapshots, &session.domain, form.most_rows * column_count as usize)?;
     let count = assignment.problem.times.len();
     for (index, &time) in assignment.problem.times.iter().enumerate() {
         session.check_stop()?;
@@ -158,20 +170,19 @@ fn serve_one(
             lattice: form.lattice,
             degree: form.degree,
             replicates: form.replicates,
-            reserved: 0,
+            attempt: session.attempt,
             disagreement: propagator.disagreement(),
             label: pack(&session.name),
         };
         if index + 1 == count {
             // Before the last snapshot, so that whoever has that snapshot's density can have the passages too.
-            send_passage(session, propagator, assignment, passages)?;
+            send_passage(session, propagator, assignment, &way_out.passages)?;
         }
         outlet.send(draft, header)?;
         clock = EffortClock::start();
         session.working(assignment.scenario, index + 1, count)?;
     }
-    session.done(assignment.scenario)?;
-    Ok(outlet)
+    session.done(assignment.scenario)
 }
 
 fn send_passage(

@@ -6,9 +6,11 @@ use messages::topic::Roster as RosterTopic;
 
 use crate::failure::Failure;
 
-/// The cases of a run.
+/// The cases of a run, and how they stand in one scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Roster {
+    /// Position of that scenario in the run.
+    pub scenario: u32,
     /// Label of the case that all are compared with.
     pub reference: String,
     /// All labels in the launch file's order, with whether they have failed.
@@ -22,20 +24,28 @@ impl Roster {
     /// [`Failure::Port`] if the topic cannot be read.
     pub fn update(&mut self, inlet: &Inlet<RosterTopic>) -> Result<(), Failure> {
         while let Some(message) = inlet.receive()? {
+            self.scenario = message.header().scenario;
             self.reference = unpack(&message.header().reference);
             self.cases = message.items().iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect();
         }
         Ok(())
     }
 
-    /// Whether the case `label` takes part and has not failed.
-    pub fn is_alive(&self, label: &str) -> bool {
-        self.cases.iter().any(|(name, failed)| name == label && !failed)
+    /// Whether anything has been told at all.
+    pub fn is_known(&self) -> bool {
+        !self.cases.is_empty()
     }
 
-    /// Whether the roster has arrived and every case for which `is_complete` does not hold has failed.
-    pub fn nothing_more_to_come(&self, is_complete: impl Fn(&str) -> bool) -> bool {
-        !self.cases.is_empty() && self.cases.iter().all(|(label, failed)| *failed || is_complete(label))
+    /// Whether there is a case `label`.
+    pub fn takes_part(&self, label: &str) -> bool {
+        self.cases.iter().any(|(name, _)| name == label)
+    }
+
+    /// Whether the roster of `scenario` has arrived and every case for which `is_complete` does not hold has failed.
+    pub fn nothing_more_to_come(&self, scenario: u32, is_complete: impl Fn(&str) -> bool) -> bool {
+        self.is_known()
+            && self.scenario == scenario
+            && self.cases.iter().all(|(label, failed)| *failed || is_complete(label))
     }
 }
 
@@ -45,9 +55,11 @@ mod tests {
 
     #[test]
     fn a_failed_case_is_not_waited_for_but_an_unknown_roster_is() {
-        assert!(!Roster::default().nothing_more_to_come(|_| true));
-        let roster = Roster { reference: "mc".into(), cases: vec![("mc".into(), false), ("mine".into(), true)] };
-        assert!(roster.nothing_more_to_come(|label| label == "mc"));
-        assert!(!roster.nothing_more_to_come(|label| label == "mine"));
+        assert!(!Roster::default().nothing_more_to_come(0, |_| true));
+        let cases = vec![("mc".into(), false), ("mine".into(), true)];
+        let roster = Roster { scenario: 1, reference: "mc".into(), cases };
+        assert!(roster.nothing_more_to_come(1, |label| label == "mc"));
+        assert!(!roster.nothing_more_to_come(1, |label| label == "mine"));
+        assert!(!roster.nothing_more_to_come(2, |_| true), "that was about the scenario before");
     }
 }

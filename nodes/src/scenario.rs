@@ -6,11 +6,13 @@ use density::flow::Flow;
 use density::grid::comparison_grids;
 use density::problem::Problem;
 use messages::layout::phase;
+use messages::port::Inlet;
 use messages::text::unpack;
 use messages::topic::{Scenario, Status};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::roomy::Roomy;
 use crate::scenario_file;
 use crate::session::Session;
 
@@ -22,50 +24,53 @@ pub const RECORDER: &str = "recorder";
 pub struct Settings {
     /// The scenario files, in order.
     pub files: Vec<PathBuf>,
+    /// Position in the run of the first one to publish; those before it are done.
+    pub first: u32,
     /// Bins of the comparison grid, in `phi` and `e`.
     pub bins: (usize, usize),
 }
 
-/// Publishes all scenarios until asked to stop.
+/// Publishes all scenarios, then stays until asked to stop.
 ///
 /// # Errors
 /// [`Failure::Stopped`] is the normal end.
 pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
-    let assignments = settings
-        .files
-        .iter()
-        .enumerate()
-        .map(|(position, file)| {
-            let scenario = scenario_file::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
-            assignment(session.run_id, position, settings, &scenario.name, scenario.problem)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let longest = assignments.iter().map(|a| a.to_parts().1.len()).max().unwrap_or(0);
-    let outlet = session.domain.outlet::<Scenario>(longest)?;
     let reports = session.domain.inlet::<Status>()?;
+    let mut slot: Option<Roomy<Scenario>> = None;
     session.ready()?;
-    for assignment in &assignments {
-        let (header, items) = assignment.to_parts();
+    for (position, file) in (0..).zip(&settings.files).skip(settings.first as usize) {
+        let scenario = scenario_file::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
+        let (header, items) =
+            assignment(session.run_id, position, settings, &scenario.name, scenario.problem)?.to_parts();
+        let outlet = Roomy::with_room(&mut slot, &session.domain, items.len())?;
         outlet.send_items(header, &items)?;
-        let mut finished = false;
-        while !finished {
-            session.wait(&[&reports, &outlet])?;
-            while let Some(report) = reports.receive()? {
-                let header = report.header();
-                finished |= header.phase == phase::DONE
-                    && header.scenario == assignment.scenario
-                    && unpack(&header.node) == RECORDER;
-            }
+        while !is_recorded(&reports, position)? {
+            session.wait(&[&reports, outlet])?;
         }
     }
     loop {
-        session.wait(&[&outlet])?;
+        while reports.receive()?.is_some() {}
+        match &slot {
+            Some(scenarios) => session.wait(&[&reports, &scenarios.outlet])?,
+            None => session.wait(&[&reports])?,
+        }
     }
+}
+
+/// Whether the recorder has reported that it is done with `scenario`.
+fn is_recorded(reports: &Inlet<Status>, scenario: u32) -> Result<bool, Failure> {
+    while let Some(report) = reports.receive()? {
+        let header = report.header();
+        if header.phase == phase::DONE && header.scenario == scenario && unpack(&header.node) == RECORDER {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 fn assignment(
     run_id: u64,
-    position: usize,
+    position: u32,
     settings: &Settings,
     name: &str,
     problem: Problem,
@@ -74,7 +79,7 @@ fn assignment(
     Ok(Assignment {
         run_id,
         name: name.into(),
-        scenario: position as u32,
+        scenario: position,
         scenarios: settings.files.len() as u32,
         problem,
         grids,

@@ -23,6 +23,15 @@ pub const RUN_VARIABLE: &str = "PHASECLOUD_RUN_ID";
 /// Environment variable that holds the launcher's process id: a node that it started ends with it.
 pub const LAUNCHER_VARIABLE: &str = "PHASECLOUD_LAUNCHER";
 
+/// Environment variable that holds how often the launcher has restarted the node.
+pub const ATTEMPT_VARIABLE: &str = "PHASECLOUD_ATTEMPT";
+
+/// A node that was asked to stop and is still computing after this time ends in the middle of it.
+const GRACE: Duration = Duration::from_secs(1);
+
+/// The scenario of a failure that belongs to none in particular.
+pub const ANY_SCENARIO: u32 = u32::MAX;
+
 /// A node's access to a run.
 #[derive(Debug)]
 pub struct Session {
@@ -30,6 +39,8 @@ pub struct Session {
     pub name: String,
     /// Names the run.
     pub run_id: u64,
+    /// How often the launcher has restarted this node.
+    pub attempt: u32,
     /// The run's domain.
     pub domain: Domain,
     signals: Signals,
@@ -56,10 +67,13 @@ impl Session {
     /// [`Failure::Port`] if the domain cannot be used.
     pub fn enter(place: &Place, name: &str, run_id: u64) -> Result<Self, Failure> {
         end_with_launcher()?;
-        let signals = Signals::catch(&[]).map_err(|e| Failure::Refused(format!("cannot catch signals: {e}")))?;
+        let refused = |e: std::io::Error| Failure::Refused(format!("cannot catch signals: {e}"));
+        let signals = Signals::catch(&[]).map_err(refused)?;
+        signals.end_process_after(GRACE).map_err(refused)?;
         let domain = Domain::enter(place, name)?;
         let status = domain.outlet::<Status>(2)?;
-        Ok(Self { name: name.into(), run_id, domain, signals, status })
+        let attempt = std::env::var(ATTEMPT_VARIABLE).ok().and_then(|text| text.parse().ok()).unwrap_or(0);
+        Ok(Self { name: name.into(), run_id, attempt, domain, signals, status })
     }
 
     /// Tells the launcher that the node waits for work.
@@ -123,7 +137,10 @@ impl Session {
 }
 
 /// Asks the kernel to stop this process should its launcher die, if a launcher started it.
-fn end_with_launcher() -> Result<(), Failure> {
+///
+/// # Errors
+/// [`Failure::Stopped`] if the launcher is dead already.
+pub fn end_with_launcher() -> Result<(), Failure> {
     let Some(launcher) = std::env::var(LAUNCHER_VARIABLE).ok().and_then(|text| text.parse::<i32>().ok()) else {
         return Ok(());
     };

@@ -1,6 +1,8 @@
 //! A fresh folder and a fresh place for shared memory for every test, and the program under test.
 #![allow(dead_code, missing_docs, reason = "each test file uses its own part")]
 
+pub mod processes;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 

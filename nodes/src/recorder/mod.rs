@@ -1,12 +1,16 @@
-//! The recorder: keeps what estimator and comparator publish as a folder of plain files.
+//! The recorder: keeps what estimator and comparator publish as plain files, a folder a scenario.
+//!
+//! A scenario's folder is complete when the recorder says that it is done with the scenario, and not touched again: a recorder
+//! that was restarted goes on with the scenario under work. [`join`] makes one results folder of them.
 
 mod densities;
+pub mod join;
 mod notes;
 mod rows;
 mod tables;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, comparison};
 use messages::port::Message;
@@ -15,9 +19,9 @@ use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scena
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::newest::Newest;
 use crate::roster::Roster;
 use crate::session::Session;
-use tables::Tables;
 
 /// A density as it was published.
 #[derive(Debug)]
@@ -45,13 +49,14 @@ struct RecordedPassage {
 struct Recording {
     assignment: Assignment,
     densities: BTreeMap<(String, u32), RecordedDensity>,
-    comparisons: Vec<RecordedComparison>,
+    /// By label, kind and snapshot: a restarted comparator says everything once more.
+    comparisons: BTreeMap<(String, u32, u32), RecordedComparison>,
     passages: BTreeMap<String, RecordedPassage>,
 }
 
 impl Recording {
     fn new(assignment: Assignment) -> Self {
-        Self { assignment, densities: BTreeMap::new(), comparisons: Vec::new(), passages: BTreeMap::new() }
+        Self { assignment, densities: BTreeMap::new(), comparisons: BTreeMap::new(), passages: BTreeMap::new() }
     }
 
     fn take_density(&mut self, message: &Message<Density>) {
@@ -73,7 +78,8 @@ impl Recording {
     fn take_comparison(&mut self, message: &Message<Comparison>) {
         let header = *message.header();
         if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
-            self.comparisons.push(RecordedComparison { header, values: message.items().to_vec() });
+            let comparison = RecordedComparison { header, values: message.items().to_vec() };
+            self.comparisons.insert((unpack(&header.label), header.kind, header.index), comparison);
         }
     }
 
@@ -87,13 +93,18 @@ impl Recording {
 
     /// Whether the comparator has finished and every density that it compared has arrived here too.
     fn is_complete(&self) -> bool {
-        let of_kind = |kind| self.comparisons.iter().filter(move |c| c.header.kind == kind);
+        let of_kind = |kind| self.comparisons.values().filter(move |c| c.header.kind == kind);
         of_kind(comparison::END).next().is_some()
             && of_kind(comparison::EFFORT).all(|c| self.case(&unpack(&c.header.label)).is_some())
     }
 }
 
-/// Records all scenarios of a run into `folder`, which exists.
+/// The folder of a scenario's files, in the folder that the recorder writes to.
+pub fn part(folder: &Path, scenario: u32) -> PathBuf {
+    folder.join(format!("part-{scenario:06}"))
+}
+
+/// Records scenario after scenario, each into its [`part`] of `folder`, which exists.
 ///
 /// # Errors
 /// [`Failure::Stopped`] is the normal end; [`Failure::File`] if something cannot be written.
@@ -103,17 +114,17 @@ pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
     let comparisons = session.domain.inlet::<Comparison>()?;
     let passages = session.domain.inlet::<Passage>()?;
     let rosters = session.domain.inlet::<RosterTopic>()?;
-    let mut tables = Some(Tables::create(folder)?);
     session.ready()?;
     let mut roster = Roster::default();
+    let mut newest = Newest::default();
     let mut current: Option<Recording> = None;
     loop {
-        if current.is_none()
-            && let Some(message) = scenarios.receive()?
-        {
-            current = Some(Recording::new(Assignment::read(&message)?));
-        }
         roster.update(&rosters)?;
+        while let Some(message) = scenarios.receive()? {
+            if newest.is_news(message.header().scenario) {
+                current = Some(Recording::new(Assignment::read(&message)?));
+            }
+        }
         if let Some(recording) = &mut current {
             while let Some(message) = densities.receive()? {
                 recording.take_density(&message);
@@ -124,16 +135,9 @@ pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
             while let Some(message) = passages.receive()? {
                 recording.take_passage(&message);
             }
-            if recording.is_complete()
-                && let Some(open) = &mut tables
-            {
-                open.write(recording, &roster)?;
-                let Assignment { scenario, scenarios: count, .. } = recording.assignment;
-                if scenario + 1 == count
-                    && let Some(all) = tables.take()
-                {
-                    all.finish()?;
-                }
+            let scenario = recording.assignment.scenario;
+            if roster.scenario == scenario && recording.is_complete() {
+                tables::write(recording, &roster, &part(folder, scenario))?;
                 session.done(scenario)?;
                 current = None;
                 continue;

@@ -1,6 +1,6 @@
 //! The files of a results folder: CSV tables with full precision, and the densities.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use messages::layout::comparison;
@@ -8,7 +8,7 @@ use messages::text::unpack;
 use serde::Serialize;
 
 use super::densities::Densities;
-use super::{Recording, notes, rows};
+use super::{RecordedComparison, Recording, notes, rows};
 use crate::failure::Failure;
 use crate::roster::Roster;
 
@@ -37,8 +37,25 @@ impl Table {
     }
 }
 
-/// The open files of a results folder.
-pub(super) struct Tables {
+/// Writes the files of a scenario into `folder`. It is there whole or not at all, and one that is there stays as it is.
+pub(super) fn write(recording: &Recording, roster: &Roster, folder: &Path) -> Result<(), Failure> {
+    if folder.exists() {
+        return Ok(());
+    }
+    let draft = folder.with_extension("partial");
+    let failed = |e| Failure::file(&draft, e);
+    if draft.exists() {
+        fs::remove_dir_all(&draft).map_err(failed)?;
+    }
+    fs::create_dir(&draft).map_err(failed)?;
+    let mut tables = Tables::create(&draft)?;
+    tables.write(recording, roster)?;
+    tables.finish()?;
+    fs::rename(&draft, folder).map_err(failed)
+}
+
+/// The open files of a scenario.
+struct Tables {
     moments: Table,
     errors: Table,
     distances: Table,
@@ -50,7 +67,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    pub(super) fn create(folder: &Path) -> Result<Self, Failure> {
+    fn create(folder: &Path) -> Result<Self, Failure> {
         let table = |name| Table::create(folder, name);
         Ok(Self {
             moments: table("moments.csv")?,
@@ -65,7 +82,7 @@ impl Tables {
     }
 
     /// Writes a scenario, case by case in the roster's order.
-    pub(super) fn write(&mut self, recording: &Recording, roster: &Roster) -> Result<(), Failure> {
+    fn write(&mut self, recording: &Recording, roster: &Roster) -> Result<(), Failure> {
         let scenario = &recording.assignment.name;
         for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
             let Some(case) = recording.case(method) else { continue };
@@ -79,7 +96,8 @@ impl Tables {
                 self.first_passage.write(rows::passages(scenario, method, passage))?;
                 self.notes.write(notes::of_passage(scenario, method, passage))?;
             }
-            for recorded in recording.comparisons.iter().filter(|c| unpack(&c.header.label) == *method) {
+            let of_method = |c: &&RecordedComparison| unpack(&c.header.label) == *method;
+            for recorded in recording.comparisons.values().filter(of_method) {
                 match recorded.header.kind {
                     comparison::MOMENTS => self.errors.write(rows::errors(scenario, method, recorded))?,
                     comparison::DISTANCES => self.distances.write(rows::distances(scenario, method, recorded))?,
@@ -92,7 +110,7 @@ impl Tables {
     }
 
     /// Closes all files.
-    pub(super) fn finish(self) -> Result<(), Failure> {
+    fn finish(self) -> Result<(), Failure> {
         let Self { moments, errors, distances, effort, first_passage, diagnostics, notes, densities } = self;
         for table in [moments, errors, distances, effort, first_passage, diagnostics, notes] {
             table.finish()?;

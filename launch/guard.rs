@@ -1,0 +1,63 @@
+//! The guard of a program that is not ours: it ends the program, and whatever that has started, when the launcher dies.
+
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, Command, ExitCode, ExitStatus};
+use std::time::{Duration, Instant};
+
+use messages::wait::Signals;
+use nodes::session::{ANY_SCENARIO, Session, end_with_launcher};
+use rustix::process::{Signal, kill_current_process_group};
+
+/// How long the program may take to end after it was asked to.
+const GRACE: Duration = Duration::from_secs(1);
+
+/// Runs a program in this process's group until it ends, or is to end, and ends as it did.
+pub fn run(words: &[String]) -> ExitCode {
+    match guard(words) {
+        Ok(status) => end_like(status),
+        Err(problem) => {
+            if let Ok(session) = Session::from_environment() {
+                let _ = session.failed(ANY_SCENARIO, &session.name, &problem);
+            }
+            eprintln!("error: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn guard(words: &[String]) -> Result<ExitStatus, String> {
+    let (program, arguments) = words.split_first().ok_or("which program? Give it after --")?;
+    let signals = Signals::catch(&[signal_hook::consts::SIGCHLD]).map_err(|e| format!("cannot catch signals: {e}"))?;
+    end_with_launcher().map_err(|e| e.to_string())?;
+    let mut child =
+        Command::new(program).args(arguments).spawn().map_err(|e| format!("{program} cannot be started: {e}"))?;
+    let mut asked: Option<Instant> = None;
+    loop {
+        if let Some(status) = look(&mut child)? {
+            return Ok(status);
+        }
+        if signals.stop_requested() {
+            let asked = *asked.get_or_insert_with(|| {
+                let _ = kill_current_process_group(Signal::TERM);
+                Instant::now()
+            });
+            if asked.elapsed() > GRACE {
+                let _ = kill_current_process_group(Signal::KILL);
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        } else {
+            signals.wait(&[], Duration::from_secs(1)).map_err(|e| e.to_string())?;
+        }
+    }
+}
+
+fn look(child: &mut Child) -> Result<Option<ExitStatus>, String> {
+    child.try_wait().map_err(|e| format!("the program cannot be watched: {e}"))
+}
+
+fn end_like(status: ExitStatus) -> ExitCode {
+    if let Some(signal) = status.signal() {
+        let _ = signal_hook::low_level::emulate_default_handler(signal);
+    }
+    ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
+}

@@ -1,0 +1,92 @@
+//! A process of the run as the launcher sees it: whether it is there, whether it owes work, when it is started again.
+
+use std::time::{Duration, Instant};
+
+/// Most restarts of a process in one scenario.
+pub const MOST_RESTARTS: u32 = 3;
+/// Wait before the first restart in a scenario; it doubles with each further one.
+const BACK_OFF: Duration = Duration::from_millis(100);
+/// Longest that a process may take to report that it is ready.
+pub const STARTUP: Duration = Duration::from_secs(60);
+
+/// A process of the run.
+#[derive(Debug)]
+pub struct Member {
+    /// When it is to be started, if it is not there.
+    pub due: Option<Instant>,
+    /// Whether it has reported that it is ready since its last start.
+    pub ready: bool,
+    /// When it was last heard of, or started.
+    pub heard: Instant,
+    /// Whether it has work to do in the scenario under way.
+    pub owes: bool,
+    /// How often it has been restarted.
+    pub attempt: u32,
+    /// How often of that in the scenario under way.
+    restarts: u32,
+    /// Whether it waits for the next scenario to be started again.
+    pub rests: bool,
+}
+
+impl Member {
+    /// A process to be started at `due`.
+    pub fn new(due: Instant) -> Self {
+        Self { due: Some(due), ready: false, heard: due, owes: true, attempt: 0, restarts: 0, rests: false }
+    }
+
+    /// It has been started.
+    pub fn started(&mut self, now: Instant) {
+        (self.due, self.ready, self.heard) = (None, false, now);
+    }
+
+    /// Plans a restart after a while; `false` if it has had its chances.
+    pub fn plan_restart(&mut self, now: Instant) -> bool {
+        let has_chances = self.restarts < MOST_RESTARTS;
+        if has_chances {
+            self.due = Some(now + BACK_OFF * 2u32.pow(self.restarts));
+            self.restarts += 1;
+            self.attempt += 1;
+        }
+        has_chances
+    }
+
+    /// Leaves it where it is until the next scenario begins.
+    pub fn rest(&mut self) {
+        self.rests = true;
+    }
+
+    /// The next scenario begins.
+    pub fn begin_scenario(&mut self, now: Instant) {
+        (self.owes, self.heard, self.restarts) = (true, now, 0);
+        if std::mem::take(&mut self.rests) {
+            self.plan_restart(now);
+        }
+    }
+
+    /// Whether it has been started and has not reported for longer than a start may take.
+    pub fn is_late(&self, now: Instant) -> bool {
+        self.due.is_none() && !self.ready && !self.rests && now > self.heard + STARTUP
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_process_has_a_few_chances_a_scenario_with_growing_pauses() {
+        let now = Instant::now();
+        let mut member = Member::new(now);
+        let pauses: Vec<_> = (0..MOST_RESTARTS)
+            .map(|_| {
+                assert!(member.plan_restart(now));
+                member.due.unwrap() - now
+            })
+            .collect();
+        assert!(pauses.windows(2).all(|pair| pair[1] == 2 * pair[0]), "{pauses:?}");
+        assert!(!member.plan_restart(now));
+        member.begin_scenario(now);
+        assert!(member.plan_restart(now), "the next scenario is a new chance");
+        assert_eq!(member.attempt, MOST_RESTARTS + 1, "attempts are numbered through");
+    }
+}

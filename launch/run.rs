@@ -1,0 +1,346 @@
+//! A run under way: its processes are started, looked after, restarted where that helps, and ended.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use messages::domain::HeldDomain;
+use messages::layout::{RosterEntry, RosterHeader, StatusHeader, phase};
+use messages::port::{Inlet, Outlet, PortError};
+use messages::text::{pack, unpack};
+use messages::topic::{Capacity, Roster, Status};
+use messages::wait::Signals;
+
+use crate::commands::{Commands, SCENARIO_NODE, SERVICES};
+use crate::launch_file::{Case, Restart};
+use crate::member::{MOST_RESTARTS, Member, STARTUP};
+use crate::progress::Progress;
+use crate::supervisor::{Ended, Supervisor};
+
+/// The launcher looks around at least this often.
+const TICK: Duration = Duration::from_millis(500);
+
+/// Why a run has no results.
+pub enum Abort {
+    /// The user asked to stop.
+    Interrupted,
+    /// Something that every case needs failed.
+    Fatal(String),
+    /// The run is complete, but its results could not be put where they belong.
+    Unpublished(String),
+}
+
+impl From<PortError> for Abort {
+    fn from(error: PortError) -> Self {
+        Self::Fatal(error.to_string())
+    }
+}
+
+/// What went wrong: the scenario's position and the label of the case, and why it has no results there.
+pub type Failures = BTreeMap<(u32, String), String>;
+
+/// A run under way.
+pub struct Run<'a> {
+    commands: Commands<'a>,
+    signals: Signals,
+    // Processes end before the domain is closed: fields are dropped in this order.
+    supervisor: Supervisor,
+    reports: Inlet<Status>,
+    roster: Outlet<Roster>,
+    domain: HeldDomain,
+    progress: Progress,
+    members: BTreeMap<String, Member>,
+    all_ready: bool,
+    cleaned: Instant,
+    /// Position of the scenario under way: so many are recorded.
+    scenario: u32,
+    estimated: u64,
+    compared: bool,
+    failures: Failures,
+}
+
+impl<'a> Run<'a> {
+    /// Opens the domain; `start_at` says when each process is to be started.
+    ///
+    /// # Errors
+    /// If there is no domain to be had.
+    pub fn begin(
+        commands: Commands<'a>,
+        snapshots: usize,
+        quiet: bool,
+        mut start_at: impl FnMut() -> Instant,
+    ) -> Result<Self, Abort> {
+        let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
+            .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
+        let cases = &commands.launch.cases;
+        let domain = HeldDomain::create(commands.place, &Capacity { propagators: cases.len(), snapshots })?;
+        let labels = || cases.iter().map(|case| case.label.as_str());
+        let members = SERVICES.into_iter().chain(labels()).map(|name| (name.to_owned(), Member::new(start_at())));
+        let run = Self {
+            signals,
+            supervisor: Supervisor::default(),
+            reports: domain.domain.inlet::<Status>()?,
+            roster: domain.domain.outlet::<Roster>(cases.len())?,
+            domain,
+            progress: Progress::new(labels(), quiet),
+            members: members.collect(),
+            all_ready: false,
+            cleaned: Instant::now(),
+            scenario: 0,
+            estimated: 0,
+            compared: false,
+            failures: Failures::new(),
+            commands,
+        };
+        run.publish_roster()?;
+        Ok(run)
+    }
+
+    /// From the start of the first process until `scenarios` are recorded.
+    ///
+    /// # Errors
+    /// Why there are no results.
+    pub fn conduct(&mut self, scenarios: u32) -> Result<(), Abort> {
+        while self.scenario < scenarios {
+            self.look_around()?;
+        }
+        Ok(())
+    }
+
+    /// What has gone wrong so far.
+    pub fn failures(&self) -> &Failures {
+        &self.failures
+    }
+
+    /// Ends all processes and says how each ended.
+    pub fn end(&mut self) -> BTreeMap<String, String> {
+        let how = |(name, status): (String, std::process::ExitStatus)| {
+            let restarts = self.members.get(&name).map_or(0, |member| member.attempt);
+            let status = if restarts == 0 { status.to_string() } else { format!("{status}, restarts: {restarts}") };
+            (name, status)
+        };
+        self.supervisor.stop_all().into_iter().map(how).collect()
+    }
+
+    /// Sleeps until something happens, and deals with it.
+    fn look_around(&mut self) -> Result<(), Abort> {
+        self.start_what_is_due()?;
+        self.signals.wait(&[&self.reports, &self.roster], self.longest_sleep())?;
+        if self.signals.stop_requested() {
+            return Err(Abort::Interrupted);
+        }
+        let ended = self.supervisor.newly_ended();
+        // What a process said before it ended tells more than how it ended.
+        self.take_reports()?;
+        for Ended { name, status } in &ended {
+            self.deal_with_end(name, *status)?;
+        }
+        self.give_up_on_the_silent()?;
+        if self.cleaned.elapsed() > TICK {
+            // Onlookers may die too.
+            self.clean();
+        }
+        Ok(())
+    }
+
+    fn clean(&mut self) {
+        self.domain.domain.clean_up_after_the_dead();
+        self.cleaned = Instant::now();
+    }
+
+    fn longest_sleep(&self) -> Duration {
+        let next = self.members.values().filter_map(|member| member.due).min();
+        next.map_or(TICK, |due| due.saturating_duration_since(Instant::now()).min(TICK))
+    }
+
+    fn start_what_is_due(&mut self) -> Result<(), Abort> {
+        let now = Instant::now();
+        let due: Vec<String> = self
+            .members
+            .iter()
+            .filter(|(_, member)| member.due.is_some_and(|due| due <= now))
+            .map(|(name, _)| name.clone())
+            .collect();
+        for name in due {
+            let Some(member) = self.members.get_mut(&name) else { continue };
+            member.started(now);
+            let command = self.commands.of(&name, member.attempt, self.scenario);
+            if let Err(why) = command.and_then(|command| self.supervisor.start(&name, command)) {
+                self.fail(&name, why)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A process has ended before the run did: starts it again if that may help.
+    fn deal_with_end(&mut self, name: &str, status: std::process::ExitStatus) -> Result<(), Abort> {
+        // So that its places on the topics are free for its successor.
+        self.clean();
+        let has_failed = self.has_failed(name);
+        let may_restart = self.commands.launch.restart == Restart::OnFailure && !status.success();
+        let Some(member) = self.members.get_mut(name) else { return Ok(()) };
+        if has_failed {
+            // It has said why; it gets another chance with the next scenario.
+            member.rest();
+            return Ok(());
+        }
+        if may_restart && member.plan_restart(Instant::now()) {
+            self.progress.note(&format!("{name}: {status}; it is started again"));
+            return Ok(());
+        }
+        member.rest();
+        let restarted = if may_restart { format!(", also after {MOST_RESTARTS} restarts") } else { String::new() };
+        self.fail(name, format!("ended before the run did: {status}{restarted}"))
+    }
+
+    fn has_failed(&self, name: &str) -> bool {
+        self.failures.contains_key(&(self.scenario, name.to_owned()))
+    }
+
+    /// Takes in the reports that have arrived.
+    fn take_reports(&mut self) -> Result<(), Abort> {
+        while let Some(report) = self.reports.receive()? {
+            let header = *report.header();
+            let units = [report.items().first(), report.items().get(1)].map(|u| u.copied().unwrap_or(0.0) as u64);
+            drop(report);
+            if header.run_id == self.commands.run_id {
+                self.take_report(&header, units)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn take_report(&mut self, header: &StatusHeader, [done, of]: [u64; 2]) -> Result<(), Abort> {
+        let node = unpack(&header.node);
+        let is_current = header.scenario == self.scenario;
+        if let Some(member) = self.members.get_mut(&node) {
+            member.heard = Instant::now();
+            match header.phase {
+                phase::READY => member.ready = true,
+                phase::WORKING if is_current => member.owes = done < of,
+                phase::DONE if is_current => member.owes = false,
+                _ => {}
+            }
+        }
+        match header.phase {
+            phase::READY => self.note_when_all_are_ready(),
+            phase::WORKING => {
+                let scenario = self.commands.launch.scenarios.get(header.scenario as usize);
+                self.progress.working(&node, scenario.map_or("", |s| &s.content.name), done, of);
+                if is_current && node == "estimator" {
+                    self.estimated = done;
+                }
+            }
+            phase::DONE if is_current && node == "comparator" => self.compared = true,
+            phase::DONE if is_current && node == "recorder" => self.begin_next_scenario()?,
+            phase::FAILED if header.scenario >= self.scenario => {
+                let subject = unpack(&header.subject);
+                let why = unpack(&header.text);
+                if self.members.contains_key(&subject) {
+                    self.fail(&subject, why)?;
+                } else {
+                    self.progress.error(&format!("{node}: {subject}: {why}"));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn note_when_all_are_ready(&mut self) {
+        if !self.all_ready && self.members.values().all(|member| member.ready) {
+            self.all_ready = true;
+            self.progress.note(&format!("{} processes are ready", self.members.len()));
+        }
+    }
+
+    /// The recorder has written the scenario.
+    fn begin_next_scenario(&mut self) -> Result<(), Abort> {
+        if let Some(scenario) = self.commands.launch.scenarios.get(self.scenario as usize) {
+            self.progress.note(&format!("{} is recorded", scenario.content.name));
+        }
+        self.scenario += 1;
+        (self.estimated, self.compared) = (0, false);
+        let now = Instant::now();
+        for member in self.members.values_mut() {
+            member.begin_scenario(now);
+        }
+        self.publish_roster()
+    }
+
+    /// Notes a failure. A case that fails is left out of the scenario's comparison; without a service there is no run.
+    fn fail(&mut self, name: &str, why: String) -> Result<(), Abort> {
+        if SERVICES.contains(&name) {
+            return Err(Abort::Fatal(format!("{name}: {why}")));
+        }
+        if !self.has_failed(name) {
+            self.progress.error(&format!("{name}: {why}"));
+            self.failures.insert((self.scenario, name.to_owned()), why);
+            self.publish_roster()?;
+        }
+        Ok(())
+    }
+
+    /// Kills the processes that owe work and have not been heard of for too long; a case that was silent has failed.
+    fn give_up_on_the_silent(&mut self) -> Result<(), Abort> {
+        let now = Instant::now();
+        let late: Vec<String> =
+            self.members.iter().filter(|(_, m)| m.is_late(now)).map(|(name, _)| name.clone()).collect();
+        for name in late {
+            self.fail(&name, format!("not ready within {} s", STARTUP.as_secs()))?;
+            self.supervisor.kill(&name);
+        }
+        let patience = Duration::from_secs_f64(self.commands.launch.patience.min(1e9));
+        let is_silent = |member: &Member| member.due.is_none() && now > member.heard + patience;
+        let silent: Vec<String> = self
+            .commands
+            .launch
+            .cases
+            .iter()
+            .map(|case| case.label.clone())
+            .filter(|label| !self.has_failed(label))
+            .filter(|label| self.members.get(label).is_some_and(|member| member.owes && is_silent(member)))
+            .collect();
+        for label in silent {
+            self.fail(&label, format!("no sign of life for {} s", self.commands.launch.patience))?;
+            self.supervisor.kill(&label);
+        }
+        let hindrance = self.hindrance();
+        if self.members.values().all(is_silent) {
+            self.progress.error(&format!("{hindrance}: no sign of life for {} s", self.commands.launch.patience));
+            for member in self.members.values_mut() {
+                member.heard = now;
+            }
+            self.supervisor.kill(hindrance);
+        }
+        Ok(())
+    }
+
+    /// The process for which all others wait, if all cases have done their work.
+    fn hindrance(&self) -> &'static str {
+        let snapshots = |scenario: &crate::launch_file::ScenarioInput| scenario.content.problem.times.len();
+        let snapshots = self.commands.launch.scenarios.get(self.scenario as usize).map_or(0, snapshots);
+        let cases = self.commands.launch.cases.iter().filter(|case| !self.has_failed(&case.label)).count();
+        match () {
+            () if self.compared => "recorder",
+            () if self.estimated >= (cases * snapshots) as u64 => "comparator",
+            () if self.estimated > 0 || self.members.values().any(|member| !member.owes) => "estimator",
+            () => SCENARIO_NODE,
+        }
+    }
+
+    fn publish_roster(&self) -> Result<(), Abort> {
+        let header = RosterHeader {
+            run_id: self.commands.run_id,
+            scenario: self.scenario,
+            reserved: 0,
+            reference: pack(&self.commands.launch.reference),
+        };
+        let entry = |case: &Case| RosterEntry {
+            label: pack(&case.label),
+            failed: u32::from(self.has_failed(&case.label)),
+            reserved: 0,
+        };
+        let entries: Vec<RosterEntry> = self.commands.launch.cases.iter().map(entry).collect();
+        Ok(self.roster.send_items(header, &entries)?)
+    }
+}

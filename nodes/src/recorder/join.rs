@@ -1,0 +1,70 @@
+//! One results folder out of the folders of its scenarios.
+
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use zip::{ZipArchive, ZipWriter};
+
+use super::part;
+use crate::failure::Failure;
+
+/// Moves what the recorder has written of scenarios `0..scenarios` up into `folder`: tables one after the other, archives
+/// entry by entry.
+///
+/// # Errors
+/// [`Failure::File`] if something cannot be read or written.
+pub fn join(folder: &Path, scenarios: u32) -> Result<(), Failure> {
+    let parts: Vec<PathBuf> = (0..scenarios).map(|scenario| part(folder, scenario)).collect();
+    for name in file_names(&parts)? {
+        let files: Vec<PathBuf> = parts.iter().map(|part| part.join(&name)).collect();
+        let whole = folder.join(&name);
+        let joined = match (&files[..], whole.extension().and_then(|e| e.to_str())) {
+            ([only], _) => fs::rename(only, &whole),
+            (several, Some("npz")) => join_archives(several, &whole),
+            (several, _) => join_tables(several, &whole),
+        };
+        joined.map_err(|e| Failure::file(&whole, e))?;
+    }
+    for part in &parts {
+        fs::remove_dir_all(part).map_err(|e| Failure::file(part, e))?;
+    }
+    Ok(())
+}
+
+/// The names of the files that every part has.
+fn file_names(parts: &[PathBuf]) -> Result<Vec<String>, Failure> {
+    let Some(first) = parts.first() else { return Ok(Vec::new()) };
+    let entries = fs::read_dir(first).map_err(|e| Failure::file(first, e))?;
+    let names = entries.map(|entry| entry.map(|entry| entry.file_name().to_string_lossy().into_owned()));
+    names.collect::<Result<_, _>>().map_err(|e| Failure::file(first, e))
+}
+
+/// Rows of all tables under one head; a table without rows has no head either.
+fn join_tables(tables: &[PathBuf], whole: &Path) -> io::Result<()> {
+    let mut joined = BufWriter::new(File::create(whole)?);
+    let mut has_head = false;
+    for table in tables {
+        let mut rows = BufReader::new(File::open(table)?);
+        let mut head = Vec::new();
+        rows.read_until(b'\n', &mut head)?;
+        if !has_head {
+            joined.write_all(&head)?;
+            has_head = !head.is_empty();
+        }
+        io::copy(&mut rows, &mut joined)?;
+    }
+    joined.flush()
+}
+
+/// All entries of all archives.
+fn join_archives(archives: &[PathBuf], whole: &Path) -> io::Result<()> {
+    let mut joined = ZipWriter::new(BufWriter::new(File::create(whole)?));
+    for archive in archives {
+        let mut entries = ZipArchive::new(BufReader::new(File::open(archive)?))?;
+        for index in 0..entries.len() {
+            joined.raw_copy_file(entries.by_index_raw(index)?)?;
+        }
+    }
+    joined.finish()?.flush()
+}

@@ -1,0 +1,131 @@
+//! kill -9 of any process at any time: the run ends, complete with the same bytes or with the case named and left out.
+//!
+//! `PHASECLOUD_KILLS` is the number of kills (default 60), `PHASECLOUD_SEED` the first seed.
+#![allow(missing_docs)]
+
+mod common;
+
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use common::processes::of_runs_below;
+use common::{Bench, text};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Results that depend on the seeds of the cases alone.
+const REPRODUCIBLE: [&str; 5] = ["moments.csv", "errors.csv", "distances.csv", "first_passage.csv", "densities.npz"];
+
+const SERVICES: [&str; 4] = ["scenario", "estimator", "comparator", "recorder"];
+
+/// Long past anything that a loaded machine takes; only to end a test that would hang.
+const WATCHDOG: Duration = Duration::from_secs(120);
+
+/// Two scenarios, so that there is a between.
+fn launch_file(bench: &Bench, restart: &str) -> std::path::PathBuf {
+    bench.write("scenario-2.toml", &common::SCENARIO_1.replace("scenario-1", "scenario-2").replace("0.145", "0.2"));
+    let text = format!(
+        "name = \"kills\"\nscenarios = [\"scenario-1.toml\", \"scenario-2.toml\"]\nreference = \"mc\"\n\
+         restart = \"{restart}\"\nbins = [40, 40]\n\
+         [[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 3_000\n\
+         [[propagator]]\nlabel = \"dee\"\nnode = \"dee\"\nsamples = 441\n\
+         [[propagator]]\nlabel = \"gmm-ut\"\nnode = \"gmm-ut\"\nmode = \"as-printed\"\n"
+    );
+    bench.write(&format!("{restart}.toml"), &text)
+}
+
+fn number(variable: &str, default: u64) -> u64 {
+    std::env::var(variable).ok().map_or(default, |text| text.parse().expect("a number"))
+}
+
+fn start(bench: &Bench, launch: &std::path::Path, out: &str) -> Child {
+    let mut command = bench.phasecloud();
+    command.arg("run").arg(launch).arg("--quiet").arg("--out").arg(bench.path(out));
+    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// Waits for the end and returns exit code and what was said.
+fn end(mut child: Child, what: &str) -> (Option<i32>, String) {
+    let started = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if started.elapsed() > WATCHDOG {
+            child.kill().unwrap();
+            panic!("{what}: the run hangs");
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let output = child.wait_with_output().unwrap();
+    (output.status.code(), text(&output.stderr))
+}
+
+/// Kills one random process after a random time; returns its name, if it was still there.
+fn kill_one(bench: &Bench, random: &mut ChaCha8Rng, longest: Duration) -> Option<String> {
+    std::thread::sleep(longest.mul_f64(random.random()));
+    let processes = of_runs_below(&bench.path(""));
+    let victim = processes.get(random.random_range(0..processes.len().max(1)))?;
+    victim.kill();
+    Some(victim.label.clone())
+}
+
+fn rows_of(bench: &Bench, file: &str, method: &str) -> Vec<std::collections::HashMap<String, String>> {
+    bench.table(file).into_iter().filter(|row| row["method"] == method).collect()
+}
+
+fn kill_randomly(restart: &str, kills: u64, first_seed: u64) {
+    let bench = Bench::new();
+    let launch = launch_file(&bench, restart);
+    let begun = Instant::now();
+    assert_eq!(end(start(&bench, &launch, "whole"), "undisturbed").0, Some(0));
+    let longest = begun.elapsed();
+    let (mut complete, mut partial, mut refused) = (0, 0, 0);
+    for seed in first_seed..first_seed + kills {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let out = format!("out-{seed}");
+        let child = start(&bench, &launch, &out);
+        let victim = kill_one(&bench, &mut random, longest);
+        let what = format!("seed {seed}, killed {victim:?}");
+        let (code, said) = end(child, &what);
+        match code {
+            Some(0) => {
+                for file in REPRODUCIBLE {
+                    let same = bench.read(&format!("{out}/{file}")) == bench.read(&format!("whole/{file}"));
+                    assert!(same, "{what}: {file} differs; {said}");
+                }
+                complete += 1;
+            }
+            Some(1) => {
+                let victim = victim.expect("a run in which nothing was killed succeeds");
+                assert!(said.contains(&victim), "{what}: not named in {said}");
+                assert_eq!(restart, "never", "{what}: {said}");
+                if SERVICES.contains(&victim.as_str()) {
+                    assert!(!bench.path(&out).exists(), "{what}: no results are better than half of them");
+                    refused += 1;
+                } else {
+                    for method in ["mc", "dee", "gmm-ut"].into_iter().filter(|method| *method != victim) {
+                        let file = |folder: &str| format!("{folder}/moments.csv");
+                        let same = rows_of(&bench, &file(&out), method) == rows_of(&bench, &file("whole"), method);
+                        assert!(same, "{what}: {method} differs");
+                    }
+                    partial += 1;
+                }
+            }
+            other => panic!("{what}: exit code {other:?}; {said}"),
+        }
+        assert_eq!(bench.domains(), [""; 0], "{what}");
+        let _ = std::fs::remove_dir_all(bench.path(&out));
+    }
+    println!(
+        "restart = {restart}: {kills} kills, seeds from {first_seed}: {complete} complete, {partial} without the killed case, \
+         {refused} refused"
+    );
+}
+
+#[test]
+fn with_restarts_a_killed_process_changes_no_byte() {
+    kill_randomly("on-failure", number("PHASECLOUD_KILLS", 60) / 2, number("PHASECLOUD_SEED", 1));
+}
+
+#[test]
+fn without_restarts_a_killed_process_is_named_and_the_others_are_compared() {
+    kill_randomly("never", number("PHASECLOUD_KILLS", 60).div_ceil(2), number("PHASECLOUD_SEED", 1) + 1_000_000);
+}
