@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
-use crate::port::{Inlet, Outlet, PortError};
+use crate::port::{Inlet, Outlet, PortError, READER};
 use crate::topic::{Capacity, Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
 
 /// Environment variable that names the root folder.
@@ -68,7 +68,7 @@ impl Place {
         remove_if_present(std::fs::remove_dir_all(&self.root))
     }
 
-    fn config(&self) -> Result<Config, PortError> {
+    pub(crate) fn config(&self) -> Result<Config, PortError> {
         let failed = |error: &dyn std::fmt::Debug| PortError::new("open", &self.root.display().to_string(), error);
         let mut config = Config::default();
         let root = iceoryx2::prelude::Path::new(path_bytes(&self.root)).map_err(|e| failed(&e))?;
@@ -127,7 +127,7 @@ impl Domain {
     /// # Errors
     /// [`PortError`] if the topic does not exist, is of another version, or has no room for another reader.
     pub fn inlet<T: Topic>(&self) -> Result<Inlet<T>, PortError> {
-        Inlet::create(self.open::<T>()?)
+        Inlet::create(self.open::<T>()?, READER)
     }
 
     /// A way to send messages of at most `most_items` items on a topic.
@@ -138,7 +138,7 @@ impl Domain {
         Outlet::create(self.open::<T>()?, most_items)
     }
 
-    fn open<T: Topic>(&self) -> Result<Services<T>, PortError> {
+    pub(crate) fn open<T: Topic>(&self) -> Result<Services<T>, PortError> {
         let failed = |error: &dyn std::fmt::Debug| PortError::new("open", T::NAME, error);
         let name = ServiceName::new(T::NAME).map_err(|e| failed(&e))?;
         let messages = self

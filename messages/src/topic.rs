@@ -8,25 +8,35 @@ use std::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
 
+use crate::describe::Described;
 use crate::layout::{
     ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, ScenarioHeader, SnapshotHeader,
     StatusHeader,
 };
+use crate::payload::{self, Item, Shape, rows};
 
 /// A topic of the contract.
 pub trait Topic: 'static {
     /// Goes with every message.
-    type Header: ZeroCopySend + Debug + Default + Copy + 'static;
+    type Header: Described + ZeroCopySend + Debug + Default + Copy + 'static;
     /// What the payload is a slice of.
-    type Item: ZeroCopySend + Debug + Default + Copy + 'static;
+    type Item: Item + ZeroCopySend + Debug + Default + Copy + 'static;
     /// Name of the topic's services: publish-subscribe for the messages, event to wake its readers.
     const NAME: &'static str;
+    /// Who sends to whom, line by line.
+    const DOC: &'static [&'static str];
+    /// How [`Topic::depth`] is computed.
+    const DEPTH: &'static str;
     /// Whether a message that nobody receives is an error.
     const NEEDS_READER: bool;
     /// The run that a message belongs to.
     fn run_id(header: &Self::Header) -> u64;
+    /// The same header in run `run_id`.
+    fn in_run(header: Self::Header, run_id: u64) -> Self::Header;
     /// Messages that one publisher may have under way.
     fn depth(capacity: &Capacity) -> usize;
+    /// How the payload forms a table; a topic of entries has none.
+    fn shape(header: &Self::Header) -> Shape;
 }
 
 /// How much a run needs of its topics; the launcher creates them accordingly.
@@ -49,10 +59,10 @@ impl Capacity {
 
 macro_rules! topic {
     (
-        $(#[$doc:meta])* $topic:ident, $name:literal, $header:ty, [$item:ty], needs reader: $needs:literal,
-        |$capacity:ident| $depth:expr
+        $(#[doc = $doc:literal])* $topic:ident, $name:literal, $header:ty, [$item:ty], needs reader: $needs:literal,
+        |$capacity:ident| $depth:expr, |$shaped:ident| $shape:expr
     ) => {
-        $(#[$doc])*
+        $(#[doc = $doc])*
         #[derive(Debug, Clone, Copy)]
         pub struct $topic;
 
@@ -60,12 +70,20 @@ macro_rules! topic {
             type Header = $header;
             type Item = $item;
             const NAME: &'static str = $name;
+            const DOC: &'static [&'static str] = &[$($doc),*];
+            const DEPTH: &'static str = stringify!($depth);
             const NEEDS_READER: bool = $needs;
             fn run_id(header: &Self::Header) -> u64 {
                 header.run_id
             }
+            fn in_run(header: Self::Header, run_id: u64) -> Self::Header {
+                Self::Header { run_id, ..header }
+            }
             fn depth($capacity: &Capacity) -> usize {
                 $depth
+            }
+            fn shape($shaped: &Self::Header) -> Shape {
+                $shape
             }
         }
     };
@@ -74,35 +92,56 @@ macro_rules! topic {
 topic!(
     /// From the scenario node to all others: the problem. It waits for readers that come later.
     Scenario, "phasecloud/scenario", ScenarioHeader, [f64], needs reader: false,
-    |capacity| capacity.scenarios
+    |capacity| capacity.scenarios, |_header| rows(&payload::SCENARIO)
 );
 topic!(
     /// From the propagators to the estimator.
     Snapshot, "phasecloud/snapshot", SnapshotHeader, [f64], needs reader: true,
-    |capacity| capacity.snapshots
+    |capacity| capacity.snapshots, |header| payload::snapshot(header)
 );
 topic!(
     /// From the estimator to comparator and recorder.
     Density, "phasecloud/density", DensityHeader, [f64], needs reader: true,
-    |capacity| capacity.snapshots * capacity.propagators
+    |capacity| capacity.snapshots * capacity.propagators, |_header| rows(&["joint density [1/rad], marginals"])
 );
 topic!(
     /// From the propagators to the recorder.
     Passage, "phasecloud/passage", PassageHeader, [f64], needs reader: true,
-    |_capacity| 2
+    |capacity| capacity.scenarios.max(2), |_header| rows(&payload::PASSAGE)
 );
 topic!(
     /// From the comparator to the recorder.
     Comparison, "phasecloud/comparison", ComparisonHeader, [f64], needs reader: true,
-    |capacity| 4 * (capacity.snapshots + 1) * capacity.propagators + 1
+    |capacity| 4 * (capacity.snapshots + 1) * capacity.propagators + 1, |header| payload::comparison(header)
 );
 topic!(
     /// From every node to launcher and scenario node.
     Status, "phasecloud/status", StatusHeader, [f64], needs reader: false,
-    |_capacity| 256
+    |_capacity| 256, |_header| rows(&payload::STATUS)
 );
 topic!(
     /// From the launcher to comparator and recorder: who takes part and who has failed.
     Roster, "phasecloud/roster", RosterHeader, [RosterEntry], needs reader: false,
-    |capacity| capacity.propagators + 1
+    |capacity| capacity.propagators + 1, |_header| rows(&[])
 );
+
+/// Something done with a topic that is known only at run time.
+pub trait Visitor {
+    /// What comes out.
+    type Out;
+    /// Does it.
+    fn visit<T: Topic>(&mut self) -> Self::Out;
+}
+
+/// Does something with every topic, in the order of the flow.
+pub fn for_each<V: Visitor>(visitor: &mut V) -> [V::Out; 7] {
+    [
+        visitor.visit::<Scenario>(),
+        visitor.visit::<Snapshot>(),
+        visitor.visit::<Passage>(),
+        visitor.visit::<Density>(),
+        visitor.visit::<Comparison>(),
+        visitor.visit::<Status>(),
+        visitor.visit::<Roster>(),
+    ]
+}
