@@ -10,7 +10,7 @@ use std::time::Duration;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
-use crate::port::{Inlet, Outlet, PortError};
+use crate::port::{Inlet, Outlet, PortError, READER};
 use crate::topic::{Capacity, Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
 
 /// Environment variable that names the root folder.
@@ -69,7 +69,7 @@ impl Place {
         remove_if_present(std::fs::remove_dir_all(&self.root))
     }
 
-    fn config(&self) -> Result<Config, PortError> {
+    pub(crate) fn config(&self) -> Result<Config, PortError> {
         let failed = |error: &dyn std::fmt::Debug| PortError::new("open", &self.root.display().to_string(), error);
         let mut config = Config::default();
         let root = iceoryx2::prelude::Path::new(path_bytes(&self.root)).map_err(|e| failed(&e))?;
@@ -94,7 +94,7 @@ fn remove_if_present(result: std::io::Result<()>) -> std::io::Result<()> {
 }
 
 /// Longest wait of a publisher for a reader whose buffer is full, unless told otherwise.
-const PATIENCE: Duration = Duration::from_secs(60);
+pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A process's access to a domain.
 #[derive(Debug)]
@@ -143,7 +143,7 @@ impl Domain {
     /// # Errors
     /// [`PortError`] if the topic does not exist, is of another version, or has no room for another reader.
     pub fn inlet<T: Topic>(&self) -> Result<Inlet<T>, PortError> {
-        Inlet::create(self.open::<T>()?)
+        Inlet::create(self.open::<T>()?, READER)
     }
 
     /// A way to send messages of at most `most_items` items on a topic.
@@ -154,7 +154,7 @@ impl Domain {
         Outlet::create(self.open::<T>()?, most_items, self.patience)
     }
 
-    fn open<T: Topic>(&self) -> Result<Services<T>, PortError> {
+    pub(crate) fn open<T: Topic>(&self) -> Result<Services<T>, PortError> {
         let failed = |error: &dyn std::fmt::Debug| PortError::new("open", T::NAME, error);
         let name = ServiceName::new(T::NAME).map_err(|e| failed(&e))?;
         let messages = self
@@ -178,7 +178,7 @@ impl Domain {
             .publish_subscribe::<[T::Item]>()
             .user_header::<T::Header>()
             .enable_safe_overflow(T::LATCHED)
-            .history_size(depth)
+            .history_size(if T::LATCHED { 1 } else { depth })
             .subscriber_max_buffer_size(depth)
             .subscriber_max_borrowed_samples(4)
             .max_publishers(capacity.nodes())

@@ -5,337 +5,337 @@
 //! which iceoryx2 compares when a topic is opened: nodes of different versions cannot meet. Payloads are slices of `f64`,
 //! or of [`RosterEntry`].
 
+use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+use crate::describe::{Codes, Described, Field, FieldType, codes, header};
+use crate::payload;
 use crate::text::Label;
 
-/// The problem. Payload: one row a snapshot, [`SCENARIO_COLUMNS`] numbers each: time \[yr\], then the comparison grid's
-/// lowest and highest `phi` \[rad\], lowest and highest `e`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("phasecloud/ScenarioHeader/1")]
-pub struct ScenarioHeader {
-    /// Names the run; every message carries it.
-    pub run_id: u64,
-    /// Radiation parameter `C`.
-    pub radiation: f64,
-    /// Oblateness parameter `W`.
-    pub oblateness: f64,
-    /// Mean solar angle at `t = 0` \[rad\].
-    pub mean_phi: f64,
-    /// Mean eccentricity at `t = 0`.
-    pub mean_e: f64,
-    /// Standard deviation of the solar angle at `t = 0` \[rad\].
-    pub sigma_phi: f64,
-    /// Standard deviation of the eccentricity at `t = 0`.
-    pub sigma_e: f64,
-    /// Eccentricity at which the satellite re-enters.
-    pub critical_e: f64,
-    /// Position of the scenario in the run, from 0.
-    pub scenario: u32,
-    /// Scenarios in the run.
-    pub scenarios: u32,
-    /// Snapshots in the scenario.
-    pub snapshots: u32,
-    /// 0.
-    pub reserved: u32,
-    /// Bins of the comparison grids in `phi`.
-    pub phi_bins: u32,
-    /// Bins of the comparison grids in `e`.
-    pub e_bins: u32,
-    /// The scenario's name.
-    pub name: Label,
+/// All codes.
+pub const ALL_CODES: [&Codes; 5] =
+    [&kind::CODES, &treatment::CODES, &diagnostic::CODES, &comparison::CODES, &phase::CODES];
+
+header! {
+    /// The problem. Payload: one row a snapshot, [`SCENARIO_COLUMNS`] numbers each: time \[yr\], then the comparison grid's
+    /// lowest and highest `phi` \[rad\], lowest and highest `e`.
+    #[type_name("phasecloud/ScenarioHeader/1")]
+    pub struct ScenarioHeader {
+        /// Names the run; every message carries it.
+        pub run_id: u64,
+        /// Radiation parameter `C`.
+        pub radiation: f64,
+        /// Oblateness parameter `W`.
+        pub oblateness: f64,
+        /// Mean solar angle at `t = 0` \[rad\].
+        pub mean_phi: f64,
+        /// Mean eccentricity at `t = 0`.
+        pub mean_e: f64,
+        /// Standard deviation of the solar angle at `t = 0` \[rad\].
+        pub sigma_phi: f64,
+        /// Standard deviation of the eccentricity at `t = 0`.
+        pub sigma_e: f64,
+        /// Eccentricity at which the satellite re-enters.
+        pub critical_e: f64,
+        /// Position of the scenario in the run, from 0.
+        pub scenario: u32,
+        /// Scenarios in the run.
+        pub scenarios: u32,
+        /// Snapshots in the scenario.
+        pub snapshots: u32,
+        /// 0.
+        pub reserved: u32,
+        /// Bins of the comparison grids in `phi`.
+        pub phi_bins: u32,
+        /// Bins of the comparison grids in `e`.
+        pub e_bins: u32,
+        /// The scenario's name.
+        pub name: Label,
+    }
 }
 
 /// The most snapshots that a scenario message holds.
 pub const MOST_SNAPSHOTS: usize = 64;
 
 /// Numbers in a row of a scenario's payload.
-pub const SCENARIO_COLUMNS: usize = 5;
+pub const SCENARIO_COLUMNS: usize = payload::SCENARIO.len();
 
-/// What a snapshot's columns are.
-pub mod kind {
-    /// Equally weighted samples: `phi` \[rad\], `e`.
-    pub const SAMPLES: u32 = 1;
-    /// Characteristics: `phi` \[rad\], `e`, density `n` \[1/rad\] carried along.
-    pub const CHARACTERISTICS: u32 = 2;
-    /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers (the six moments, circular
-    /// mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard deviations, of the resultant
-    /// vector, of the probability and of the joint density in L1), then the joint density \[1/rad\], `phi` outermost.
-    pub const DENSITY: u32 = 4;
-    /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
-    pub const MIXTURE: u32 = 3;
+codes! {
+    /// What a snapshot's columns are.
+    pub mod kind {
+        /// Equally weighted samples: `phi` \[rad\], `e`.
+        pub const SAMPLES: u32 = 1;
+        /// Characteristics: `phi` \[rad\], `e`, density `n` \[1/rad\] carried along.
+        pub const CHARACTERISTICS: u32 = 2;
+        /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers (the six moments, circular
+        /// mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard deviations, of the resultant
+        /// vector, of the probability and of the joint density in L1), then the joint density \[1/rad\], `phi` outermost.
+        pub const DENSITY: u32 = 4;
+        /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
+        pub const MIXTURE: u32 = 3;
+    }
 }
 
-/// Columns of a kind of snapshot; `None` for a kind this version does not know.
+/// Number of columns of a kind of snapshot; `None` for a kind this version does not know.
 pub fn columns(kind: u32) -> Option<u32> {
-    match kind {
-        kind::SAMPLES => Some(2),
-        kind::CHARACTERISTICS => Some(3),
-        kind::MIXTURE => Some(6),
-        kind::DENSITY => Some(1),
-        _ => None,
-    }
+    payload::snapshot_columns(kind).map(|columns| columns.len() as u32)
 }
 
 /// Numbers before the joint density in a snapshot of kind [`kind::DENSITY`].
 pub const DENSITY_HEAD: usize = 12;
 
-/// How the estimator makes a density of characteristics.
-pub mod treatment {
-    /// Triangles of the initial points, carried by the flow, each with its probability.
-    pub const CARRIED_MESH: u32 = 0;
-    /// Delaunay triangulation of the final points and linear interpolation of `n`.
-    pub const HULL_MESH: u32 = 1;
-    /// The same with `phi` cut open at 0, as the paper printed it.
-    pub const HULL_MESH_AS_PRINTED: u32 = 2;
+codes! {
+    /// How the estimator makes a density of characteristics.
+    pub mod treatment {
+        /// Triangles of the initial points, carried by the flow, each with its probability.
+        pub const CARRIED_MESH: u32 = 0;
+        /// Delaunay triangulation of the final points and linear interpolation of `n`.
+        pub const HULL_MESH: u32 = 1;
+        /// The same with `phi` cut open at 0, as the paper printed it.
+        pub const HULL_MESH_AS_PRINTED: u32 = 2;
+    }
 }
 
-/// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("phasecloud/SnapshotHeader/1")]
-pub struct SnapshotHeader {
-    /// Names the run.
-    pub run_id: u64,
-    /// Time of the snapshot \[yr\].
-    pub time: f64,
-    /// CPU time that the propagator spent on this snapshot \[s\].
-    pub seconds: f64,
-    /// Mixtures only: how far the flow over a component is from linear, weighted mean; NaN if not known.
-    pub disagreement: f64,
-    /// Position of the scenario in the run.
-    pub scenario: u32,
-    /// Position of the snapshot in the scenario, from 0.
-    pub index: u32,
-    /// Snapshots in the scenario.
-    pub count: u32,
-    /// What the columns are, see [`kind`].
-    pub kind: u32,
-    /// Length of a column.
-    pub rows: u32,
-    /// Number of columns.
-    pub columns: u32,
-    /// Characteristics only: how to estimate the density, see [`treatment`].
-    pub treatment: u32,
-    /// Hull meshes only: interpolation points an axis (the paper's Ngrid).
-    pub resolution: u32,
-    /// Carried meshes only: points a side if the initial points form a square lattice, `phi` outermost; else 0.
-    pub lattice: u32,
-    /// Carried lattices only: degree to which the flow is interpolated between the points; 1 is linear.
-    pub degree: u32,
-    /// Samples only: independent groups the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
-    pub replicates: u32,
-    /// How often the propagator had been restarted: a higher number begins the scenario anew and replaces all lower ones.
-    pub attempt: u32,
-    /// The propagator's label.
-    pub label: Label,
+header! {
+    /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
+    #[type_name("phasecloud/SnapshotHeader/1")]
+    pub struct SnapshotHeader {
+        /// Names the run.
+        pub run_id: u64,
+        /// Time of the snapshot \[yr\].
+        pub time: f64,
+        /// CPU time that the propagator spent on this snapshot \[s\].
+        pub seconds: f64,
+        /// Mixtures only: how far the flow over a component is from linear, weighted mean; NaN if not known.
+        pub disagreement: f64,
+        /// Position of the scenario in the run.
+        pub scenario: u32,
+        /// Position of the snapshot in the scenario, from 0.
+        pub index: u32,
+        /// Snapshots in the scenario.
+        pub count: u32,
+        /// What the columns are, see [`kind`].
+        pub kind: u32,
+        /// Length of a column.
+        pub rows: u32,
+        /// Number of columns.
+        pub columns: u32,
+        /// Characteristics only: how to estimate the density, see [`treatment`].
+        pub treatment: u32,
+        /// Hull meshes only: interpolation points an axis (the paper's Ngrid).
+        pub resolution: u32,
+        /// Carried meshes only: points a side if the initial points form a square lattice, `phi` outermost; else 0.
+        pub lattice: u32,
+        /// Carried lattices only: degree to which the flow is interpolated between the points; 1 is linear.
+        pub degree: u32,
+        /// Samples only: independent groups the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
+        pub replicates: u32,
+        /// How often the propagator had been restarted: a higher number begins the scenario anew and replaces all lower ones.
+        pub attempt: u32,
+        /// The propagator's label.
+        pub label: Label,
+    }
 }
 
 /// Moments in the order of a message: mean `phi` \[rad\], its standard deviation, mean `e`, its standard deviation,
 /// covariance \[rad\], probability that `e` exceeds its critical value at this instant.
 pub type MomentFields = [f64; 6];
 
-/// What the numbers of [`DensityHeader::diagnostics`] are.
-pub mod diagnostic {
-    /// Nothing.
-    pub const NONE: u32 = 0;
-    /// Of a carried mesh: defect of the invariant measure, probability of flipped elements, probability outside the mesh.
-    pub const MESH: u32 = 1;
-    /// Of a mixture: disagreement of the unscented and the linear prediction.
-    pub const MIXTURE: u32 = 2;
-    /// Of an exact density, error estimates: moments (in standard deviations), resultant vector, probability above the
-    /// critical eccentricity, joint density in L1.
-    pub const NUMERICAL: u32 = 3;
+codes! {
+    /// What the numbers of [`DensityHeader::diagnostics`] are.
+    pub mod diagnostic {
+        /// Nothing.
+        pub const NONE: u32 = 0;
+        /// Of a carried mesh: defect of the invariant measure, probability of flipped elements, probability outside the mesh.
+        pub const MESH: u32 = 1;
+        /// Of a mixture: disagreement of the unscented and the linear prediction.
+        pub const MIXTURE: u32 = 2;
+        /// Of an exact density, error estimates: moments (in standard deviations), resultant vector, probability above the
+        /// critical eccentricity, joint density in L1.
+        pub const NUMERICAL: u32 = 3;
+    }
 }
 
-/// A density estimated from a snapshot. Payload: the joint density \[1/rad\] (`phi_bins` x `e_bins`, `phi` outermost), the
-/// marginal of `phi` \[1/rad\], the marginal of `e`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("phasecloud/DensityHeader/1")]
-pub struct DensityHeader {
-    /// Names the run.
-    pub run_id: u64,
-    /// Time of the snapshot \[yr\].
-    pub time: f64,
-    /// CPU time that the propagator spent on the snapshot \[s\].
-    pub propagation_seconds: f64,
-    /// CPU time that the estimator spent on it \[s\].
-    pub estimation_seconds: f64,
-    /// Edges of the grid: lowest and highest `phi` \[rad\], lowest and highest `e`.
-    pub grid: [f64; 4],
-    /// Moments of the cloud.
-    pub moments: MomentFields,
-    /// Their standard errors; NaN where the method has none.
-    pub standard_errors: MomentFields,
-    /// Circular mean of `phi`, in `[0, 2π)` \[rad\].
-    pub circular_mean: f64,
-    /// Mean resultant length of `phi`.
-    pub resultant: f64,
-    /// Probability on the grid; what is missing to 1 lies outside or was lost.
-    pub mass_on_grid: f64,
-    /// What the method says of its own reliability, see [`diagnostic`]; NaN where there is nothing to say.
-    pub diagnostics: [f64; 4],
-    /// Position of the scenario in the run.
-    pub scenario: u32,
-    /// Position of the snapshot in the scenario.
-    pub index: u32,
-    /// Snapshots in the scenario.
-    pub count: u32,
-    /// Rows of the snapshot.
-    pub rows: u32,
-    /// Bins in `phi`.
-    pub phi_bins: u32,
-    /// Bins in `e`.
-    pub e_bins: u32,
-    /// What the snapshot's columns were, see [`kind`].
-    pub kind: u32,
-    /// What `diagnostics` are, see [`diagnostic`].
-    pub diagnostic: u32,
-    /// The propagator's label.
-    pub label: Label,
+header! {
+    /// A density estimated from a snapshot. Payload: the joint density \[1/rad\] (`phi_bins` x `e_bins`, `phi` outermost), the
+    /// marginal of `phi` \[1/rad\], the marginal of `e`.
+    #[type_name("phasecloud/DensityHeader/1")]
+    pub struct DensityHeader {
+        /// Names the run.
+        pub run_id: u64,
+        /// Time of the snapshot \[yr\].
+        pub time: f64,
+        /// CPU time that the propagator spent on the snapshot \[s\].
+        pub propagation_seconds: f64,
+        /// CPU time that the estimator spent on it \[s\].
+        pub estimation_seconds: f64,
+        /// Edges of the grid: lowest and highest `phi` \[rad\], lowest and highest `e`.
+        pub grid: [f64; 4],
+        /// Moments of the cloud: mean `phi` \[rad\], its standard deviation \[rad\], mean `e`, its standard deviation,
+        /// covariance \[rad\], probability that `e` exceeds its critical value at this instant.
+        pub moments: MomentFields,
+        /// Standard errors of the moments, in the same order; NaN where the method has none.
+        pub standard_errors: MomentFields,
+        /// Circular mean of `phi`, in `[0, 2π)` \[rad\].
+        pub circular_mean: f64,
+        /// Mean resultant length of `phi`.
+        pub resultant: f64,
+        /// Probability on the grid; what is missing to 1 lies outside or was lost.
+        pub mass_on_grid: f64,
+        /// What the method says of its own reliability, see [`diagnostic`]; NaN where there is nothing to say.
+        pub diagnostics: [f64; 4],
+        /// Position of the scenario in the run.
+        pub scenario: u32,
+        /// Position of the snapshot in the scenario.
+        pub index: u32,
+        /// Snapshots in the scenario.
+        pub count: u32,
+        /// Rows of the snapshot.
+        pub rows: u32,
+        /// Bins in `phi`.
+        pub phi_bins: u32,
+        /// Bins in `e`.
+        pub e_bins: u32,
+        /// What the snapshot's columns were, see [`kind`].
+        pub kind: u32,
+        /// What `diagnostics` are, see [`diagnostic`].
+        pub diagnostic: u32,
+        /// The propagator's label.
+        pub label: Label,
+    }
 }
 
-/// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row a time,
-/// [`PASSAGE_COLUMNS`] numbers each; none if the method cannot say.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
-#[type_name("phasecloud/PassageHeader/1")]
-pub struct PassageHeader {
-    /// Names the run.
-    pub run_id: u64,
-    /// CPU time spent on it \[s\].
-    pub seconds: f64,
-    /// Position of the scenario in the run.
-    pub scenario: u32,
-    /// Rows of the payload.
-    pub rows: u32,
-    /// The propagator's label.
-    pub label: Label,
-    /// Why there is no curve, if there is none.
-    pub reason: [u8; 192],
-}
-
-impl Default for PassageHeader {
-    fn default() -> Self {
-        Self { run_id: 0, seconds: 0.0, scenario: 0, rows: 0, label: [0; 32], reason: [0; 192] }
+header! {
+    /// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row a time,
+    /// [`PASSAGE_COLUMNS`] numbers each; none if the method cannot say.
+    #[type_name("phasecloud/PassageHeader/1")]
+    pub struct PassageHeader {
+        /// Names the run.
+        pub run_id: u64,
+        /// CPU time spent on it \[s\].
+        pub seconds: f64,
+        /// Position of the scenario in the run.
+        pub scenario: u32,
+        /// Rows of the payload.
+        pub rows: u32,
+        /// The propagator's label.
+        pub label: Label,
+        /// Why there is no curve, if there is none.
+        pub reason: [u8; 192],
     }
 }
 
 /// Numbers in a row of a first-passage curve: time \[yr\], probability, lower and upper end of its 95 % interval or, for an
 /// exact method, of its error estimate; NaN where a method has neither.
-pub const PASSAGE_COLUMNS: usize = 4;
+pub const PASSAGE_COLUMNS: usize = payload::PASSAGE.len();
 /// Times of a first-passage curve.
 pub const PASSAGE_TIMES: usize = 65;
 
-/// What a comparison says.
-pub mod comparison {
-    /// Errors of the moments at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) each.
-    pub const MOMENTS: u32 = 1;
-    /// Effort over the whole scenario: [`EFFORT_COLUMNS`](super::EFFORT_COLUMNS) numbers.
-    pub const EFFORT: u32 = 2;
-    /// Distances of the densities at one snapshot: a row of [`DISTANCE_COLUMNS`](super::DISTANCE_COLUMNS) each for the joint
-    /// density, the marginal of `phi` and the marginal of `e`, then the probability that each of the two densities is short of 1.
-    pub const DISTANCES: u32 = 3;
-    /// Nothing more comes for this scenario.
-    pub const END: u32 = 4;
-}
-
-/// Numbers in a row of a comparison of moments: value, reference value, absolute error, relative error.
-pub const ERROR_COLUMNS: usize = 4;
-/// Numbers in a row of distances: total variation, L2, Hellinger, Kullback-Leibler, Kolmogorov.
-pub const DISTANCE_COLUMNS: usize = 5;
-/// Numbers in a comparison of effort: seconds of propagation, of estimation, their sum, its ratio to that of `mc`.
-pub const EFFORT_COLUMNS: usize = 4;
-
-/// How a method compares to the reference, see [`comparison`].
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("phasecloud/ComparisonHeader/1")]
-pub struct ComparisonHeader {
-    /// Names the run.
-    pub run_id: u64,
-    /// Time of the snapshot \[yr\].
-    pub time: f64,
-    /// Position of the scenario in the run.
-    pub scenario: u32,
-    /// Position of the snapshot in the scenario.
-    pub index: u32,
-    /// What is said, see [`comparison`].
-    pub kind: u32,
-    /// Numbers in the payload.
-    pub length: u32,
-    /// Whose results are compared.
-    pub label: Label,
-    /// With whose.
-    pub reference: Label,
-}
-
-/// How a node is doing.
-pub mod phase {
-    /// It has opened its topics and waits for work.
-    pub const READY: u32 = 1;
-    /// It works; the payload says how far it is.
-    pub const WORKING: u32 = 2;
-    /// It has finished a scenario.
-    pub const DONE: u32 = 3;
-    /// The case named by the subject cannot be completed.
-    pub const FAILED: u32 = 4;
-}
-
-/// A node's report to the launcher. Payload: two numbers, the units of work done and the units in all.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
-#[type_name("phasecloud/StatusHeader/1")]
-pub struct StatusHeader {
-    /// Names the run.
-    pub run_id: u64,
-    /// See [`phase`].
-    pub phase: u32,
-    /// Position of the scenario in the run.
-    pub scenario: u32,
-    /// Who reports: a propagator's label or the name of another node.
-    pub node: Label,
-    /// Whom it is about: for a failure the label of the case that failed, else the same as `node`.
-    pub subject: Label,
-    /// What went wrong.
-    pub text: [u8; 384],
-}
-
-impl Default for StatusHeader {
-    fn default() -> Self {
-        Self { run_id: 0, phase: 0, scenario: 0, node: [0; 32], subject: [0; 32], text: [0; 384] }
+codes! {
+    /// What a comparison says.
+    pub mod comparison {
+        /// Errors of the moments at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) each.
+        pub const MOMENTS: u32 = 1;
+        /// Effort over the whole scenario: [`EFFORT_COLUMNS`](super::EFFORT_COLUMNS) numbers.
+        pub const EFFORT: u32 = 2;
+        /// Distances of the densities at one snapshot: a row of [`DISTANCE_COLUMNS`](super::DISTANCE_COLUMNS) each for the joint
+        /// density, the marginal of `phi` and the marginal of `e`, then the probability that each of the two densities is short of 1.
+        pub const DISTANCES: u32 = 3;
+        /// Nothing more comes for this scenario.
+        pub const END: u32 = 4;
     }
 }
 
-/// What the launcher tells about all cases of a scenario. Payload: one [`RosterEntry`] a propagator, in the launch file's
-/// order.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("phasecloud/RosterHeader/2")]
-pub struct RosterHeader {
-    /// Names the run.
-    pub run_id: u64,
-    /// Position in the run of the scenario that it is about.
-    pub scenario: u32,
-    /// 0.
-    pub reserved: u32,
-    /// Label of the case that all are compared with.
-    pub reference: Label,
+/// Numbers in a row of a comparison of moments: value, reference value, absolute error, relative error.
+pub const ERROR_COLUMNS: usize = payload::ERRORS.len();
+/// Numbers in a row of distances: total variation, L2, Hellinger, Kullback-Leibler, Kolmogorov.
+pub const DISTANCE_COLUMNS: usize = payload::DISTANCES.len();
+/// Numbers in a comparison of effort: seconds of propagation, of estimation, their sum, its ratio to that of `mc`.
+pub const EFFORT_COLUMNS: usize = payload::EFFORT.len();
+
+header! {
+    /// How a method compares to the reference, see [`comparison`].
+    #[type_name("phasecloud/ComparisonHeader/1")]
+    pub struct ComparisonHeader {
+        /// Names the run.
+        pub run_id: u64,
+        /// Time of the snapshot \[yr\].
+        pub time: f64,
+        /// Position of the scenario in the run.
+        pub scenario: u32,
+        /// Position of the snapshot in the scenario.
+        pub index: u32,
+        /// What is said, see [`comparison`].
+        pub kind: u32,
+        /// Numbers in the payload.
+        pub length: u32,
+        /// Whose results are compared.
+        pub label: Label,
+        /// With whose.
+        pub reference: Label,
+    }
 }
 
-/// One case of a run.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("phasecloud/RosterEntry/1")]
-pub struct RosterEntry {
-    /// The propagator's label.
-    pub label: Label,
-    /// 1 once it has failed in this scenario and nothing more is to be waited for, else 0.
-    pub failed: u32,
-    /// 0.
-    pub reserved: u32,
+codes! {
+    /// How a node is doing.
+    pub mod phase {
+        /// It has opened its topics and waits for work.
+        pub const READY: u32 = 1;
+        /// It works; the payload says how far it is.
+        pub const WORKING: u32 = 2;
+        /// It has finished a scenario.
+        pub const DONE: u32 = 3;
+        /// The case named by the subject cannot be completed.
+        pub const FAILED: u32 = 4;
+    }
+}
+
+header! {
+    /// A node's report to the launcher. Payload: two numbers, the units of work done and the units in all.
+    #[type_name("phasecloud/StatusHeader/1")]
+    pub struct StatusHeader {
+        /// Names the run.
+        pub run_id: u64,
+        /// See [`phase`].
+        pub phase: u32,
+        /// Position of the scenario in the run.
+        pub scenario: u32,
+        /// Who reports: a propagator's label or the name of another node.
+        pub node: Label,
+        /// Whom it is about: for a failure the label of the case that failed, else the same as `node`.
+        pub subject: Label,
+        /// What went wrong.
+        pub text: [u8; 384],
+    }
+}
+
+header! {
+    /// What the launcher tells about all cases of a scenario. Payload: one [`RosterEntry`] a propagator, in the launch file's
+    /// order.
+    #[type_name("phasecloud/RosterHeader/2")]
+    pub struct RosterHeader {
+        /// Names the run.
+        pub run_id: u64,
+        /// Position in the run of the scenario that it is about.
+        pub scenario: u32,
+        /// 0.
+        pub reserved: u32,
+        /// Label of the case that all are compared with.
+        pub reference: Label,
+    }
+}
+
+header! {
+    /// One case of a run.
+    #[type_name("phasecloud/RosterEntry/1")]
+    pub struct RosterEntry {
+        /// The propagator's label.
+        pub label: Label,
+        /// 1 once it has failed in this scenario and nothing more is to be waited for, else 0.
+        pub failed: u32,
+        /// 0.
+        pub reserved: u32,
+    }
 }
 
 #[cfg(test)]

@@ -7,15 +7,23 @@
 //! ```
 //!
 //! - [`layout`]: the headers, byte for byte, as any language sees them;
+//! - [`payload`]: what the numbers after a header are called;
+//! - [`describe`]: what layouts say of themselves, for documents and tools;
 //! - [`topic`]: the topics and how many of what they hold;
 //! - [`domain`]: the corner of shared memory that belongs to one run;
 //! - [`port`]: sending and receiving without losing anything in silence;
+//! - [`observe`]: looking on without ever holding up a run;
+//! - [`recording`]: every message of a run in one file;
 //! - [`wait`]: sleeping until a message or a signal to stop arrives;
 //! - [`text`]: text in fixed fields.
 
+pub mod describe;
 pub mod domain;
 pub mod layout;
+pub mod observe;
+pub mod payload;
 pub mod port;
+pub mod recording;
 pub mod text;
 pub mod topic;
 pub mod wait;

@@ -1,6 +1,7 @@
 //! Sending and receiving without losing anything in silence.
 
 use std::fmt::{self, Debug};
+use std::sync::Arc;
 use std::time::Duration;
 
 use iceoryx2::port::listener::Listener;
@@ -8,19 +9,25 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
-use iceoryx2::port::{BackpressureAction, LoanError};
+use iceoryx2::port::{BackpressureAction, BackpressureInfo, LoanError};
 use iceoryx2::prelude::*;
 use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut::SampleMut;
+use iceoryx2::service::port_factory::publish_subscribe;
 
 use crate::domain::Services;
 use crate::topic::Topic;
 use crate::wait::Awaited;
 
 /// Event of a publisher: messages are there, or may be.
-const SENT: EventId = EventId::new(1);
+pub const SENT: EventId = EventId::new(1);
 /// Event of a reader: it has joined and wants what was sent before.
-const JOINED: EventId = EventId::new(2);
+pub const JOINED: EventId = EventId::new(2);
+
+/// Port name of a reader for which no publisher waits.
+pub const OBSERVER: &str = "observer";
+/// Port name of every other reader.
+pub const READER: &str = "reader";
 
 /// The transport refused something.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -52,6 +59,34 @@ pub struct Outlet<T: Topic> {
     listener: Listener<ipc::Service>,
 }
 
+/// What a publisher does about a reader whose buffer is full: it waits a bounded time, but not at all for an observer,
+/// which misses the message.
+fn when_full<P, H>(
+    readers: &publish_subscribe::PortFactory<ipc::Service, P, H>,
+    info: &BackpressureInfo,
+    patience: Duration,
+) -> BackpressureAction
+where
+    P: IceoryxSend + Debug + ?Sized,
+    H: ZeroCopySend + Debug,
+{
+    let mut observer = false;
+    readers.dynamic_config().list_subscribers(|reader| {
+        if reader.subscriber_id.value() == info.receiver_port_id {
+            observer = reader.subscriber_name == OBSERVER;
+            return CallbackProgression::Stop;
+        }
+        CallbackProgression::Continue
+    });
+    if observer {
+        BackpressureAction::DiscardData
+    } else if info.elapsed_time > patience {
+        BackpressureAction::DiscardDataAndFail
+    } else {
+        BackpressureAction::Retry
+    }
+}
+
 /// A message being written, in the memory in which it will be read.
 #[derive(Debug)]
 pub struct Draft<T: Topic> {
@@ -65,18 +100,14 @@ impl<T: Topic> Outlet<T> {
         patience: Duration,
     ) -> Result<Self, PortError> {
         let failed = |error: &dyn Debug| PortError::new("publish on", T::NAME, error);
+        let messages = Arc::new(messages);
+        let readers = Arc::clone(&messages);
         let publisher = messages
             .publisher_builder()
             .initial_max_slice_len(most_items)
             .allocation_strategy(AllocationStrategy::Static)
             .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
-            .set_backpressure_handler(move |info| {
-                if info.elapsed_time > patience {
-                    BackpressureAction::DiscardDataAndFail
-                } else {
-                    BackpressureAction::Retry
-                }
-            })
+            .set_backpressure_handler(move |info| when_full(&readers, info, patience))
             .max_loaned_samples(2)
             .create()
             .map_err(|e| failed(&e))?;
@@ -145,10 +176,11 @@ pub struct Message<T: Topic> {
 }
 
 impl<T: Topic> Inlet<T> {
-    pub(crate) fn create((messages, events): Services<T>) -> Result<Self, PortError> {
+    pub(crate) fn create((messages, events): Services<T>, name: &str) -> Result<Self, PortError> {
         let failed = |error: &dyn Debug| PortError::new("subscribe to", T::NAME, error);
+        let name = PortName::new(name).map_err(|e| failed(&e))?;
         let listener = events.listener_builder().create().map_err(|e| failed(&e))?;
-        let subscriber = messages.subscriber_builder().create().map_err(|e| failed(&e))?;
+        let subscriber = messages.subscriber_builder().name(&name).create().map_err(|e| failed(&e))?;
         let notifier = events.notifier_builder().create().map_err(|e| failed(&e))?;
         let _ = notifier.notify_with_custom_event_id(JOINED);
         Ok(Self { subscriber, listener, _notifier: notifier })

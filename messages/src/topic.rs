@@ -9,25 +9,35 @@ use std::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
 
+use crate::describe::Described;
 use crate::layout::{
     ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, ScenarioHeader, SnapshotHeader,
     StatusHeader,
 };
+use crate::payload::{self, Item, Shape, rows};
 
 /// A topic of the contract.
 pub trait Topic: 'static {
     /// Goes with every message.
-    type Header: ZeroCopySend + Debug + Default + Copy + 'static;
+    type Header: Described + ZeroCopySend + Debug + Default + Copy + 'static;
     /// What the payload is a slice of.
-    type Item: ZeroCopySend + Debug + Default + Copy + 'static;
+    type Item: Item + ZeroCopySend + Debug + Default + Copy + 'static;
     /// Name of the topic's services: publish-subscribe for the messages, event to wake its readers.
     const NAME: &'static str;
-    /// Whether only the latest message counts: it replaces those that are not yet read, and waits for later readers.
+    /// Who sends to whom, line by line.
+    const DOC: &'static [&'static str];
+    /// How [`Topic::depth`] is computed.
+    const DEPTH: &'static str;
+    /// Whether only the latest message counts: it is all that a later reader gets, and never waits for a reader.
     const LATCHED: bool;
     /// The run that a message belongs to.
     fn run_id(header: &Self::Header) -> u64;
-    /// Messages of one publisher that are kept: for a reader's next look, and for readers to come.
+    /// The same header in run `run_id`.
+    fn in_run(header: Self::Header, run_id: u64) -> Self::Header;
+    /// Messages of one publisher that wait for a reader's next look, and, unless latched, for readers to come.
     fn depth(capacity: &Capacity) -> usize;
+    /// How the payload forms a table; a topic of entries has none.
+    fn shape(header: &Self::Header) -> Shape;
 }
 
 /// How much a run needs of its topics; the launcher creates them accordingly.
@@ -48,10 +58,10 @@ impl Capacity {
 
 macro_rules! topic {
     (
-        $(#[$doc:meta])* $topic:ident, $name:literal, $header:ty, [$item:ty], latched: $latched:literal,
-        |$capacity:ident| $depth:expr
+        $(#[doc = $doc:literal])* $topic:ident, $name:literal, $header:ty, [$item:ty], latched: $latched:literal,
+        |$capacity:ident| $depth:expr, |$shaped:ident| $shape:expr
     ) => {
-        $(#[$doc])*
+        $(#[doc = $doc])*
         #[derive(Debug, Clone, Copy)]
         pub struct $topic;
 
@@ -59,12 +69,20 @@ macro_rules! topic {
             type Header = $header;
             type Item = $item;
             const NAME: &'static str = $name;
+            const DOC: &'static [&'static str] = &[$($doc),*];
+            const DEPTH: &'static str = stringify!($depth);
             const LATCHED: bool = $latched;
             fn run_id(header: &Self::Header) -> u64 {
                 header.run_id
             }
+            fn in_run(header: Self::Header, run_id: u64) -> Self::Header {
+                Self::Header { run_id, ..header }
+            }
             fn depth($capacity: &Capacity) -> usize {
                 $depth
+            }
+            fn shape($shaped: &Self::Header) -> Shape {
+                $shape
             }
         }
     };
@@ -73,35 +91,56 @@ macro_rules! topic {
 topic!(
     /// From the scenario node to all others: the problem to work on now.
     Scenario, "phasecloud/scenario", ScenarioHeader, [f64], latched: true,
-    |_capacity| 1
+    |_capacity| 16, |_header| rows(&payload::SCENARIO)
 );
 topic!(
     /// From the propagators to the estimator.
     Snapshot, "phasecloud/snapshot", SnapshotHeader, [f64], latched: false,
-    |capacity| capacity.snapshots
+    |capacity| capacity.snapshots, |header| payload::snapshot(header)
 );
 topic!(
     /// From the estimator to comparator and recorder.
     Density, "phasecloud/density", DensityHeader, [f64], latched: false,
-    |capacity| capacity.snapshots * capacity.propagators
+    |capacity| capacity.snapshots * capacity.propagators, |_header| rows(&["joint density [1/rad], marginals"])
 );
 topic!(
     /// From the propagators to the recorder.
     Passage, "phasecloud/passage", PassageHeader, [f64], latched: false,
-    |_capacity| 2
+    |_capacity| 2, |_header| rows(&payload::PASSAGE)
 );
 topic!(
     /// From the comparator to the recorder.
     Comparison, "phasecloud/comparison", ComparisonHeader, [f64], latched: false,
-    |capacity| 4 * (capacity.snapshots + 1) * capacity.propagators + 1
+    |capacity| 4 * (capacity.snapshots + 1) * capacity.propagators + 1, |header| payload::comparison(header)
 );
 topic!(
     /// From every node to launcher and scenario node.
     Status, "phasecloud/status", StatusHeader, [f64], latched: false,
-    |_capacity| 256
+    |_capacity| 256, |_header| rows(&payload::STATUS)
 );
 topic!(
     /// From the launcher to comparator and recorder: who takes part and who has failed.
     Roster, "phasecloud/roster", RosterHeader, [RosterEntry], latched: true,
-    |_capacity| 1
+    |_capacity| 16, |_header| rows(&[])
 );
+
+/// Something done with a topic that is known only at run time.
+pub trait Visitor {
+    /// What comes out.
+    type Out;
+    /// Does it.
+    fn visit<T: Topic>(&mut self) -> Self::Out;
+}
+
+/// Does something with every topic, in the order of the flow.
+pub fn for_each<V: Visitor>(visitor: &mut V) -> [V::Out; 7] {
+    [
+        visitor.visit::<Scenario>(),
+        visitor.visit::<Snapshot>(),
+        visitor.visit::<Passage>(),
+        visitor.visit::<Density>(),
+        visitor.visit::<Comparison>(),
+        visitor.visit::<Status>(),
+        visitor.visit::<Roster>(),
+    ]
+}

@@ -1,0 +1,291 @@
+//! What a layout says of itself: fields, offsets, codes and their meaning, taken from the doc comments in [`layout`].
+//!
+//! The contract's document, `phasecloud echo` and recordings all read these tables, so that nothing is written down twice.
+//!
+//! [`layout`]: crate::layout
+
+use std::fmt;
+
+use bytemuck::Pod;
+
+/// A header or an item of a payload whose fields are known by name.
+pub trait Described: Pod {
+    /// The name that iceoryx2 compares, with the version.
+    const TYPE_NAME: &'static str;
+    /// The doc comment, line by line.
+    const DOC: &'static [&'static str];
+    /// The fields, in order.
+    const FIELDS: &'static [Field];
+}
+
+/// A field of a header.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Field {
+    /// Its name.
+    pub name: &'static str,
+    /// Its type.
+    pub kind: FieldKind,
+    /// Where it starts, in bytes.
+    pub offset: usize,
+    /// The doc comment, line by line.
+    pub doc: &'static [&'static str],
+}
+
+/// The types that fields may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FieldKind {
+    /// 64-bit unsigned integer.
+    U64,
+    /// 32-bit unsigned integer.
+    U32,
+    /// 64-bit floating-point number.
+    F64,
+    /// So many 64-bit floating-point numbers.
+    F64s(usize),
+    /// So many bytes of NUL-padded UTF-8.
+    Text(usize),
+}
+
+impl fmt::Display for FieldKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::U64 => write!(f, "u64"),
+            Self::U32 => write!(f, "u32"),
+            Self::F64 => write!(f, "f64"),
+            Self::F64s(count) => write!(f, "f64 x {count}"),
+            Self::Text(bytes) => write!(f, "text, {bytes} bytes"),
+        }
+    }
+}
+
+/// A type that a field may have.
+pub trait FieldType {
+    /// Its kind.
+    const KIND: FieldKind;
+}
+
+impl FieldType for u64 {
+    const KIND: FieldKind = FieldKind::U64;
+}
+impl FieldType for u32 {
+    const KIND: FieldKind = FieldKind::U32;
+}
+impl FieldType for f64 {
+    const KIND: FieldKind = FieldKind::F64;
+}
+impl<const N: usize> FieldType for [f64; N] {
+    const KIND: FieldKind = FieldKind::F64s(N);
+}
+impl<const N: usize> FieldType for [u8; N] {
+    const KIND: FieldKind = FieldKind::Text(N);
+}
+
+/// The value of a field.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// A whole number.
+    Whole(u64),
+    /// Real numbers.
+    Real(Vec<f64>),
+    /// Text.
+    Text(String),
+}
+
+impl Field {
+    /// The field's value in a header of these bytes; `None` if they are too few.
+    pub fn value(&self, header: &[u8]) -> Option<Value> {
+        let bytes = header.get(self.offset..)?;
+        let real = |chunk: &[u8]| chunk.try_into().ok().map(f64::from_ne_bytes);
+        Some(match self.kind {
+            FieldKind::U64 => Value::Whole(u64::from_ne_bytes(*bytes.first_chunk()?)),
+            FieldKind::U32 => Value::Whole(u32::from_ne_bytes(*bytes.first_chunk()?).into()),
+            FieldKind::F64 => Value::Real(vec![f64::from_ne_bytes(*bytes.first_chunk()?)]),
+            FieldKind::F64s(count) => Value::Real(bytes.get(..8 * count)?.chunks_exact(8).filter_map(real).collect()),
+            FieldKind::Text(count) => Value::Text(crate::text::unpack(bytes.get(..count)?)),
+        })
+    }
+
+    /// The unit of a number, if the doc comment names one; numbers without are pure, lists explain themselves in words.
+    pub fn unit(&self) -> Option<String> {
+        if self.kind != FieldKind::F64 {
+            return None;
+        }
+        let text = plain(self.doc);
+        text.split_once('[')?.1.split(']').next().map(str::to_owned)
+    }
+
+    /// The codes that the field's values are, if the doc comment refers to some.
+    pub fn codes(&self) -> Option<&'static Codes> {
+        let text = self.doc.concat();
+        let named = |codes: &&&Codes| text.contains(&format!("ee [`{}`]", codes.name));
+        if self.kind == FieldKind::U32 { crate::layout::ALL_CODES.iter().find(named).copied() } else { None }
+    }
+}
+
+/// Numbers that stand for something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Codes {
+    /// What they are called together.
+    pub name: &'static str,
+    /// The doc comment, line by line.
+    pub doc: &'static [&'static str],
+    /// The codes.
+    pub codes: &'static [Code],
+}
+
+/// A number that stands for something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Code {
+    /// Its name.
+    pub name: &'static str,
+    /// The number.
+    pub value: u32,
+    /// The doc comment, line by line.
+    pub doc: &'static [&'static str],
+}
+
+impl Codes {
+    /// The name of a code.
+    pub fn name_of(&self, value: u64) -> Option<&'static str> {
+        self.codes.iter().find(|code| u64::from(code.value) == value).map(|code| code.name)
+    }
+}
+
+/// A doc comment in one line, with its links as plain words.
+pub fn plain(doc: &[&str]) -> String {
+    let mut text =
+        doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ").replace("\\[", "{").replace("\\]", "}");
+    // [`NAME`](path) and [`NAME`] become `NAME`.
+    while let Some(start) = text.find("[`") {
+        let Some(end) = text[start..].find("`]").map(|length| start + length) else { break };
+        let name = text[start + 1..=end].to_owned();
+        let rest = &text[end + 2..];
+        let after = match rest.strip_prefix('(').and_then(|rest| rest.find(')')) {
+            Some(length) => end + 2 + length + 2,
+            None => end + 2,
+        };
+        text.replace_range(start..after, &name);
+    }
+    text.replace('{', "[").replace('}', "]")
+}
+
+/// Defines a header: the structure itself, and what it says of itself.
+macro_rules! header {
+    (
+        $(#[doc = $doc:literal])*
+        #[type_name($type_name:literal)]
+        $(#[$other:meta])*
+        pub struct $name:ident {
+            $( $(#[doc = $field_doc:literal])* pub $field:ident: $kind:ty, )*
+        }
+    ) => {
+        $(#[doc = $doc])*
+        #[repr(C)]
+        #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, Pod, Zeroable)]
+        #[type_name($type_name)]
+        $(#[$other])*
+        pub struct $name {
+            $( $(#[doc = $field_doc])* pub $field: $kind, )*
+        }
+
+        impl Described for $name {
+            const TYPE_NAME: &'static str = $type_name;
+            const DOC: &'static [&'static str] = &[$($doc),*];
+            const FIELDS: &'static [Field] = &[$(
+                Field {
+                    name: stringify!($field),
+                    kind: <$kind as FieldType>::KIND,
+                    offset: std::mem::offset_of!($name, $field),
+                    doc: &[$($field_doc),*],
+                },
+            )*];
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self::zeroed()
+            }
+        }
+    };
+}
+
+/// Defines a module of codes, and what they say of themselves.
+macro_rules! codes {
+    (
+        $(#[doc = $doc:literal])*
+        pub mod $name:ident {
+            $( $(#[doc = $code_doc:literal])* pub const $code:ident: u32 = $value:literal; )*
+        }
+    ) => {
+        $(#[doc = $doc])*
+        pub mod $name {
+            use crate::describe::{Code, Codes};
+
+            $( $(#[doc = $code_doc])* pub const $code: u32 = $value; )*
+
+            /// What the codes say of themselves.
+            pub const CODES: Codes = Codes {
+                name: stringify!($name),
+                doc: &[$($doc),*],
+                codes: &[$( Code { name: stringify!($code), value: $value, doc: &[$($code_doc),*] }, )*],
+            };
+        }
+    };
+}
+
+pub(crate) use {codes, header};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{DensityHeader, SnapshotHeader, StatusHeader, phase};
+    use crate::text::pack;
+
+    fn field<T: Described>(name: &str) -> &'static Field {
+        T::FIELDS.iter().find(|field| field.name == name).unwrap()
+    }
+
+    #[test]
+    fn every_field_is_documented_and_fields_cover_the_header_without_gaps() {
+        fn check<T: Described>() {
+            let mut end = 0;
+            for field in T::FIELDS {
+                assert_eq!(field.offset, end, "{}.{}", T::TYPE_NAME, field.name);
+                assert!(!plain(field.doc).is_empty(), "{}.{}", T::TYPE_NAME, field.name);
+                end += match field.kind {
+                    FieldKind::U64 | FieldKind::F64 => 8,
+                    FieldKind::U32 => 4,
+                    FieldKind::F64s(count) => 8 * count,
+                    FieldKind::Text(bytes) => bytes,
+                };
+            }
+            assert_eq!(end, size_of::<T>());
+        }
+        crate::topic::for_each(&mut Check);
+        struct Check;
+        impl crate::topic::Visitor for Check {
+            type Out = ();
+            fn visit<T: crate::topic::Topic>(&mut self) {
+                check::<T::Header>();
+            }
+        }
+    }
+
+    #[test]
+    fn values_units_and_codes_come_from_the_field() {
+        let header = StatusHeader { phase: phase::WORKING, node: pack("mc"), ..StatusHeader::default() };
+        let bytes = bytemuck::bytes_of(&header);
+        assert_eq!(field::<StatusHeader>("phase").value(bytes), Some(Value::Whole(2)));
+        assert_eq!(field::<StatusHeader>("phase").codes().unwrap().name_of(2), Some("WORKING"));
+        assert_eq!(field::<StatusHeader>("node").value(bytes), Some(Value::Text("mc".into())));
+        assert_eq!(field::<SnapshotHeader>("time").unit().as_deref(), Some("yr"));
+        assert_eq!(field::<SnapshotHeader>("kind").codes().unwrap().name, "kind");
+        assert_eq!(field::<DensityHeader>("grid").unit(), None, "its numbers have different units");
+        assert_eq!(field::<DensityHeader>("grid").value(&bytes[..40]), None);
+    }
+
+    #[test]
+    fn links_in_doc_comments_become_plain_words() {
+        assert_eq!(plain(&[" See [`X`](super::X) and", " [`Y`], \\[rad\\]."]), "See `X` and `Y`, [rad].");
+    }
+}

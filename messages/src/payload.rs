@@ -1,0 +1,77 @@
+//! What the numbers of a payload are called, in order and with units.
+
+use crate::describe::{Described, Field};
+use crate::layout::{ComparisonHeader, RosterEntry, SnapshotHeader, comparison, kind};
+
+/// What a payload is a slice of.
+pub trait Item: bytemuck::Pod {
+    /// Its name.
+    const NAME: &'static str;
+    /// Its fields; none for a plain number.
+    const FIELDS: &'static [Field];
+}
+
+impl Item for f64 {
+    const NAME: &'static str = "f64";
+    const FIELDS: &'static [Field] = &[];
+}
+
+impl Item for RosterEntry {
+    const NAME: &'static str = RosterEntry::TYPE_NAME;
+    const FIELDS: &'static [Field] = <RosterEntry as Described>::FIELDS;
+}
+
+/// How the numbers of a payload form a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shape {
+    /// Names of the columns, with units.
+    pub columns: &'static [&'static str],
+    /// Whether a column lies in one piece, instead of a row.
+    pub by_column: bool,
+}
+
+/// Row by row.
+pub const fn rows(columns: &'static [&'static str]) -> Shape {
+    Shape { columns, by_column: false }
+}
+
+/// A scenario: one row a snapshot.
+pub const SCENARIO: [&str; 5] = ["time [yr]", "lowest phi [rad]", "highest phi [rad]", "lowest e", "highest e"];
+/// A first-passage curve: one row a time.
+pub const PASSAGE: [&str; 4] = ["time [yr]", "probability", "low", "high"];
+/// Errors of the moments: one row a moment.
+pub const ERRORS: [&str; 4] = ["value", "reference value", "absolute error", "relative error"];
+/// Distances of densities: one row a density.
+pub const DISTANCES: [&str; 5] = ["total variation", "L2", "Hellinger", "Kullback-Leibler", "Kolmogorov"];
+/// Effort: one row.
+pub const EFFORT: [&str; 4] = ["propagation [s]", "estimation [s]", "sum [s]", "ratio to mc"];
+/// A status: one row.
+pub const STATUS: [&str; 2] = ["units done", "units in all"];
+
+/// The columns of a kind of snapshot; `None` for a kind this version does not know.
+pub fn snapshot_columns(kind: u32) -> Option<&'static [&'static str]> {
+    match kind {
+        kind::SAMPLES => Some(&["phi [rad]", "e"]),
+        kind::CHARACTERISTICS => Some(&["phi [rad]", "e", "n [1/rad]"]),
+        kind::MIXTURE => {
+            Some(&["weight", "mean phi [rad]", "mean e", "variance of phi [rad²]", "covariance [rad]", "variance of e"])
+        }
+        kind::DENSITY => Some(&["moments, error estimates, joint density [1/rad]"]),
+        _ => None,
+    }
+}
+
+/// A snapshot: the columns of its kind, one after the other.
+pub fn snapshot(header: &SnapshotHeader) -> Shape {
+    Shape { columns: snapshot_columns(header.kind).unwrap_or(&[]), by_column: true }
+}
+
+/// A comparison: by its kind.
+pub fn comparison(header: &ComparisonHeader) -> Shape {
+    rows(match header.kind {
+        comparison::MOMENTS => &ERRORS,
+        comparison::DISTANCES => &DISTANCES,
+        comparison::EFFORT => &EFFORT,
+        _ => &[],
+    })
+}
