@@ -1,5 +1,6 @@
 //! `phasecloud`: the one command users get. It starts the processes of a run, looks after them, and prints what came out.
 
+mod check;
 mod cli;
 mod domains;
 mod launch_file;
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
     match Cli::parse().command.unwrap_or(Command::Run(RunArguments::default())) {
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Validate { files } => validate(&files),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Node(arguments) => node_command::run(arguments),
     }
 }

@@ -23,7 +23,7 @@ use crate::supervisor::Supervisor;
 use crate::{manifest, preflight, report};
 
 /// The user asked to stop.
-const INTERRUPTED: u8 = 130;
+pub const INTERRUPTED: u8 = 130;
 /// Longest that a process may take to report that it is ready.
 const STARTUP: Duration = Duration::from_secs(60);
 /// The launcher looks around at least this often.

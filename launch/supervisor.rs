@@ -4,7 +4,7 @@ use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process_group};
+use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
 
 /// How long a process may take to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1500);
@@ -73,11 +73,23 @@ impl Supervisor {
         }
     }
 
-    /// Asks all to end, kills after a while those that do not, and says how each ended.
-    pub fn stop_all(&mut self) -> Vec<(String, ExitStatus)> {
+    /// Asks all to end, and does not wait.
+    pub fn ask_to_end(&self) {
         for process in self.processes.iter().filter(|process| process.end.is_none()) {
             process.signal(Signal::TERM);
         }
+    }
+
+    /// Whether a process that has ended left others behind in its group.
+    pub fn left_others(&self) -> bool {
+        let group = |process: &Process| i32::try_from(process.child.id()).ok().and_then(Pid::from_raw);
+        let ended = self.processes.iter().filter(|process| process.end.is_some());
+        ended.filter_map(group).any(|group| test_kill_process_group(group).is_ok())
+    }
+
+    /// Asks all to end, kills after a while those that do not, and says how each ended.
+    pub fn stop_all(&mut self) -> Vec<(String, ExitStatus)> {
+        self.ask_to_end();
         let deadline = Instant::now() + GRACE;
         while Instant::now() < deadline && self.processes.iter_mut().any(|process| process.reap().is_none()) {
             std::thread::sleep(Duration::from_millis(2));
