@@ -29,6 +29,8 @@ pub enum Command {
         #[arg(required = true)]
         files: Vec<PathBuf>,
     },
+    /// Check whether a propagator keeps the contract and its numbers are right
+    Check(CheckArguments),
     /// Run one node of a run by hand; `phasecloud run` starts them all by itself
     Node(NodeArguments),
     /// Run a program and end it, with all it has started, when the launcher dies
@@ -59,6 +61,29 @@ pub struct RunArguments {
     /// Start all processes at random times that follow from this seed, to show that the order does not matter
     #[arg(long, value_name = "SEED", hide = true)]
     pub start_order: Option<u64>,
+}
+
+/// Arguments of `phasecloud check`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  phasecloud check -- python3 my_propagator.py --samples 500\n  \
+    phasecloud check mc --set samples=2000\n\n\
+    Exit codes: 0 all rules are kept; 1 a rule is broken; 2 the command cannot be started; 130 stopped on request.")]
+pub struct CheckArguments {
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+    /// Seconds without any sign of life after which the propagator is given up
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
+    pub patience: f64,
+    /// Seconds that it may take to end after SIGTERM; `phasecloud run` kills after 1.5
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    pub grace: f64,
+    /// Its samples are drawn anew for every snapshot: do not expect them to keep their Hamiltonian
+    #[arg(long)]
+    pub redrawn: bool,
+    /// The propagator: a program and its arguments, or a built-in one's name and arguments of `phasecloud node`
+    #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    pub command: Vec<String>,
 }
 
 /// Arguments of `phasecloud node`.

@@ -1,5 +1,6 @@
 //! `phasecloud`: the one command users get. It starts the processes of a run, looks after them, and prints what came out.
 
+mod check;
 mod cli;
 mod commands;
 mod domains;
@@ -30,6 +31,7 @@ fn main() -> ExitCode {
     match Cli::parse().command.unwrap_or(Command::Run(RunArguments::default())) {
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Validate { files } => validate(&files),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Node(arguments) => node_command::run(arguments),
         Command::Guard { words } => guard::run(&words),
     }

@@ -173,6 +173,7 @@ impl<'a> Run<'a> {
 
     /// A process has ended before the run did: starts it again if that may help.
     fn deal_with_end(&mut self, name: &str, status: std::process::ExitStatus) -> Result<(), Abort> {
+        self.supervisor.kill_leftovers(name);
         // So that its places on the topics are free for its successor.
         self.clean();
         let has_failed = self.has_failed(name);

@@ -18,7 +18,7 @@ use crate::run::{Abort, Failures, Run};
 use crate::{manifest, preflight, report};
 
 /// The user asked to stop.
-const INTERRUPTED: u8 = 130;
+pub const INTERRUPTED: u8 = 130;
 /// Longest delay of a start in a random order.
 const LONGEST_DELAY: Duration = Duration::from_millis(300);
 

@@ -4,7 +4,7 @@ use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process_group};
+use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
 
 /// How long a process may take to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1500);
@@ -66,15 +66,10 @@ impl Supervisor {
         Ok(())
     }
 
-    /// The processes that have ended since the last look, with how. What they have started themselves is ended too.
+    /// The processes that have ended since the last look, with how.
     pub fn newly_ended(&mut self) -> Vec<Ended> {
         let watched = self.processes.iter_mut().filter(|process| process.end.is_none());
-        let ended = watched.filter_map(|process| {
-            let status = process.reap()?;
-            process.signal(Signal::KILL);
-            Some(Ended { name: process.name.clone(), status })
-        });
-        ended.collect()
+        watched.filter_map(|process| Some(Ended { name: process.name.clone(), status: process.reap()? })).collect()
     }
 
     /// Kills one process.
@@ -84,11 +79,30 @@ impl Supervisor {
         }
     }
 
-    /// Asks all to end, kills after a while those that do not, and says how each ended.
-    pub fn stop_all(&mut self) -> Vec<(String, ExitStatus)> {
+    /// Kills what a process that has ended may have left behind in its group.
+    pub fn kill_leftovers(&self, name: &str) {
+        for process in self.processes.iter().filter(|process| process.name == name && process.end.is_some()) {
+            process.signal(Signal::KILL);
+        }
+    }
+
+    /// Asks all to end, and does not wait.
+    pub fn ask_to_end(&self) {
         for process in self.processes.iter().filter(|process| process.end.is_none()) {
             process.signal(Signal::TERM);
         }
+    }
+
+    /// Whether a process that has ended left others behind in its group.
+    pub fn left_others(&self) -> bool {
+        let group = |process: &Process| i32::try_from(process.child.id()).ok().and_then(Pid::from_raw);
+        let ended = self.processes.iter().filter(|process| process.end.is_some());
+        ended.filter_map(group).any(|group| test_kill_process_group(group).is_ok())
+    }
+
+    /// Asks all to end, kills after a while those that do not, and says how each ended.
+    pub fn stop_all(&mut self) -> Vec<(String, ExitStatus)> {
+        self.ask_to_end();
         let deadline = Instant::now() + GRACE;
         while Instant::now() < deadline && self.processes.iter_mut().any(|process| process.reap().is_none()) {
             std::thread::sleep(Duration::from_millis(2));

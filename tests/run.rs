@@ -64,7 +64,7 @@ fn the_same_seeds_give_the_same_bytes_also_beside_another_run() {
 #[test]
 fn a_swapped_propagator_leaves_the_other_cases_unchanged() {
     let bench = Bench::new();
-    let mine = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/linear_gaussian");
+    let mine = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/stt-gaussian");
     // Through a shell that stays in between, as scripts do.
     let command = format!("command = [\"sh\", \"-c\", \"{}; true\"]", mine.display());
     let swapped = FOUR_CASES.replace("node = \"gmm-ut\"", &command);
@@ -74,7 +74,7 @@ fn a_swapped_propagator_leaves_the_other_cases_unchanged() {
     let (before, after) = (bench.table("before/moments.csv"), bench.table("after/moments.csv"));
     assert_eq!(before[..15], after[..15]);
     let of = |row: &std::collections::HashMap<String, String>, name: &str| row[name].parse::<f64>().unwrap();
-    // At the start a single Gaussian is exact, later the linearised flow no longer is.
+    // At the start a single Gaussian is exact, later it is not.
     assert!(after[15..].iter().all(|row| row["method"] == "gmm-ut"));
     assert!((of(&after[15], "mean_e") - 0.145).abs() < 1e-12 && (of(&after[15], "std_e") - 0.025).abs() < 1e-9);
     assert_ne!(before[19]["std_phi_rad"], after[19]["std_phi_rad"]);

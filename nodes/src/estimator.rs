@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use messages::layout::{DensityHeader, SnapshotHeader, columns};
+use messages::layout::{DensityHeader, SnapshotHeader};
 use messages::port::{Inlet, Message, Outlet};
 use messages::text::{pack, unpack};
 use messages::topic::{Density, Roster as RosterTopic, Scenario, Snapshot};
@@ -19,6 +19,7 @@ use crate::newest::Newest;
 use crate::roomy::Roomy;
 use crate::roster::Roster;
 use crate::session::{EffortClock, Session};
+use crate::snapshot_rules::breaches;
 
 /// Longest that a snapshot may arrive before the scenario it belongs to.
 const HEAD_START: Duration = Duration::from_secs(5);
@@ -175,49 +176,12 @@ impl Desk {
         if header.attempt > attempt.number {
             *attempt = Attempt { number: header.attempt, case: Case::default() };
         }
-        check(header, items, &self.assignment, attempt.case.snapshots_done())?;
+        if let Some(breach) = breaches(header, items, &self.assignment, attempt.case.snapshots_done()).first() {
+            return Err(breach.to_string());
+        }
         let estimate = attempt.case.estimate(header, items, &self.assignment)?;
         Ok(Some((estimate, clock.seconds())))
     }
-}
-
-/// Whether a snapshot is what its header and the scenario promise.
-fn check(header: &SnapshotHeader, items: &[f64], assignment: &Assignment, expected: usize) -> Result<(), String> {
-    let times = &assignment.problem.times;
-    let Some(column_count) = columns(header.kind) else {
-        return Err(format!("its kind {} is unknown to this version", header.kind));
-    };
-    if header.run_id != assignment.run_id {
-        return Err(format!("it belongs to run {:012x}, not to {:012x}", header.run_id, assignment.run_id));
-    }
-    if header.scenario != assignment.scenario || header.count as usize != times.len() {
-        return Err(format!(
-            "it belongs to scenario {} with {} snapshots, not to scenario {} with {}",
-            header.scenario,
-            header.count,
-            assignment.scenario,
-            times.len()
-        ));
-    }
-    if header.index as usize != expected || expected >= times.len() {
-        return Err(format!("it comes out of order, number {expected} of {} was expected", times.len()));
-    }
-    if header.time.to_bits() != times[expected].to_bits() {
-        return Err(format!("its time is {} yr instead of {} yr", header.time, times[expected]));
-    }
-    if header.columns != column_count || header.rows == 0 {
-        return Err(format!("it has {} rows of {} columns, its kind has {column_count}", header.rows, header.columns));
-    }
-    if items.len() as u64 != u64::from(header.rows) * u64::from(column_count) {
-        return Err(format!("it holds {} numbers instead of {} x {column_count}", items.len(), header.rows));
-    }
-    let rows = header.rows as usize;
-    let value_of = |position: usize| (position / rows, position % rows);
-    if let Some(position) = items.iter().position(|value| !value.is_finite()) {
-        let (column, row) = value_of(position);
-        return Err(format!("row {row} of column {column} is {}", items[position]));
-    }
-    Ok(())
 }
 
 fn publish(

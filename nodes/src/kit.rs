@@ -17,6 +17,7 @@ use crate::failure::Failure;
 use crate::newest::Newest;
 use crate::roomy::Roomy;
 use crate::session::{EffortClock, Session};
+use crate::snapshot_rules;
 
 /// A method that propagates the initial density.
 pub trait Propagator {
@@ -177,6 +178,9 @@ fn serve_one(
         if index + 1 == count {
             // Before the last snapshot, so that whoever has that snapshot's density can have the passages too.
             send_passage(session, propagator, assignment, &way_out.passages)?;
+        }
+        if let Some(breach) = snapshot_rules::in_numbers(form.kind, rows, draft.items_mut()) {
+            return Err(Failure::Refused(format!("snapshot {index}: {breach}")));
         }
         outlet.send(draft, header)?;
         clock = EffortClock::start();

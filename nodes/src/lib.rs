@@ -23,3 +23,4 @@ pub mod roster;
 pub mod scenario;
 pub mod scenario_file;
 pub mod session;
+pub mod snapshot_rules;

@@ -53,7 +53,6 @@ impl Case {
         let columns: Vec<&[f64]> = items.chunks_exact(header.rows as usize).collect();
         let estimate = match (header.kind, columns[..].as_ref()) {
             (kind::SAMPLES, &[phi, e]) => {
-                check_eccentricities(e)?;
                 samples(phi, e, grid, assignment.problem.critical_e, header.replicates as usize).into()
             }
             (kind::CHARACTERISTICS, &[phi, e, n]) => self.characteristics(header, [phi, e, n], &grid, assignment)?,
@@ -152,11 +151,4 @@ fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<
     let row = |i: usize| Component::from_array([w[i], mean_phi[i], mean_e[i], var_phi[i], cov[i], var_e[i]]);
     let components: Vec<Component> = (0..w.len()).map(row).collect();
     mixture::estimate(&components, grid, critical_e).map_err(|e| e.to_string())
-}
-
-fn check_eccentricities(e: &[f64]) -> Result<(), String> {
-    match e.iter().position(|e| !(0.0..1.0).contains(e)) {
-        Some(row) => Err(format!("row {row} has e = {}, outside [0, 1)", e[row])),
-        None => Ok(()),
-    }
 }

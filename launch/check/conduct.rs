@@ -1,0 +1,66 @@
+//! Rules about how the process behaves: ready, two scenarios, refusal, the end.
+
+use messages::text::unpack;
+use nodes::snapshot_rules::breaches;
+
+use super::trial::{Answer, LABEL, Outcome, Ready, Stop, is_from};
+use super::verdict::{Findings, Rule};
+
+/// The process came up, or not.
+pub fn handshake(findings: &mut Findings, ready: &Ready) {
+    for report in ready.heard.reports.iter().filter(|report| !is_from(report, ready.run_id)) {
+        let (node, run_id) = (unpack(&report.node), report.run_id);
+        let right = format!("its label is \"{LABEL}\", the run {:012x}", ready.run_id);
+        findings.problem(Rule::Handshake, format!("a report from \"{node}\" of run {run_id:012x}; {right}"));
+    }
+    if !ready.heard.snapshots.is_empty() {
+        let count = ready.heard.snapshots.len();
+        findings.problem(Rule::Handshake, format!("{count} snapshots before there was a scenario"));
+    }
+    match &ready.outcome {
+        Outcome::Done => findings.good(Rule::Handshake, format!("ready after {:.2} s", ready.after.as_secs_f64())),
+        other => findings.problem(Rule::Handshake, format!("not ready: {}", other.describe())),
+    }
+}
+
+/// The scenario was finished, or not.
+pub fn answered(findings: &mut Findings, rule: Rule, answer: &Answer) {
+    match &answer.outcome {
+        Outcome::Done => findings.good(rule, "done"),
+        other => findings.problem(rule, other.describe()),
+    }
+}
+
+/// A scenario that has no answer was refused, or not.
+pub fn refused(findings: &mut Findings, answer: &Answer) {
+    let snapshots = &answer.heard.snapshots;
+    for (k, snapshot) in snapshots.iter().enumerate() {
+        if let Some(breach) = breaches(&snapshot.header, &snapshot.items, &answer.assignment, k).first() {
+            findings.problem(Rule::Refusal, format!("snapshot {k}: {breach}"));
+        }
+    }
+    match &answer.outcome {
+        Outcome::Failed(text) if !text.trim().is_empty() => findings.good(Rule::Refusal, answer.outcome.describe()),
+        Outcome::Done => {
+            let seen = format!("it sent {} snapshots and reported done", snapshots.len());
+            findings.problem(Rule::Refusal, seen);
+        }
+        other => findings.problem(Rule::Refusal, other.describe()),
+    }
+}
+
+/// The process ended when it was asked to, or not.
+pub fn stopped(findings: &mut Findings, rule: Rule, stop: &Stop) {
+    let seconds = stop.after.as_secs_f64();
+    match stop.status {
+        None => return findings.problem(rule, format!("still running {seconds:.2} s after SIGTERM; it was killed")),
+        Some(status) if !status.success() => findings.problem(rule, format!("ended with {status}, not exit status: 0")),
+        Some(_) => findings.good(rule, format!("ended after {seconds:.2} s")),
+    }
+    if stop.left_others {
+        findings.problem(rule, "processes that it had started are still running");
+    }
+    if let Some(first) = stop.files.first() {
+        findings.problem(rule, format!("{} files left behind, such as {}", stop.files.len(), first.display()));
+    }
+}

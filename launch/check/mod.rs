@@ -1,0 +1,125 @@
+//! `phasecloud check`: does a propagator keep the contract, and are its numbers right?
+//!
+//! It is started in a domain of its own, and this program plays scenario node and estimator.
+//!
+//! | file | idea |
+//! |---|---|
+//! | [`scenarios`] | the small problems it is given |
+//! | [`trial`] | one process in one domain: started, asked, listened to, stopped |
+//! | [`delivery`] | rules about what was sent: counts, order, times, numbers |
+//! | [`physics`] | rules about what the numbers mean: Hamiltonian, density, mass, moments |
+//! | [`conduct`] | rules about how the process behaves: ready, two scenarios, refusal, the end |
+//! | [`verdict`] | the rules and what was found, as a table or as JSON |
+
+mod conduct;
+mod delivery;
+mod physics;
+mod scenarios;
+mod trial;
+mod verdict;
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use messages::wait::Signals;
+use nodes::builtin::BuiltIn;
+
+use crate::cli::CheckArguments;
+use crate::run_command::INTERRUPTED;
+use crate::{BAD_INPUT, domains};
+use trial::{Abort, Limits, Trial};
+use verdict::{Findings, Rule};
+
+/// Checks a propagator and reports.
+pub fn run(arguments: &CheckArguments) -> ExitCode {
+    let limits = match limits(arguments) {
+        Ok(limits) => limits,
+        Err(problem) => {
+            eprintln!("error: phasecloud check: {problem}");
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let command = full_command(&arguments.command);
+    match conduct_trials(&command, &limits, arguments.redrawn) {
+        Ok(findings) => {
+            findings.print(&command, arguments.json);
+            if findings.passed() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+        }
+        Err(Abort::Interrupted) => {
+            eprintln!("interrupted");
+            ExitCode::from(INTERRUPTED)
+        }
+        Err(Abort::NotStarted(problem)) => {
+            eprintln!("error: phasecloud check: {problem}");
+            ExitCode::from(BAD_INPUT)
+        }
+        Err(Abort::Fatal(problem)) => {
+            eprintln!("error: phasecloud check: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn limits(arguments: &CheckArguments) -> Result<Limits, String> {
+    let seconds = |name: &str, value: f64| match Duration::try_from_secs_f64(value) {
+        Ok(duration) if !duration.is_zero() => Ok(duration),
+        _ => Err(format!("--{name} {value} is not allowed, it must be a number of seconds greater than 0")),
+    };
+    Ok(Limits { patience: seconds("patience", arguments.patience)?, grace: seconds("grace", arguments.grace)? })
+}
+
+/// A built-in propagator's name stands for the command that runs it.
+fn full_command(words: &[String]) -> Vec<String> {
+    let is_built_in = words.first().is_some_and(|first| BuiltIn::NAMES.contains(&first.as_str()));
+    match std::env::current_exe() {
+        Ok(program) if is_built_in => {
+            [program.display().to_string(), "node".into()].into_iter().chain(words.iter().cloned()).collect()
+        }
+        _ => words.to_vec(),
+    }
+}
+
+/// Three processes one after the other: one that answers two scenarios and is stopped while it waits, one that is stopped
+/// while it computes, and one that is asked what cannot be answered.
+fn conduct_trials(command: &[String], limits: &Limits, redrawn: bool) -> Result<Findings, Abort> {
+    let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
+        .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
+    domains::sweep();
+    let mut findings = Findings::default();
+    let [first, second] = scenarios::known();
+
+    let mut trial = Trial::start(command, &signals, limits)?;
+    let ready = trial.wait_until_ready()?;
+    conduct::handshake(&mut findings, &ready);
+    if !ready.outcome.is_done() {
+        return Ok(findings);
+    }
+    let mut answers = vec![trial.ask(first)?];
+    conduct::answered(&mut findings, Rule::FirstScenario, &answers[0]);
+    if answers[0].outcome.is_done() {
+        answers.push(trial.ask(second)?);
+        conduct::answered(&mut findings, Rule::SecondScenario, &answers[1]);
+    }
+    if answers.iter().all(|answer| answer.outcome.is_done()) {
+        conduct::stopped(&mut findings, Rule::StopWaiting, &trial.stop()?);
+    }
+    drop(trial);
+    for answer in &answers {
+        delivery::judge(&mut findings, answer);
+        physics::judge(&mut findings, answer, redrawn);
+    }
+
+    let mut trial = Trial::start(command, &signals, limits)?;
+    if trial.wait_until_ready()?.outcome.is_done()
+        && trial.ask_for_the_first_snapshot(scenarios::long())?.outcome.is_done()
+    {
+        conduct::stopped(&mut findings, Rule::StopComputing, &trial.stop()?);
+    }
+    drop(trial);
+
+    let mut trial = Trial::start(command, &signals, limits)?;
+    if trial.wait_until_ready()?.outcome.is_done() {
+        conduct::refused(&mut findings, &trial.ask(scenarios::impossible())?);
+    }
+    Ok(findings)
+}

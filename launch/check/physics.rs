@@ -1,0 +1,232 @@
+//! Rules about what the numbers mean: Hamiltonian, density along characteristics, mass, moments.
+//!
+//! Judged are snapshots that break no rule of [`super::delivery`], by the estimator's own methods and against the exact answer.
+
+use density::angle::nearest;
+use density::dynamics::{State, density_growth, density_growth_without_jacobian};
+use density::estimate::{Estimate, Moments};
+use density::exact::{Exact, Settings};
+use density::flow::Flow;
+use density::standard_errors::of_independent;
+use messages::layout::{SnapshotHeader, kind, treatment};
+use nodes::assignment::Assignment;
+use nodes::method::Case;
+use nodes::snapshot_rules::breaches;
+
+use super::trial::{Answer, Received};
+use super::verdict::{Findings, Rule};
+
+/// Tolerated change of the Hamiltonian, and relative error of a density carried along. Its range over a cloud is about 0.01.
+const KEPT: f64 = 1e-6;
+/// Standard errors that a sample's moment may be off: 6e-7 is the probability of more.
+const SIGMAS: f64 = 5.0;
+/// Tolerated error of other methods' moments, in standard deviations or products of them, and of probabilities.
+const GENEROUS: f64 = 0.1;
+/// Tolerated error of other methods' mass on the grid.
+const MASS: f64 = 0.01;
+/// Tolerated error of the sum of a mixture's weights.
+const WEIGHTS: f64 = 1e-6;
+/// Names of the moments, in the order of [`Moments::to_array`].
+const MOMENTS: [&str; 6] = ["mean phi", "std phi", "mean e", "std e", "covariance", "probability above critical e"];
+
+/// A snapshot in columns, at its time.
+struct Table<'a> {
+    index: usize,
+    header: &'a SnapshotHeader,
+    columns: Vec<&'a [f64]>,
+}
+
+impl Table<'_> {
+    fn states(&self) -> Vec<State> {
+        let pairs = self.columns[0].iter().zip(self.columns[1]);
+        pairs.map(|(&phi, &e)| State::from_polar(phi, e)).collect()
+    }
+
+    fn has_trajectories(&self) -> bool {
+        [kind::SAMPLES, kind::CHARACTERISTICS].contains(&self.header.kind)
+    }
+}
+
+/// Judges all snapshots of an answer, up to the first that is not even a snapshot.
+pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
+    let assignment = &answer.assignment;
+    let is_good = |(k, received): &(usize, &Received<SnapshotHeader>)| {
+        breaches(&received.header, &received.items, assignment, *k).is_empty()
+    };
+    let good = answer.heard.snapshots.iter().enumerate().take_while(is_good);
+    let table = |(index, received)| {
+        let Received { header, items }: &Received<SnapshotHeader> = received;
+        Table { index, header, columns: items.chunks_exact(header.rows as usize).collect() }
+    };
+    let tables: Vec<Table> = good.map(table).collect();
+    let Some(first) = tables.first() else { return };
+    let named = |result: Result<String, String>| {
+        let name = |text: String| format!("{}: {text}", assignment.name);
+        result.map(name).map_err(name)
+    };
+    if first.has_trajectories() && !(redrawn && first.header.kind == kind::SAMPLES) {
+        findings.take(Rule::Hamiltonian, named(hamiltonian(assignment, &tables)));
+    }
+    if first.header.kind == kind::CHARACTERISTICS {
+        findings.take(Rule::CarriedDensity, named(carried_density(assignment, &tables)));
+    }
+    let mut case = Case::default();
+    let mut worst = Worst::default();
+    let mut least_mass = f64::INFINITY;
+    for (received, table) in answer.heard.snapshots.iter().zip(&tables) {
+        let estimate = match case.estimate(&received.header, &received.items, assignment) {
+            Ok(estimated) => estimated.estimate,
+            Err(why) => {
+                let seen = named(Err(format!("snapshot {}: no density can be made of it: {why}", table.index)));
+                return findings.take(Rule::Mass, seen);
+            }
+        };
+        match mass(table, &estimate) {
+            Ok(mass) => least_mass = least_mass.min(mass),
+            Err(why) => findings.problem(Rule::Mass, format!("{}, snapshot {}: {why}", assignment.name, table.index)),
+        }
+        worst.take(assignment, table, &estimate.moments, estimate.circular.mean);
+    }
+    findings.good(Rule::Mass, format!("{}: {least_mass:.4} or more", assignment.name));
+    findings.take(Rule::Moments, named(worst.verdict()));
+}
+
+/// The largest change of the Hamiltonian of a row since the first snapshot. Rows that are not told to keep their places are
+/// compared in the order of their Hamiltonians: the largest difference of sorted values is never above that of the rows.
+fn hamiltonian(assignment: &Assignment, tables: &[Table]) -> Result<String, String> {
+    let keep_places = tables[0].header.kind == kind::CHARACTERISTICS;
+    let values = |table: &Table| {
+        let mut values: Vec<f64> =
+            table.states().into_iter().map(|state| assignment.problem.force.hamiltonian(state)).collect();
+        if !keep_places {
+            values.sort_by(f64::total_cmp);
+        }
+        values
+    };
+    let first = values(&tables[0]);
+    let mut worst = (0.0, 0);
+    for table in &tables[1..] {
+        let now = values(table);
+        if now.len() != first.len() {
+            let (seen, index) = (now.len(), table.index);
+            return Err(format!("snapshot {index} has {seen} rows instead of {}; trajectories do not end", first.len()));
+        }
+        let drift = first.iter().zip(&now).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        if drift > worst.0 {
+            worst = (drift, table.index);
+        }
+    }
+    let (drift, index) = worst;
+    if drift <= KEPT {
+        return Ok(format!("kept to {drift:.0e}"));
+    }
+    Err(format!("has changed by {drift:.1e} at snapshot {index}"))
+}
+
+/// The largest relative error of the density along characteristics.
+fn carried_density(assignment: &Assignment, tables: &[Table]) -> Result<String, String> {
+    let initial = &assignment.problem.initial;
+    let growth = match tables[0].header.treatment {
+        treatment::HULL_MESH_AS_PRINTED => density_growth_without_jacobian,
+        _ => density_growth,
+    };
+    let (start, at_start) = (tables[0].states(), tables[0].columns[2]);
+    let error = |seen: f64, right: f64| (seen - right).abs() / right.abs().max(f64::MIN_POSITIVE);
+    let mut worst = 0.0f64;
+    for (state, &n) in start.iter().zip(at_start) {
+        let phi = nearest(state.solar_angle(), initial.mean_phi);
+        worst = worst.max(error(n, initial.density(phi, state.eccentricity())));
+    }
+    if worst > KEPT {
+        return Err(format!("n is off the initial Gaussian by {worst:.1e} at the start, relatively"));
+    }
+    for table in &tables[1..] {
+        for (row, state) in table.states().into_iter().enumerate() {
+            let right = at_start[row] * growth(start[row], state);
+            worst = worst.max(error(table.columns[2][row], right));
+        }
+        if worst > KEPT {
+            return Err(format!("n is off by {worst:.1e} at snapshot {}, relatively", table.index));
+        }
+    }
+    Ok(format!("right to {worst:.0e}"))
+}
+
+/// The comparison grid holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the probability lies outside.
+fn mass(table: &Table, estimate: &Estimate) -> Result<f64, String> {
+    let outside = (-8.0f64).exp();
+    if table.header.kind == kind::MIXTURE {
+        let sum: f64 = table.columns[0].iter().sum();
+        if (sum - 1.0).abs() > WEIGHTS {
+            return Err(format!("the weights sum to {sum}"));
+        }
+    }
+    let tolerance = match table.header.kind {
+        kind::SAMPLES => {
+            let n = f64::from(table.header.rows);
+            SIGMAS * (outside / n).sqrt() + 1.0 / n
+        }
+        _ => MASS,
+    };
+    let mass = estimate.mass();
+    let allowed = 1.0 - outside - tolerance..=1.0 + MASS;
+    if allowed.contains(&mass) { Ok(mass) } else { Err(format!("the grid holds {mass:.4}")) }
+}
+
+/// The worst moment of all snapshots.
+#[derive(Debug, Default)]
+struct Worst {
+    good: Option<(f64, String)>,
+    problems: Vec<String>,
+}
+
+impl Worst {
+    /// Compares the moments of a snapshot with the exact ones.
+    fn take(&mut self, assignment: &Assignment, table: &Table, moments: &Moments, circular_mean: f64) {
+        let flow = Flow::new(assignment.problem.force);
+        let exact = Exact::new(&assignment.problem, &flow, Settings::default());
+        let (time, critical_e) = (table.header.time, assignment.problem.critical_e);
+        let right = exact.moments(time).and_then(|right| Ok((right, exact.probability_above(critical_e, time)?)));
+        let (right, above) = match right {
+            Ok(right) => right,
+            Err(why) => return self.problems.push(format!("the exact moments cannot be computed: {why}")),
+        };
+        let (a, b) = (right.std_phi, right.std_e);
+        let right = [right.mean_phi, right.std_phi, right.mean_e, right.std_e, right.cov_phi_e, above.value];
+        let (allowed, unit) = match table.header.kind {
+            kind::SAMPLES => (sample_errors(table, moments, circular_mean, right[5]), "standard errors"),
+            _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), "standard deviations"),
+        };
+        let unit_size = if table.header.kind == kind::SAMPLES { SIGMAS } else { GENEROUS };
+        for (k, (seen, right)) in moments.to_array().into_iter().zip(right).enumerate() {
+            let difference = if k == 0 { nearest(seen - right, 0.0) } else { seen - right };
+            let error = (difference / allowed[k]).abs();
+            let text = format!("{} at {time} yr is {seen:.6}, exact {right:.6}", MOMENTS[k]);
+            if error.is_nan() || error > 1.0 {
+                self.problems.push(format!("{text}: off by {:.2} {unit}", error * unit_size));
+            } else if self.good.as_ref().is_none_or(|(worst, _)| error > *worst) {
+                self.good = Some((error, format!("largest error {:.2} {unit}: {text}", error * unit_size)));
+            }
+        }
+    }
+
+    fn verdict(self) -> Result<String, String> {
+        match (self.problems.first(), self.good) {
+            (Some(first), _) if self.problems.len() > 1 => {
+                Err(format!("{first}; and {} more", self.problems.len() - 1))
+            }
+            (Some(first), _) => Err(first.clone()),
+            (None, good) => Ok(good.map_or(String::new(), |(_, text)| text)),
+        }
+    }
+}
+
+/// What samples may be off: [`SIGMAS`] standard errors of independent draws, which others do not exceed by much, and room
+/// for one sample in a count.
+fn sample_errors(table: &Table, moments: &Moments, circular_mean: f64, above: f64) -> [f64; 6] {
+    let n = f64::from(table.header.rows);
+    let errors = of_independent(table.columns[0], table.columns[1], moments, circular_mean).to_array();
+    let mut allowed = errors.map(|error| SIGMAS * error);
+    allowed[5] = SIGMAS * (above * (1.0 - above) / n).sqrt() + 1.0 / n;
+    allowed
+}

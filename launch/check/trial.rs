@@ -1,0 +1,361 @@
+//! One propagator's process in one fresh domain: started, asked, listened to, stopped.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::process::{Command, ExitStatus};
+use std::time::{Duration, Instant};
+
+use density::orbits::LostOrbit;
+use messages::domain::{HeldDomain, PREFIX_VARIABLE, Place, ROOT_VARIABLE};
+use messages::layout::{MOST_SNAPSHOTS, PassageHeader, SCENARIO_COLUMNS, SnapshotHeader, StatusHeader, phase};
+use messages::port::{Inlet, Outlet, PortError};
+use messages::text::unpack;
+use messages::topic::{self, Capacity};
+use messages::wait::{Awaited, Signals};
+use nodes::assignment::Assignment;
+use nodes::session::{LABEL_VARIABLE, LAUNCHER_VARIABLE, RUN_VARIABLE};
+
+use super::scenarios::Scenario;
+use crate::domains::{OwnDomain, fresh_run_id};
+use crate::supervisor::Supervisor;
+
+/// The label that the propagator is given.
+pub const LABEL: &str = "checked";
+/// Scenarios that one process is given at most.
+const SCENARIOS: usize = 2;
+/// How often a process that was asked to end is looked at.
+const TICK: Duration = Duration::from_millis(5);
+/// Longest sleep while waiting for messages.
+const LONGEST_SLEEP: Duration = Duration::from_millis(200);
+
+/// How long a propagator may take.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    /// Without any sign of life.
+    pub patience: Duration,
+    /// To end after SIGTERM.
+    pub grace: Duration,
+}
+
+/// Why there are no findings.
+#[derive(Debug)]
+pub enum Abort {
+    /// The user asked to stop.
+    Interrupted,
+    /// The command cannot be started.
+    NotStarted(String),
+    /// Something of our own failed.
+    Fatal(String),
+}
+
+impl From<PortError> for Abort {
+    fn from(error: PortError) -> Self {
+        Self::Fatal(error.to_string())
+    }
+}
+
+impl From<LostOrbit> for Abort {
+    fn from(error: LostOrbit) -> Self {
+        Self::Fatal(error.to_string())
+    }
+}
+
+/// How waiting for something ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Outcome {
+    /// The propagator reported that it is ready, or that it is done.
+    Done,
+    /// It reported a failure, in these words.
+    Failed(String),
+    /// Its process ended.
+    Ended(ExitStatus),
+    /// Nothing more was heard of it.
+    Silent(Duration),
+}
+
+impl Outcome {
+    /// Whether the propagator is ready or done.
+    pub fn is_done(&self) -> bool {
+        *self == Self::Done
+    }
+
+    /// The outcome in words, where it is not the one hoped for.
+    pub fn describe(&self) -> String {
+        match self {
+            Self::Done => "done".into(),
+            Self::Failed(text) if text.is_empty() => "it reported a failure without saying which".into(),
+            Self::Failed(text) => format!("it reported: {text}"),
+            Self::Ended(status) => format!("its process ended: {status}"),
+            Self::Silent(patience) => format!("no sign of life for {} s", patience.as_secs_f64()),
+        }
+    }
+}
+
+/// A message as it was received.
+#[derive(Debug, Clone)]
+pub struct Received<H> {
+    /// Its header.
+    pub header: H,
+    /// Its numbers.
+    pub items: Vec<f64>,
+}
+
+/// What arrived from a propagator, in order of arrival.
+#[derive(Debug, Default)]
+pub struct Heard {
+    /// Its reports.
+    pub reports: Vec<StatusHeader>,
+    /// Its snapshots.
+    pub snapshots: Vec<Received<SnapshotHeader>>,
+    /// Its first passages.
+    pub passages: Vec<Received<PassageHeader>>,
+}
+
+impl Heard {
+    fn len(&self) -> usize {
+        self.reports.len() + self.snapshots.len() + self.passages.len()
+    }
+}
+
+/// How the process came up.
+#[derive(Debug)]
+pub struct Ready {
+    /// The run that it was told to belong to.
+    pub run_id: u64,
+    /// What it said.
+    pub heard: Heard,
+    /// How waiting for it ended.
+    pub outcome: Outcome,
+    /// How long it took.
+    pub after: Duration,
+}
+
+/// What a propagator made of a scenario.
+#[derive(Debug)]
+pub struct Answer {
+    /// What it was asked.
+    pub assignment: Assignment,
+    /// What it said.
+    pub heard: Heard,
+    /// How it ended.
+    pub outcome: Outcome,
+}
+
+/// How a process ended that was asked to.
+#[derive(Debug)]
+pub struct Stop {
+    /// How it ended; `None` if it had to be killed.
+    pub status: Option<ExitStatus>,
+    /// How long it took.
+    pub after: Duration,
+    /// Whether processes that it had started outlived it.
+    pub left_others: bool,
+    /// Files that it left in the domain.
+    pub files: Vec<PathBuf>,
+}
+
+/// The ends of the topics that scenario node, estimator, recorder and launcher have in a run.
+struct Ports {
+    reports: Inlet<topic::Status>,
+    snapshots: Inlet<topic::Snapshot>,
+    passages: Inlet<topic::Passage>,
+    scenarios: Outlet<topic::Scenario>,
+}
+
+/// A process under trial.
+pub struct Trial<'a> {
+    // Dropped in this order: the process ends before the domain is closed and removed.
+    supervisor: Supervisor,
+    ports: Option<Ports>,
+    _held: HeldDomain,
+    own: OwnDomain,
+    signals: &'a Signals,
+    limits: Limits,
+    run_id: u64,
+    asked: u32,
+    ended: Option<ExitStatus>,
+    files_before: BTreeSet<PathBuf>,
+}
+
+impl<'a> Trial<'a> {
+    /// Starts a process.
+    ///
+    /// # Errors
+    /// [`Abort`].
+    pub fn start(command: &[String], signals: &'a Signals, limits: &Limits) -> Result<Self, Abort> {
+        let run_id = fresh_run_id();
+        let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
+        let capacity = Capacity { propagators: 1, snapshots: MOST_SNAPSHOTS };
+        let held = HeldDomain::create(&own.place, &capacity)?;
+        let ports = Ports {
+            reports: held.domain.inlet()?,
+            snapshots: held.domain.inlet()?,
+            passages: held.domain.inlet()?,
+            scenarios: held.domain.outlet(MOST_SNAPSHOTS * SCENARIO_COLUMNS)?,
+        };
+        let files_before = files_of(&own.place);
+        let (program, words) = command.split_first().ok_or_else(|| Abort::NotStarted("there is no command".into()))?;
+        let mut process = Command::new(program);
+        process.args(words).env(ROOT_VARIABLE, &own.place.root).env(PREFIX_VARIABLE, &own.place.prefix);
+        process.env(LABEL_VARIABLE, LABEL).env(RUN_VARIABLE, run_id.to_string());
+        process.env(LAUNCHER_VARIABLE, std::process::id().to_string());
+        let mut supervisor = Supervisor::default();
+        supervisor.start(LABEL, process).map_err(Abort::NotStarted)?;
+        let (ports, limits) = (Some(ports), *limits);
+        Ok(Self { supervisor, ports, _held: held, own, signals, limits, run_id, asked: 0, ended: None, files_before })
+    }
+
+    /// Waits until the process reports that it is ready.
+    ///
+    /// # Errors
+    /// [`Abort`].
+    pub fn wait_until_ready(&mut self) -> Result<Ready, Abort> {
+        let (started, run_id) = (Instant::now(), self.run_id);
+        let mut heard = Heard::default();
+        let is_ready = |report: &StatusHeader| report.phase == phase::READY && is_from(report, run_id);
+        let outcome = self.listen(&mut heard, |heard| heard.reports.iter().any(is_ready).then_some(Outcome::Done))?;
+        Ok(Ready { run_id, heard, outcome, after: started.elapsed() })
+    }
+
+    /// Gives the propagator a scenario and listens until it is done or has failed.
+    ///
+    /// # Errors
+    /// [`Abort`].
+    pub fn ask(&mut self, scenario: Result<Scenario, LostOrbit>) -> Result<Answer, Abort> {
+        let assignment = self.send(scenario?)?;
+        let mut heard = Heard::default();
+        let outcome = self.listen(&mut heard, |heard| end_of(&assignment, heard))?;
+        Ok(Answer { assignment, heard, outcome })
+    }
+
+    /// Gives the propagator a scenario and listens until it has sent its first snapshot, or nothing more is to be expected.
+    ///
+    /// # Errors
+    /// [`Abort`].
+    pub fn ask_for_the_first_snapshot(&mut self, scenario: Result<Scenario, LostOrbit>) -> Result<Answer, Abort> {
+        let assignment = self.send(scenario?)?;
+        let mut heard = Heard::default();
+        let outcome = self.listen(&mut heard, |heard| {
+            let first = (!heard.snapshots.is_empty()).then_some(Outcome::Done);
+            first.or_else(|| end_of(&assignment, heard))
+        })?;
+        Ok(Answer { assignment, heard, outcome })
+    }
+
+    fn send(&mut self, scenario: Scenario) -> Result<Assignment, Abort> {
+        let Scenario { name, problem, grids } = scenario;
+        let assignment = Assignment {
+            run_id: self.run_id,
+            name: name.into(),
+            scenario: self.asked,
+            scenarios: SCENARIOS as u32,
+            problem,
+            grids,
+        };
+        self.asked += 1;
+        let (header, items) = assignment.to_parts();
+        if let Some(ports) = &self.ports {
+            ports.scenarios.send_items(header, &items)?;
+        }
+        Ok(assignment)
+    }
+
+    /// Takes in what arrives until `end` sees an end, the process ends, or patience does.
+    fn listen(&mut self, heard: &mut Heard, end: impl Fn(&Heard) -> Option<Outcome>) -> Result<Outcome, Abort> {
+        let Some(ports) = &self.ports else { return Ok(Outcome::Silent(Duration::ZERO)) };
+        let mut last_heard = Instant::now();
+        loop {
+            let ends = self.supervisor.newly_ended();
+            self.ended = self.ended.or(ends.first().map(|ended| ended.status));
+            // What a process said before it ended tells more than how it ended.
+            let known = heard.len();
+            ports.receive(heard)?;
+            if heard.len() > known {
+                last_heard = Instant::now();
+            }
+            if let Some(outcome) = end(heard) {
+                return Ok(outcome);
+            }
+            if let Some(status) = self.ended {
+                return Ok(Outcome::Ended(status));
+            }
+            if last_heard.elapsed() > self.limits.patience {
+                return Ok(Outcome::Silent(self.limits.patience));
+            }
+            let awaited: [&dyn Awaited; 4] = [&ports.reports, &ports.snapshots, &ports.passages, &ports.scenarios];
+            self.signals.wait(&awaited, LONGEST_SLEEP)?;
+            if self.signals.stop_requested() {
+                return Err(Abort::Interrupted);
+            }
+        }
+    }
+
+    /// Asks the process to end and waits as long as it may take; the trial is over then.
+    ///
+    /// # Errors
+    /// [`Abort`].
+    pub fn stop(&mut self) -> Result<Stop, Abort> {
+        self.supervisor.ask_to_end();
+        let asked = Instant::now();
+        while self.ended.is_none() && asked.elapsed() < self.limits.grace {
+            self.signals.wait(&[], TICK)?;
+            if self.signals.stop_requested() {
+                return Err(Abort::Interrupted);
+            }
+            self.ended = self.supervisor.newly_ended().first().map(|ended| ended.status);
+        }
+        let after = asked.elapsed();
+        let left_others = self.supervisor.left_others();
+        self.ports = None; // the other ends of its connections
+        let files = files_of(&self.own.place).difference(&self.files_before).cloned().collect();
+        Ok(Stop { status: self.ended, after, left_others, files })
+    }
+}
+
+impl Ports {
+    fn receive(&self, heard: &mut Heard) -> Result<(), PortError> {
+        while let Some(message) = self.reports.receive()? {
+            heard.reports.push(*message.header());
+        }
+        while let Some(message) = self.snapshots.receive()? {
+            heard.snapshots.push(Received { header: *message.header(), items: message.items().to_vec() });
+        }
+        while let Some(message) = self.passages.receive()? {
+            heard.passages.push(Received { header: *message.header(), items: message.items().to_vec() });
+        }
+        Ok(())
+    }
+}
+
+/// Whether a report is signed as it should be.
+pub fn is_from(report: &StatusHeader, run_id: u64) -> bool {
+    report.run_id == run_id && unpack(&report.node) == LABEL
+}
+
+/// The end of the work on a scenario, if it has been reported.
+fn end_of(assignment: &Assignment, heard: &Heard) -> Option<Outcome> {
+    let is_about = |report: &&StatusHeader| report.scenario == assignment.scenario && is_from(report, assignment.run_id);
+    heard.reports.iter().filter(is_about).find_map(|report| match report.phase {
+        phase::DONE => Some(Outcome::Done),
+        phase::FAILED => Some(Outcome::Failed(unpack(&report.text))),
+        _ => None,
+    })
+}
+
+/// All files of a domain.
+fn files_of(place: &Place) -> BTreeSet<PathBuf> {
+    let shared = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
+    let ours = shared.filter(|entry| entry.file_name().to_string_lossy().starts_with(&place.prefix));
+    let mut files: BTreeSet<PathBuf> = ours.map(|entry| entry.path()).collect();
+    let mut folders = vec![place.root.clone()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+                folders.push(entry.path());
+            } else {
+                files.insert(entry.path());
+            }
+        }
+    }
+    files
+}

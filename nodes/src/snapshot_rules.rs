@@ -1,0 +1,170 @@
+//! What every snapshot must be, whoever sent it.
+//!
+//! The estimator refuses a snapshot that breaks a rule, the kit does not send one whose numbers do, and `phasecloud check`
+//! reports rule by rule.
+
+use std::fmt;
+
+use messages::layout::{SnapshotHeader, columns, kind};
+
+use crate::assignment::Assignment;
+
+/// A rule about snapshots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// It belongs to the run and the scenario.
+    Identity,
+    /// Its scenario has as many snapshots as it says.
+    Count,
+    /// It is the next one.
+    Order,
+    /// Its time is the one asked for, to the last bit.
+    Time,
+    /// Its kind is known, and it holds as many numbers as it says.
+    Shape,
+    /// All numbers are finite.
+    Finite,
+    /// All eccentricities of trajectories lie in `0 <= e < 1`.
+    Eccentricity,
+}
+
+/// A rule that a snapshot breaks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Breach {
+    /// Which rule.
+    pub rule: Rule,
+    /// What was seen, and what would be right.
+    pub what: String,
+}
+
+impl fmt::Display for Breach {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.what)
+    }
+}
+
+/// All rules that a snapshot breaks which should be number `expected` of the scenario; the gravest comes first. Numbers are
+/// looked at only if their shape is right.
+pub fn breaches(header: &SnapshotHeader, items: &[f64], assignment: &Assignment, expected: usize) -> Vec<Breach> {
+    let times = &assignment.problem.times;
+    let mut found = Vec::new();
+    let mut breach = |rule, what| found.push(Breach { rule, what });
+    if header.run_id != assignment.run_id {
+        let what = format!("it belongs to run {:012x}, not to {:012x}", header.run_id, assignment.run_id);
+        breach(Rule::Identity, what);
+    }
+    if header.scenario != assignment.scenario {
+        let what = format!("it belongs to scenario {}, not to {}", header.scenario, assignment.scenario);
+        breach(Rule::Identity, what);
+    }
+    if header.count as usize != times.len() {
+        breach(Rule::Count, format!("it is one of {} snapshots, the scenario has {}", header.count, times.len()));
+    }
+    if header.index as usize != expected || expected >= times.len() {
+        let what = format!("it comes out of order, number {expected} of {} was expected", times.len());
+        breach(Rule::Order, what);
+    }
+    if let Some(&time) = times.get(header.index as usize)
+        && header.time.to_bits() != time.to_bits()
+    {
+        breach(Rule::Time, format!("its time is {} yr instead of {time} yr", header.time));
+    }
+    match shape(header, items) {
+        Err(what) => breach(Rule::Shape, what),
+        Ok(()) => found.extend(in_numbers(header.kind, header.rows as usize, items)),
+    }
+    found
+}
+
+fn shape(header: &SnapshotHeader, items: &[f64]) -> Result<(), String> {
+    let Some(column_count) = columns(header.kind) else {
+        return Err(format!("its kind {} is unknown to this version", header.kind));
+    };
+    if header.columns != column_count || header.rows == 0 {
+        return Err(format!("it has {} rows of {} columns, its kind has {column_count}", header.rows, header.columns));
+    }
+    if items.len() as u64 != u64::from(header.rows) * u64::from(column_count) {
+        return Err(format!("it holds {} numbers instead of {} x {column_count}", items.len(), header.rows));
+    }
+    Ok(())
+}
+
+/// The first number that cannot be right in columns of a kind, `rows` long each.
+pub fn in_numbers(kind: u32, rows: usize, items: &[f64]) -> Option<Breach> {
+    if let Some(position) = items.iter().position(|value| !value.is_finite()) {
+        let (column, row) = (position / rows, position % rows);
+        return Some(Breach { rule: Rule::Finite, what: format!("row {row} of column {column} is {}", items[position]) });
+    }
+    if kind != kind::SAMPLES && kind != kind::CHARACTERISTICS {
+        return None;
+    }
+    let e = items.get(rows..2 * rows)?;
+    let row = e.iter().position(|e| !(0.0..1.0).contains(e))?;
+    let what = format!("row {row} has e = {}, outside [0, 1)", e[row]);
+    Some(Breach { rule: Rule::Eccentricity, what })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use density::dynamics::Force;
+    use density::problem::{InitialGaussian, Problem};
+
+    fn assignment() -> Assignment {
+        Assignment {
+            run_id: 7,
+            name: "s".into(),
+            scenario: 1,
+            scenarios: 2,
+            problem: Problem {
+                force: Force { radiation: 0.15, oblateness: 0.4 },
+                initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
+                times: vec![0.0, 0.5],
+                critical_e: 0.6,
+            },
+            grids: Vec::new(),
+        }
+    }
+
+    const GOOD: SnapshotHeader = SnapshotHeader {
+        run_id: 7,
+        time: 0.5,
+        seconds: 0.0,
+        disagreement: f64::NAN,
+        scenario: 1,
+        index: 1,
+        count: 2,
+        kind: kind::SAMPLES,
+        rows: 2,
+        columns: 2,
+        treatment: 0,
+        resolution: 0,
+        lattice: 0,
+        degree: 0,
+        replicates: 0,
+        attempt: 0,
+        label: [0; 32],
+    };
+
+    fn rules(header: SnapshotHeader, items: &[f64]) -> Vec<Rule> {
+        breaches(&header, items, &assignment(), 1).into_iter().map(|breach| breach.rule).collect()
+    }
+
+    #[test]
+    fn every_breach_is_told_under_its_rule() {
+        let items = [0.1, 0.2, 0.3, 0.4];
+        assert_eq!(rules(GOOD, &items), []);
+        assert_eq!(rules(SnapshotHeader { run_id: 8, ..GOOD }, &items), [Rule::Identity]);
+        assert_eq!(rules(SnapshotHeader { scenario: 0, ..GOOD }, &items), [Rule::Identity]);
+        assert_eq!(rules(SnapshotHeader { count: 3, ..GOOD }, &items), [Rule::Count]);
+        assert_eq!(rules(SnapshotHeader { index: 0, time: 0.0, ..GOOD }, &items), [Rule::Order]);
+        assert_eq!(rules(SnapshotHeader { time: 0.5f64.next_up(), ..GOOD }, &items), [Rule::Time]);
+        assert_eq!(rules(SnapshotHeader { kind: 99, ..GOOD }, &items), [Rule::Shape]);
+        assert_eq!(rules(SnapshotHeader { columns: 3, ..GOOD }, &items), [Rule::Shape]);
+        assert_eq!(rules(GOOD, &items[1..]), [Rule::Shape]);
+        assert_eq!(rules(GOOD, &[0.1, f64::NAN, 0.3, 0.4]), [Rule::Finite]);
+        assert_eq!(rules(GOOD, &[0.1, 0.2, 0.3, 1.0]), [Rule::Eccentricity]);
+        assert_eq!(rules(GOOD, &[0.1, 0.2, -0.3, 0.0]), [Rule::Eccentricity]);
+        assert_eq!(rules(SnapshotHeader { index: 2, count: 3, ..GOOD }, &items), [Rule::Count, Rule::Order]);
+    }
+}
