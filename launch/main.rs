@@ -2,7 +2,6 @@
 
 mod cli;
 mod domains;
-mod launch_file;
 mod manifest;
 mod node_command;
 mod preflight;
@@ -15,6 +14,8 @@ mod supervisor;
 use std::process::ExitCode;
 
 use clap::Parser;
+
+use launch::launch_file;
 
 use cli::{Cli, Command, RunArguments};
 use launch_file::Launch;
