@@ -106,16 +106,27 @@ struct RawCase {
 
 impl Launch {
     /// Reads a launch file, or the one built in; `scenario` replaces the scenarios it names.
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line and key.
     pub fn load(path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
         let file = match path {
             Some(path) => InputFile::read(path)?,
             None => InputFile::from_text(Path::new("launch/scenario-1.toml"), DEFAULT.0),
         };
+        Self::check(&file, path, scenario)
+    }
+
+    /// Checks a launch file that has been read from `path`, or the one built in; `scenario` as for [`Launch::load`].
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line and key.
+    pub fn check(file: &InputFile, path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
         let mut top = file.table()?;
         let propagators = top.get_mut().remove("propagator");
         let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;
-        let cases = cases(&file, propagators)?;
-        check_name(&file, &raw.name)?;
+        let cases = cases(file, propagators)?;
+        check_name(file, &raw.name)?;
         let reference = raw.reference.get_ref();
         if !cases.iter().any(|case| case.label == *reference) {
             let labels: Vec<_> = cases.iter().map(|case| case.label.as_str()).collect();
@@ -125,10 +136,10 @@ impl Launch {
         Ok(Self {
             text: file.text().into(),
             name: raw.name.get_ref().clone(),
-            scenarios: scenarios(&file, path, &raw, scenario)?,
+            scenarios: scenarios(file, path, &raw, scenario)?,
             reference: reference.clone(),
-            bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(&file, bins))?,
-            patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(&file, patience))?,
+            bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(file, bins))?,
+            patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(file, patience))?,
             restart: raw.restart,
             cases,
         })
@@ -198,7 +209,7 @@ fn scenario(file: InputFile) -> Result<ScenarioInput, InputError> {
 
 fn cases(file: &InputFile, propagators: Option<Spanned<DeValue<'_>>>) -> Result<Vec<Case>, InputError> {
     let Some(propagators) = propagators else {
-        return Err(file.error_in_whole("there is no [[propagator]] table; a run needs at least one"));
+        return Err(file.error_in_whole("propagator", "there is no [[propagator]] table; a run needs at least one"));
     };
     let span = propagators.span();
     let DeValue::Array(tables) = propagators.into_inner() else {

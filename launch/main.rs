@@ -5,7 +5,6 @@ mod cli;
 mod commands;
 mod domains;
 mod guard;
-mod launch_file;
 mod manifest;
 mod member;
 mod node_command;
@@ -20,6 +19,8 @@ mod supervisor;
 use std::process::ExitCode;
 
 use clap::Parser;
+
+use launch::launch_file;
 
 use cli::{Cli, Command, RunArguments};
 use launch_file::Launch;

@@ -1,6 +1,8 @@
 //! Errors in the files that users write: where, what, and what would be right.
 
 use std::fmt;
+use std::fs::File;
+use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -9,14 +11,21 @@ use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error};
 use toml::Spanned;
 use toml::de::DeTable;
 
+use crate::key_path::key_at;
+
+/// Longest file that is read \[bytes\]; a launch file with all its cases has a hundredth of it.
+const LONGEST: u64 = 1 << 20;
+/// Longest text of a file that an error repeats \[characters\].
+const LONGEST_QUOTE: usize = 300;
+
 /// An error in a user's file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InputError {
     /// The file.
     pub file: PathBuf,
-    /// The line, from 1; 0 for the file as a whole.
+    /// The line, from 1; 0 if the file cannot be read at all.
     pub line: usize,
-    /// The key, with its table; empty for the file as a whole.
+    /// The key, with its table; empty where the text is not TOML and no key can be made out.
     pub key: String,
     /// What is wrong and what would be right.
     pub problem: String,
@@ -24,7 +33,7 @@ pub struct InputError {
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
+        write!(f, "{}", printable(&self.file.to_string_lossy()))?;
         if self.line > 0 {
             write!(f, ":{}", self.line)?;
         }
@@ -48,17 +57,30 @@ impl InputFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// If it cannot be read as UTF-8 text.
+    /// If it cannot be read, is longer than any such file, or is not UTF-8 text.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        match std::fs::read_to_string(path) {
-            Ok(text) => Ok(Self { path: path.into(), text }),
-            Err(error) => Err(InputError {
-                file: path.into(),
-                line: 0,
-                key: String::new(),
-                problem: format!("cannot be read: {error}"),
-            }),
+        let unreadable = |problem: String| InputError { file: path.into(), line: 0, key: String::new(), problem };
+        let mut bytes = Vec::new();
+        File::open(path)
+            .and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes))
+            .map_err(|e| unreadable(format!("cannot be read: {e}")))?;
+        if bytes.len() as u64 > LONGEST {
+            return Err(unreadable(format!("is longer than {LONGEST} bytes, which no such file is")));
         }
+        Self::from_bytes(path, bytes)
+    }
+
+    /// Bytes that stand for a file.
+    ///
+    /// # Errors
+    /// If they are not UTF-8 text.
+    pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, InputError> {
+        String::from_utf8(bytes).map(|text| Self { path: path.into(), text }).map_err(|error| {
+            let good = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(error.as_bytes().get(..good).unwrap_or_default()).into_owned();
+            let file = Self { path: path.into(), text };
+            file.error_at(Some(good..good), "is not UTF-8 text from here on")
+        })
     }
 
     /// Text that stands for a file.
@@ -102,30 +124,42 @@ impl InputFile {
         self.error_at(Some(value.span()), problem)
     }
 
-    /// An error of the file as a whole.
-    pub fn error_in_whole(&self, problem: &str) -> InputError {
-        self.error_at(None, problem)
+    /// An error about a key that is not there.
+    pub fn error_in_whole(&self, key: &str, problem: &str) -> InputError {
+        InputError { key: key.into(), ..self.error_at(None, problem) }
     }
 
     fn error_at(&self, span: Option<Range<usize>>, problem: &str) -> InputError {
-        let (line, key) = span.map_or((0, String::new()), |span| self.line_and_key(span.start));
-        InputError { file: self.path.clone(), line, key, problem: problem.trim().replace('\n', "; ") }
+        // What is missing from the file as a whole is said of all its bytes.
+        let start = span.filter(|span| *span != (0..self.text.len())).map(|span| span.start);
+        let before = start.and_then(|start| self.text.get(..start)).unwrap_or("");
+        let mut key = start.map_or(String::new(), |start| key_at(&self.text, start));
+        if let Some(missing) = problem.strip_prefix("missing field `").and_then(|rest| rest.split('`').next()) {
+            key = if key.is_empty() { missing.into() } else { format!("{key}.{missing}") };
+        }
+        InputError {
+            file: self.path.clone(),
+            line: before.matches('\n').count() + 1,
+            key: printable(&key),
+            problem: printable(&problem.trim().replace('\n', "; ")),
+        }
     }
+}
 
-    /// The line that holds byte `offset`, and the key that is set there, with the table it stands in.
-    fn line_and_key(&self, offset: usize) -> (usize, String) {
-        let before = self.text.get(..offset).unwrap_or(&self.text);
-        let line = before.matches('\n').count() + 1;
-        let current = self.text.lines().nth(line - 1).unwrap_or("").trim();
-        let table = before.lines().chain([current]).map(str::trim).rfind(|line| line.starts_with('['));
-        let table = table.map_or("", |line| line.split(']').next().unwrap_or(line).trim_start_matches('[').trim());
-        let key = match current.split_once('=') {
-            Some((key, _)) if !current.starts_with('[') => key.trim(),
-            _ => "",
-        };
-        let dot = if table.is_empty() || key.is_empty() { "" } else { "." };
-        (line, format!("{table}{dot}{key}"))
+/// Text from a file as an error may repeat it: cut in the middle where too long, and without codes that a terminal would obey.
+fn printable(text: &str) -> String {
+    let length = text.chars().count();
+    let (head, tail) = (LONGEST_QUOTE / 2, length.saturating_sub(LONGEST_QUOTE / 2));
+    let mut quote = String::new();
+    for (position, character) in text.chars().enumerate() {
+        match character {
+            _ if length > LONGEST_QUOTE && position == head => quote.push('…'),
+            _ if length > LONGEST_QUOTE && position > head && position < tail => {}
+            c if c.is_control() => quote.extend(c.escape_default()),
+            c => quote.push(c),
+        }
     }
+    quote
 }
 
 /// Whether a method runs corrected or as the paper printed it, flaws included.

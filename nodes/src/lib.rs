@@ -13,6 +13,7 @@ pub mod exact;
 pub mod failure;
 pub mod gmm_ut;
 pub mod input;
+mod key_path;
 pub mod kit;
 pub mod mc;
 pub mod method;

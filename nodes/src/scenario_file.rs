@@ -84,8 +84,8 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     let initial = InitialGaussian {
         mean_phi: number(file, phi, "a finite angle in radians", |x| x.abs() <= 1e3)?,
         mean_e: number(file, e, "between 0 and 1, both excluded", |x| x > 0.0 && x < 1.0)?,
-        sigma_phi: 0.5 * number(file, delta_phi, "greater than 0 and at most 2π", |x| x > 0.0 && x <= TAU)?,
-        sigma_e: 0.5 * number(file, delta_e, "greater than 0 and at most 1", |x| x > 0.0 && x <= 1.0)?,
+        sigma_phi: 0.5 * number(file, delta_phi, "at least 1e-9 and at most 2π", |x| (1e-9..=TAU).contains(&x))?,
+        sigma_e: 0.5 * number(file, delta_e, "at least 1e-9 and at most 1", |x| (1e-9..=1.0).contains(&x))?,
     };
     let critical = &raw.disposal.critical_e;
     Ok(ScenarioFile {
@@ -144,7 +144,7 @@ fn force(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Force, InputError> 
 }
 
 fn times(file: &InputFile, times: &Times) -> Result<Vec<f64>, InputError> {
-    let end = number(file, &times.end, "greater than 0 and at most 1000 yr", |x| x > 0.0 && x <= 1000.0)?;
+    let end = number(file, &times.end, "at least 1e-6 and at most 1000 yr", |x| (1e-6..=1000.0).contains(&x))?;
     let step = number(file, &times.step, "greater than 0 and at most end", |x| x > 0.0 && x <= end)?;
     let steps = (end / step).round();
     if (steps * step - end).abs() > 1e-9 * end {
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn every_mistake_is_told_with_line_and_key() {
         let cases = [
-            ("delta_e = 0.05", "delta_e = 0.0", 9, "initial.delta_e", "greater than 0"),
+            ("delta_e = 0.05", "delta_e = 0.0", 9, "initial.delta_e", "at least 1e-9"),
             ("e = 0.145", "e = 1.0", 7, "initial.e", "between 0 and 1"),
             ("step = 0.5", "step = 0.3", 12, "times.step", "does not divide end = 2"),
             ("step = 0.5", "step = 0.01", 12, "times.step", "more than a message holds"),
