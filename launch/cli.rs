@@ -22,6 +22,12 @@ pub struct Cli {
 pub enum Command {
     /// Run the cases of a launch file on its scenarios and compare them
     Run(RunArguments),
+    /// Keep the processes of a launch file up and take scenario after scenario
+    Serve(ServeArguments),
+    /// Ask a running service to work on scenarios, and wait until it has
+    Submit(SubmitArguments),
+    /// Remove what runs whose launcher was killed have left in shared memory; live runs are not touched
+    Clean,
     /// Check launch files without starting anything
     #[command(after_help = "Example:\n  phasecloud validate launch/paper.toml my-launch.toml")]
     Validate {
@@ -86,6 +92,43 @@ pub struct CheckArguments {
     pub command: Vec<String>,
 }
 
+/// Arguments of `phasecloud serve`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  phasecloud serve launch/sweep.toml --sweep launch/sweeps/initial-e.toml --out results/sweep\n  \
+    phasecloud serve launch/scenario-1.toml &\n  phasecloud submit launch/scenarios/scenario-2.toml\n\n\
+    Every scenario becomes a results folder of its own as soon as it is done; a sweep ends with tables of all of them. \
+    The launch file says which cases are run; its own scenarios are not."
+)]
+pub struct ServeArguments {
+    /// The launch file [default: the paper's four cases and the exact answer]
+    pub launch_file: Option<PathBuf>,
+    /// Work on the scenarios of this sweep file, and end; else on requests, until Ctrl-C
+    #[arg(long, value_name = "FILE")]
+    pub sweep: Option<PathBuf>,
+    /// The folder for the results folders, new or empty [default: results/NAME-TIME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Most snapshots that a scenario may have
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..=64))]
+    pub most_snapshots: usize,
+    /// Print nothing but errors and the summary
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `phasecloud submit`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  phasecloud submit launch/scenarios/scenario-1.toml my-scenario.toml")]
+pub struct SubmitArguments {
+    /// Scenario files
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// The service's run, if several are live: the first digits of its number
+    #[arg(long, value_name = "ID")]
+    pub run: Option<String>,
+}
+
 /// Arguments of `phasecloud node`.
 #[derive(Debug, Args)]
 #[command(
@@ -109,6 +152,12 @@ pub struct NodeArguments {
     /// Scenario files, for the scenario node
     #[arg(long = "scenario", value_name = "FILE")]
     pub scenarios: Vec<PathBuf>,
+    /// A sweep file instead, for the scenario node
+    #[arg(long, value_name = "FILE", conflicts_with = "scenarios")]
+    pub sweep: Option<PathBuf>,
+    /// Requests instead, for the scenario node
+    #[arg(long, conflicts_with_all = ["scenarios", "sweep"])]
+    pub requests: bool,
     /// Position of the first scenario to publish, for the scenario node
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub first: u32,

@@ -5,7 +5,7 @@
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use messages::domain::Place;
 use rustix::fs::{FlockOperation, flock};
@@ -47,8 +47,11 @@ impl OwnDomain {
         let place = if place.is_short_enough() { place } else { place_in(&user_folder(Path::new("/tmp")), &name) };
         let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", place.root.display());
         place.create().map_err(|e| failed(&e))?;
-        let lock = File::create(place.root.join(LOCK)).map_err(|e| failed(&e))?;
+        // Locked before it has the name under which others look: nobody sees it without its owner.
+        let unnamed = place.root.join("lock.new");
+        let lock = File::create(&unnamed).map_err(|e| failed(&e))?;
         flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|e| failed(&e))?;
+        std::fs::rename(&unnamed, place.root.join(LOCK)).map_err(|e| failed(&e))?;
         Ok(Self { place, _lock: lock })
     }
 }
@@ -61,13 +64,41 @@ impl Drop for OwnDomain {
     }
 }
 
-/// Removes the domains whose launcher is gone; never touches a live one.
-pub fn sweep() {
-    let folder = user_folder(&std::env::temp_dir());
-    for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
-        let Ok(lock) = File::open(entry.path().join(LOCK)) else { continue };
-        if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok() {
-            let _ = place_in(&folder, &entry.file_name().to_string_lossy()).remove();
+/// Removes the domains whose launcher is gone, and says which; never touches a live one.
+pub fn sweep() -> Vec<Place> {
+    let dead = places().into_iter().filter(|place| match File::open(place.root.join(LOCK)) {
+        Ok(lock) => flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok() && place.remove().is_ok(),
+        Err(_) => is_forsaken(place) && place.remove().is_ok(),
+    });
+    dead.collect()
+}
+
+/// The domains of this user's runs whose launcher lives.
+pub fn live() -> Vec<Place> {
+    let is_locked = |place: &Place| {
+        let lock = File::open(place.root.join(LOCK));
+        lock.is_ok_and(|lock| flock(&lock, FlockOperation::NonBlockingLockShared).is_err())
+    };
+    places().into_iter().filter(is_locked).collect()
+}
+
+/// All folders of domains, dead or alive.
+fn places() -> Vec<Place> {
+    let mut places = Vec::new();
+    for temporary in [std::env::temp_dir(), "/tmp".into()] {
+        let folder = user_folder(&temporary);
+        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+            places.push(place_in(&folder, &entry.file_name().to_string_lossy()));
         }
     }
+    places.sort_by(|a, b| a.root.cmp(&b.root));
+    places.dedup();
+    places
+}
+
+/// Whether a folder without a lock is too old to belong to a launcher that is just about to lock it.
+fn is_forsaken(place: &Place) -> bool {
+    const WHILE: Duration = Duration::from_secs(60);
+    let changed = std::fs::metadata(&place.root).and_then(|folder| folder.modified());
+    changed.is_ok_and(|changed| changed.elapsed().is_ok_and(|age| age > WHILE))
 }

@@ -1,6 +1,7 @@
 //! `phasecloud`: the one command users get. It starts the processes of a run, looks after them, and prints what came out.
 
 mod check;
+mod clean_command;
 mod cli;
 mod commands;
 mod domains;
@@ -14,6 +15,8 @@ mod report;
 mod results_folder;
 mod run;
 mod run_command;
+mod serve_command;
+mod submit_command;
 mod supervisor;
 
 use std::process::ExitCode;
@@ -31,6 +34,9 @@ const BAD_INPUT: u8 = 2;
 fn main() -> ExitCode {
     match Cli::parse().command.unwrap_or(Command::Run(RunArguments::default())) {
         Command::Run(arguments) => run_command::run(&arguments),
+        Command::Serve(arguments) => serve_command::run(&arguments),
+        Command::Submit(arguments) => submit_command::run(&arguments),
+        Command::Clean => clean_command::run(),
         Command::Validate { files } => validate(&files),
         Command::Check(arguments) => check::run(&arguments),
         Command::Node(arguments) => node_command::run(arguments),

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use messages::domain::Place;
 use nodes::builtin::BuiltIn;
 use nodes::failure::Failure;
+use nodes::scenario::Source;
 use nodes::session::{ANY_SCENARIO, Session};
 use nodes::{comparator, estimator, recorder, scenario};
 
@@ -82,7 +83,12 @@ fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Res
     let served = match kind {
         Kind::Scenario => {
             let bins = (arguments.bins[0], arguments.bins[1]);
-            scenario::run(&session, &scenario::Settings { files: arguments.scenarios, first: arguments.first, bins })
+            let source = match arguments.sweep {
+                Some(file) => Source::Sweep(file),
+                None if arguments.requests => Source::Requests,
+                None => Source::Files(arguments.scenarios),
+            };
+            scenario::run(&session, &scenario::Settings { source, first: arguments.first, bins })
         }
         Kind::Propagator(settings) => settings.serve(&session),
         Kind::Estimator => estimator::run(&session),

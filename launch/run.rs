@@ -7,7 +7,7 @@ use messages::domain::HeldDomain;
 use messages::layout::{RosterEntry, RosterHeader, StatusHeader, phase};
 use messages::port::{Inlet, Outlet, PortError};
 use messages::text::{pack, unpack};
-use messages::topic::{Capacity, Roster, Status};
+use messages::topic::{Capacity, Roster, Scenario, Status};
 use messages::wait::Signals;
 
 use crate::commands::{Commands, SCENARIO_NODE, SERVICES};
@@ -38,6 +38,13 @@ impl From<PortError> for Abort {
 /// What went wrong: the scenario's position and the label of the case, and why it has no results there.
 pub type Failures = BTreeMap<(u32, String), String>;
 
+/// A scenario that has been published.
+struct UnderWay {
+    scenario: u32,
+    name: String,
+    snapshots: u32,
+}
+
 /// A run under way.
 pub struct Run<'a> {
     commands: Commands<'a>,
@@ -46,6 +53,7 @@ pub struct Run<'a> {
     supervisor: Supervisor,
     reports: Inlet<Status>,
     roster: Outlet<Roster>,
+    scenarios: Inlet<Scenario>,
     domain: HeldDomain,
     progress: Progress,
     members: BTreeMap<String, Member>,
@@ -53,19 +61,25 @@ pub struct Run<'a> {
     cleaned: Instant,
     /// Position of the scenario under way: so many are recorded.
     scenario: u32,
+    /// The scenario that was published last.
+    under_way: Option<UnderWay>,
+    /// How many scenarios there are, once that is known.
+    in_all: Option<u32>,
     estimated: u64,
     compared: bool,
     failures: Failures,
 }
 
 impl<'a> Run<'a> {
-    /// Opens the domain; `start_at` says when each process is to be started.
+    /// Opens the domain; `in_all` is the number of scenarios if it is known, `start_at` says when each process is to be
+    /// started.
     ///
     /// # Errors
     /// If there is no domain to be had.
     pub fn begin(
         commands: Commands<'a>,
         snapshots: usize,
+        in_all: Option<u32>,
         quiet: bool,
         mut start_at: impl FnMut() -> Instant,
     ) -> Result<Self, Abort> {
@@ -80,6 +94,9 @@ impl<'a> Run<'a> {
             supervisor: Supervisor::default(),
             reports: domain.domain.inlet::<Status>()?,
             roster: domain.domain.outlet::<Roster>(cases.len())?,
+            scenarios: domain.domain.inlet::<Scenario>()?,
+            under_way: None,
+            in_all,
             domain,
             progress: Progress::new(labels(), quiet),
             members: members.collect(),
@@ -95,13 +112,19 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// From the start of the first process until `scenarios` are recorded.
+    /// From the start of the first process until as many scenarios are recorded as there are. Calls `recorded` after each
+    /// with its position.
     ///
     /// # Errors
     /// Why there are no results.
-    pub fn conduct(&mut self, scenarios: u32) -> Result<(), Abort> {
-        while self.scenario < scenarios {
+    pub fn conduct(&mut self, mut recorded: impl FnMut(u32, &Failures) -> Result<(), String>) -> Result<(), Abort> {
+        let mut told = 0;
+        while self.in_all.is_none_or(|in_all| self.scenario < in_all) {
             self.look_around()?;
+            while told < self.scenario {
+                recorded(told, &self.failures).map_err(Abort::Fatal)?;
+                told += 1;
+            }
         }
         Ok(())
     }
@@ -124,10 +147,11 @@ impl<'a> Run<'a> {
     /// Sleeps until something happens, and deals with it.
     fn look_around(&mut self) -> Result<(), Abort> {
         self.start_what_is_due()?;
-        self.signals.wait(&[&self.reports, &self.roster], self.longest_sleep())?;
+        self.signals.wait(&[&self.reports, &self.roster, &self.scenarios], self.longest_sleep())?;
         if self.signals.stop_requested() {
             return Err(Abort::Interrupted);
         }
+        self.take_scenarios()?;
         let ended = self.supervisor.newly_ended();
         // What a process said before it ended tells more than how it ended.
         self.take_reports()?;
@@ -197,6 +221,26 @@ impl<'a> Run<'a> {
         self.failures.contains_key(&(self.scenario, name.to_owned()))
     }
 
+    /// Takes in which scenario has been published.
+    fn take_scenarios(&mut self) -> Result<(), Abort> {
+        while let Some(message) = self.scenarios.receive()? {
+            let header = message.header();
+            let (scenario, snapshots) = (header.scenario, header.snapshots);
+            if self.under_way.as_ref().is_none_or(|known| known.scenario < scenario) {
+                self.under_way = Some(UnderWay { scenario, name: unpack(&header.name), snapshots });
+                // A service may have idled for long.
+                let now = Instant::now();
+                self.members.values_mut().for_each(|member| member.heard = now);
+            }
+        }
+        Ok(())
+    }
+
+    /// The scenario that everybody works on, if there is one.
+    fn current(&self) -> Option<&UnderWay> {
+        self.under_way.as_ref().filter(|known| known.scenario == self.scenario)
+    }
+
     /// Takes in the reports that have arrived.
     fn take_reports(&mut self) -> Result<(), Abort> {
         while let Some(report) = self.reports.receive()? {
@@ -225,14 +269,15 @@ impl<'a> Run<'a> {
         match header.phase {
             phase::READY => self.note_when_all_are_ready(),
             phase::WORKING => {
-                let scenario = self.commands.launch.scenarios.get(header.scenario as usize);
-                self.progress.working(&node, scenario.map_or("", |s| &s.content.name), done, of);
+                let name = self.current().map_or("", |known| &known.name);
+                self.progress.working(&node, name, done, of);
                 if is_current && node == "estimator" {
                     self.estimated = done;
                 }
             }
             phase::DONE if is_current && node == "comparator" => self.compared = true,
             phase::DONE if is_current && node == "recorder" => self.begin_next_scenario()?,
+            phase::DONE if node == SCENARIO_NODE => self.in_all = Some(header.scenario),
             phase::FAILED if header.scenario >= self.scenario => {
                 let subject = unpack(&header.subject);
                 let why = unpack(&header.text);
@@ -256,8 +301,8 @@ impl<'a> Run<'a> {
 
     /// The recorder has written the scenario.
     fn begin_next_scenario(&mut self) -> Result<(), Abort> {
-        if let Some(scenario) = self.commands.launch.scenarios.get(self.scenario as usize) {
-            self.progress.note(&format!("{} is recorded", scenario.content.name));
+        if let Some(known) = self.current() {
+            self.progress.note(&format!("{} is recorded", known.name));
         }
         self.scenario += 1;
         (self.estimated, self.compared) = (0, false);
@@ -290,6 +335,9 @@ impl<'a> Run<'a> {
             self.fail(&name, format!("not ready within {} s", STARTUP.as_secs()))?;
             self.supervisor.kill(&name);
         }
+        if self.in_all.is_none() && self.current().is_none() {
+            return Ok(()); // a service that nobody has asked for anything
+        }
         let patience = Duration::from_secs_f64(self.commands.launch.patience.min(1e9));
         let is_silent = |member: &Member| member.due.is_none() && now > member.heard + patience;
         let silent: Vec<String> = self
@@ -318,14 +366,12 @@ impl<'a> Run<'a> {
 
     /// The process for which all others wait, if all cases have done their work.
     fn hindrance(&self) -> &'static str {
-        let snapshots = |scenario: &crate::launch_file::ScenarioInput| scenario.content.problem.times.len();
-        let snapshots = self.commands.launch.scenarios.get(self.scenario as usize).map_or(0, snapshots);
+        let Some(known) = self.current() else { return SCENARIO_NODE };
         let cases = self.commands.launch.cases.iter().filter(|case| !self.has_failed(&case.label)).count();
         match () {
             () if self.compared => "recorder",
-            () if self.estimated >= (cases * snapshots) as u64 => "comparator",
-            () if self.estimated > 0 || self.members.values().any(|member| !member.owes) => "estimator",
-            () => SCENARIO_NODE,
+            () if self.estimated >= cases as u64 * u64::from(known.snapshots) => "comparator",
+            () => "estimator",
         }
     }
 

@@ -82,8 +82,9 @@ fn conduct(
     let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), scenarios };
     let snapshots = launch.scenarios.iter().map(|s| s.content.problem.times.len()).max().unwrap_or(1);
     let (failures, nodes) = {
-        let mut run = Run::begin(commands, snapshots, arguments.quiet, start_times(arguments.start_order))?;
-        let completed = run.conduct(launch.scenarios.len() as u32);
+        let in_all = Some(launch.scenarios.len() as u32);
+        let mut run = Run::begin(commands, snapshots, in_all, arguments.quiet, start_times(arguments.start_order))?;
+        let completed = run.conduct(|_, _| Ok(()));
         let nodes = run.end();
         completed?;
         (by_name(launch, run.failures()), nodes)

@@ -11,7 +11,7 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
 use crate::port::{Inlet, Outlet, PortError, READER};
-use crate::topic::{Capacity, Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
+use crate::topic::{Capacity, Comparison, Density, Passage, Request, Roster, Scenario, Snapshot, Status, Topic};
 
 /// Environment variable that names the root folder.
 pub const ROOT_VARIABLE: &str = "PHASECLOUD_ROOT";
@@ -211,6 +211,7 @@ pub struct HeldDomain {
     _comparison: Services<Comparison>,
     _status: Services<Status>,
     _roster: Services<Roster>,
+    _request: Services<Request>,
 }
 
 impl HeldDomain {
@@ -229,6 +230,7 @@ impl HeldDomain {
             _comparison: domain.create::<Comparison>(capacity)?,
             _status: domain.create::<Status>(capacity)?,
             _roster: domain.create::<Roster>(capacity)?,
+            _request: domain.create::<Request>(capacity)?,
             domain,
         })
     }

@@ -37,6 +37,8 @@ pub const fn rows(columns: &'static [&'static str]) -> Shape {
 
 /// A scenario: one row a snapshot.
 pub const SCENARIO: [&str; 5] = ["time [yr]", "lowest phi [rad]", "highest phi [rad]", "lowest e", "highest e"];
+/// A request: one row a snapshot.
+pub const REQUEST: [&str; 1] = ["time [yr]"];
 /// A first-passage curve: one row a time.
 pub const PASSAGE: [&str; 4] = ["time [yr]", "probability", "low", "high"];
 /// Errors of the moments: one row a moment.

@@ -123,6 +123,11 @@ topic!(
     Roster, "phasecloud/roster", RosterHeader, [RosterEntry], latched: true,
     |_capacity| 16, |_header| rows(&[])
 );
+topic!(
+    /// From whoever wants a problem worked on to the scenario node of a service, which gives it a position.
+    Request, "phasecloud/request", ScenarioHeader, [f64], latched: false,
+    |_capacity| 64, |_header| rows(&payload::REQUEST)
+);
 
 /// Something done with a topic that is known only at run time.
 pub trait Visitor {
@@ -133,7 +138,7 @@ pub trait Visitor {
 }
 
 /// Does something with every topic, in the order of the flow.
-pub fn for_each<V: Visitor>(visitor: &mut V) -> [V::Out; 7] {
+pub fn for_each<V: Visitor>(visitor: &mut V) -> [V::Out; 8] {
     [
         visitor.visit::<Scenario>(),
         visitor.visit::<Snapshot>(),
@@ -142,5 +147,6 @@ pub fn for_each<V: Visitor>(visitor: &mut V) -> [V::Out; 7] {
         visitor.visit::<Comparison>(),
         visitor.visit::<Status>(),
         visitor.visit::<Roster>(),
+        visitor.visit::<Request>(),
     ]
 }

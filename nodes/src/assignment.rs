@@ -1,5 +1,7 @@
 //! The problem as it arrives on the scenario topic, checked and in the terms of science; and the way back.
 
+use std::path::Path;
+
 use density::dynamics::Force;
 use density::grid::{Axis, Grid};
 use density::problem::{InitialGaussian, Problem};
@@ -9,6 +11,8 @@ use messages::text::{pack, unpack};
 use messages::topic::Scenario;
 
 use crate::failure::Failure;
+use crate::input::{InputFile, PLAIN_NAME, is_plain_name};
+use crate::scenario_file::{self, ScenarioFile};
 
 /// A scenario to work on.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,6 +112,43 @@ impl Assignment {
     }
 }
 
+/// The problem that a request is about, checked as if it stood in a file.
+///
+/// # Errors
+/// [`Failure::Refused`] says what is wrong.
+pub fn read_request(header: &ScenarioHeader, times: &[f64]) -> Result<ScenarioFile, Failure> {
+    let name = unpack(&header.name);
+    if !is_plain_name(&name) {
+        return Err(Failure::Refused(format!("a request's name must be plain: {PLAIN_NAME}")));
+    }
+    let problem = Problem {
+        force: Force { radiation: header.radiation, oblateness: header.oblateness },
+        initial: InitialGaussian {
+            mean_phi: header.mean_phi,
+            mean_e: header.mean_e,
+            sigma_phi: header.sigma_phi,
+            sigma_e: header.sigma_e,
+        },
+        times: times.to_vec(),
+        critical_e: header.critical_e,
+    };
+    let as_file = InputFile::from_text(Path::new(&format!("request {name}")), &scenario_file::to_text(&name, &problem));
+    scenario_file::check(&as_file).map_err(|e| Failure::Refused(e.to_string()))
+}
+
+/// The header and the times of a request to work on `scenario`.
+pub fn request(ScenarioFile { name, problem }: &ScenarioFile) -> (ScenarioHeader, Vec<f64>) {
+    let assignment = Assignment {
+        run_id: 0,
+        name: name.clone(),
+        scenario: 0,
+        scenarios: 0,
+        problem: problem.clone(),
+        grids: Vec::new(),
+    };
+    (assignment.to_parts().0, problem.times.clone())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -135,6 +176,22 @@ mod tests {
     fn a_scenario_survives_the_way_through_a_message() {
         let (header, items) = example().to_parts();
         assert_eq!(Assignment::from_parts(&header, &items), Ok(example()));
+    }
+
+    #[test]
+    fn a_request_is_checked_as_a_file_is() {
+        let Assignment { name, problem, .. } = example();
+        let scenario = ScenarioFile { name, problem };
+        let (header, times) = request(&scenario);
+        assert_eq!(read_request(&header, &times).unwrap(), scenario);
+        let refused = |header, times: &[f64], words: &str| {
+            let error = read_request(&header, times).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        refused(ScenarioHeader { mean_e: 1.5, ..header }, &times, "initial.e");
+        refused(ScenarioHeader { radiation: f64::NAN, ..header }, &times, "orbit.radiation");
+        refused(ScenarioHeader { name: pack("../x"), ..header }, &times, "plain");
+        refused(header, &[0.0], "times.at");
     }
 
     #[test]

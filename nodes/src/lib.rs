@@ -25,3 +25,4 @@ pub mod scenario;
 pub mod scenario_file;
 pub mod session;
 pub mod snapshot_rules;
+pub mod sweep;

@@ -4,17 +4,17 @@ use std::path::PathBuf;
 
 use density::flow::Flow;
 use density::grid::comparison_grids;
-use density::problem::Problem;
 use messages::layout::phase;
 use messages::port::Inlet;
 use messages::text::unpack;
-use messages::topic::{Scenario, Status};
+use messages::topic::{Request, Scenario, Status};
 
-use crate::assignment::Assignment;
+use crate::assignment::{Assignment, read_request};
 use crate::failure::Failure;
 use crate::roomy::Roomy;
-use crate::scenario_file;
+use crate::scenario_file::{self, ScenarioFile};
 use crate::session::Session;
+use crate::sweep::Sweep;
 
 /// The recorder's node name: its `done` ends a scenario.
 pub const RECORDER: &str = "recorder";
@@ -22,12 +22,23 @@ pub const RECORDER: &str = "recorder";
 /// What the scenario node publishes.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// The scenario files, in order.
-    pub files: Vec<PathBuf>,
+    /// Where the scenarios come from.
+    pub source: Source,
     /// Position in the run of the first one to publish; those before it are done.
     pub first: u32,
     /// Bins of the comparison grid, in `phi` and `e`.
     pub bins: (usize, usize),
+}
+
+/// Where scenarios come from.
+#[derive(Debug, Clone)]
+pub enum Source {
+    /// These files, in order. One that cannot be done ends the run.
+    Files(Vec<PathBuf>),
+    /// A sweep file. A scenario that cannot be done is reported and left out.
+    Sweep(PathBuf),
+    /// Whoever sends requests. One that cannot be done is reported.
+    Requests,
 }
 
 /// Publishes all scenarios, then stays until asked to stop.
@@ -35,24 +46,115 @@ pub struct Settings {
 /// # Errors
 /// [`Failure::Stopped`] is the normal end.
 pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
-    let reports = session.domain.inlet::<Status>()?;
-    let mut slot: Option<Roomy<Scenario>> = None;
-    session.ready()?;
-    for (position, file) in (0..).zip(&settings.files).skip(settings.first as usize) {
-        let scenario = scenario_file::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
-        let (header, items) =
-            assignment(session.run_id, position, settings, &scenario.name, scenario.problem)?.to_parts();
-        let outlet = Roomy::with_room(&mut slot, &session.domain, items.len())?;
+    let mut desk = Desk {
+        session,
+        reports: session.domain.inlet()?,
+        scenarios: None,
+        bins: settings.bins,
+        first: settings.first,
+        position: 0,
+        count: 0,
+    };
+    match &settings.source {
+        Source::Files(files) => {
+            desk.count = files.len() as u32;
+            session.ready()?;
+            for file in files {
+                let scenario = scenario_file::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
+                desk.publish(&scenario)?;
+            }
+        }
+        Source::Sweep(file) => {
+            let sweep = Sweep::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
+            session.ready()?;
+            for index in 0..sweep.len() {
+                let scenario = sweep.scenario(index).map_err(|e| Failure::Refused(e.to_string()));
+                desk.publish_or_refuse(scenario, &format!("scenario {index} of the sweep"))?;
+            }
+        }
+        Source::Requests => desk.serve_requests()?,
+    }
+    session.done(desk.position)?;
+    desk.stay()
+}
+
+struct Desk<'a> {
+    session: &'a Session,
+    reports: Inlet<Status>,
+    scenarios: Option<Roomy<Scenario>>,
+    bins: (usize, usize),
+    first: u32,
+    /// Position of the next scenario.
+    position: u32,
+    /// Scenarios in the run; 0 if nobody knows.
+    count: u32,
+}
+
+impl Desk<'_> {
+    /// Publishes a scenario, unless that is done already, and waits until it is recorded.
+    fn publish(&mut self, ScenarioFile { name, problem }: &ScenarioFile) -> Result<(), Failure> {
+        let (phi_bins, e_bins) = self.bins;
+        let grids = comparison_grids(problem, &Flow::new(problem.force), phi_bins, e_bins)?;
+        let position = self.position;
+        self.position += 1;
+        if position < self.first {
+            return Ok(());
+        }
+        let assignment = Assignment {
+            run_id: self.session.run_id,
+            name: name.clone(),
+            scenario: position,
+            scenarios: self.count,
+            problem: problem.clone(),
+            grids,
+        };
+        let (header, items) = assignment.to_parts();
+        let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
         outlet.send_items(header, &items)?;
-        while !is_recorded(&reports, position)? {
-            session.wait(&[&reports, outlet])?;
+        self.session.accepted(position, name)?;
+        while !is_recorded(&self.reports, position)? {
+            self.session.wait(&[&self.reports, outlet])?;
+        }
+        Ok(())
+    }
+
+    /// The same; what cannot be done is reported and the next one is tried.
+    fn publish_or_refuse(&mut self, scenario: Result<ScenarioFile, Failure>, name: &str) -> Result<(), Failure> {
+        let published = scenario.and_then(|scenario| self.publish(&scenario));
+        match published {
+            Err(failure @ (Failure::Stopped | Failure::Port(_))) => Err(failure),
+            Err(failure) => self.session.failed(self.position, name, &failure.to_string()),
+            Ok(()) => Ok(()),
         }
     }
-    loop {
-        while reports.receive()?.is_some() {}
-        match &slot {
-            Some(scenarios) => session.wait(&[&reports, &scenarios.outlet])?,
-            None => session.wait(&[&reports])?,
+
+    fn serve_requests(&mut self) -> Result<(), Failure> {
+        let requests = self.session.domain.inlet::<Request>()?;
+        self.session.ready()?;
+        self.position = self.first;
+        loop {
+            while let Some(request) = requests.receive()? {
+                let name = unpack(&request.header().name);
+                let scenario = read_request(request.header(), request.items());
+                drop(request);
+                self.publish_or_refuse(scenario, &name)?;
+            }
+            while self.reports.receive()?.is_some() {}
+            match &self.scenarios {
+                Some(scenarios) => self.session.wait(&[&requests, &self.reports, &scenarios.outlet])?,
+                None => self.session.wait(&[&requests, &self.reports])?,
+            }
+        }
+    }
+
+    /// Holds the last scenario for late readers.
+    fn stay(self) -> Result<(), Failure> {
+        loop {
+            while self.reports.receive()?.is_some() {}
+            match &self.scenarios {
+                Some(scenarios) => self.session.wait(&[&self.reports, &scenarios.outlet])?,
+                None => self.session.wait(&[&self.reports])?,
+            }
         }
     }
 }
@@ -66,22 +168,4 @@ fn is_recorded(reports: &Inlet<Status>, scenario: u32) -> Result<bool, Failure> 
         }
     }
     Ok(false)
-}
-
-fn assignment(
-    run_id: u64,
-    position: u32,
-    settings: &Settings,
-    name: &str,
-    problem: Problem,
-) -> Result<Assignment, Failure> {
-    let grids = comparison_grids(&problem, &Flow::new(problem.force), settings.bins.0, settings.bins.1)?;
-    Ok(Assignment {
-        run_id,
-        name: name.into(),
-        scenario: position,
-        scenarios: settings.files.len() as u32,
-        problem,
-        grids,
-    })
 }

@@ -26,7 +26,7 @@ struct Raw {
     name: Spanned<String>,
     orbit: Spanned<Orbit>,
     initial: Initial,
-    times: Times,
+    times: Spanned<Times>,
     disposal: Disposal,
 }
 
@@ -53,8 +53,9 @@ struct Initial {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Times {
-    end: Spanned<f64>,
-    step: Spanned<f64>,
+    end: Option<Spanned<f64>>,
+    step: Option<Spanned<f64>>,
+    at: Option<Spanned<Vec<f64>>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -143,13 +144,33 @@ fn force(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Force, InputError> 
     }
 }
 
-fn times(file: &InputFile, times: &Times) -> Result<Vec<f64>, InputError> {
-    let end = number(file, &times.end, "at least 1e-6 and at most 1000 yr", |x| (1e-6..=1000.0).contains(&x))?;
-    let step = number(file, &times.step, "greater than 0 and at most end", |x| x > 0.0 && x <= end)?;
+/// Either the end and a step, or the times themselves.
+fn times(file: &InputFile, times: &Spanned<Times>) -> Result<Vec<f64>, InputError> {
+    match times.get_ref() {
+        Times { end: Some(end), step: Some(step), at: None } => stepped_times(file, end, step),
+        Times { end: None, step: None, at: Some(at) } => listed_times(file, at),
+        _ => Err(file.error(times, "must have either end and step, or at")),
+    }
+}
+
+fn listed_times(file: &InputFile, at: &Spanned<Vec<f64>>) -> Result<Vec<f64>, InputError> {
+    let list = at.get_ref();
+    if list.first() != Some(&0.0) || !list.is_sorted_by(|a, b| a < b) {
+        return Err(file.error(at, "must start with 0.0, and its times must ascend"));
+    }
+    if !(2..=MOST_SNAPSHOTS).contains(&list.len()) || !list.iter().all(|t| (0.0..=1000.0).contains(t)) {
+        return Err(file.error(at, &format!("must be 2 to {MOST_SNAPSHOTS} times of at most 1000 yr")));
+    }
+    Ok(list.clone())
+}
+
+fn stepped_times(file: &InputFile, end_at: &Spanned<f64>, every: &Spanned<f64>) -> Result<Vec<f64>, InputError> {
+    let end = number(file, end_at, "at least 1e-6 and at most 1000 yr", |x| (1e-6..=1000.0).contains(&x))?;
+    let step = number(file, every, "greater than 0 and at most end", |x| x > 0.0 && x <= end)?;
     let steps = (end / step).round();
     if (steps * step - end).abs() > 1e-9 * end {
         let nearest = end / steps;
-        return Err(file.error(&times.step, &format!("{step} does not divide end = {end}; {nearest} would")));
+        return Err(file.error(every, &format!("{step} does not divide end = {end}; {nearest} would")));
     }
     let most = MOST_SNAPSHOTS as f64 - 1.0;
     if steps > most {
@@ -158,9 +179,24 @@ fn times(file: &InputFile, times: &Times) -> Result<Vec<f64>, InputError> {
             steps + 1.0,
             end / most
         );
-        return Err(file.error(&times.step, &problem));
+        return Err(file.error(every, &problem));
     }
     Ok((0..=steps as u32).map(|k| if f64::from(k) == steps { end } else { f64::from(k) * step }).collect())
+}
+
+/// The text of a scenario file that says `problem`.
+pub fn to_text(name: &str, problem: &Problem) -> String {
+    let Problem { force, initial, times, critical_e } = problem;
+    format!(
+        "name = \"{name}\"\n\n[orbit]\nradiation = {:?}\noblateness = {:?}\n\n[initial]\nphi = {:?}\ne = {:?}\n\
+         delta_phi = {:?}\ndelta_e = {:?}\n\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = {critical_e:?}\n",
+        force.radiation,
+        force.oblateness,
+        initial.mean_phi,
+        initial.mean_e,
+        2.0 * initial.sigma_phi,
+        2.0 * initial.sigma_e,
+    )
 }
 
 #[cfg(test)]
@@ -187,6 +223,18 @@ mod tests {
     }
 
     #[test]
+    fn times_may_be_listed() {
+        let listed = load_with("end = 2.0\nstep = 0.5", "at = [0.0, 0.1, 3.0]").unwrap();
+        assert_eq!(listed.problem.times, [0.0, 0.1, 3.0]);
+    }
+
+    #[test]
+    fn a_problem_survives_the_way_through_a_file() {
+        let scenario = load(GOOD).unwrap();
+        assert_eq!(load(&to_text(&scenario.name, &scenario.problem)).unwrap(), scenario);
+    }
+
+    #[test]
     fn parameters_follow_from_the_orbit() {
         let orbit = "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2";
         let scenario = load_with("radiation = 0.15\noblateness = 0.40921", orbit).unwrap();
@@ -201,6 +249,8 @@ mod tests {
             ("e = 0.145", "e = 1.0", 7, "initial.e", "between 0 and 1"),
             ("step = 0.5", "step = 0.3", 12, "times.step", "does not divide end = 2"),
             ("step = 0.5", "step = 0.01", 12, "times.step", "more than a message holds"),
+            ("step = 0.5", "", 10, "times", "either end and step, or at"),
+            ("end = 2.0\nstep = 0.5", "at = [0.0, 2.0, 1.0]", 11, "times.at", "ascend"),
             ("phi = 2.2069", "phi = \"x\"", 6, "initial.phi", "expected f64"),
             ("phi = 2.2069", "phi = nan", 6, "initial.phi", "finite angle"),
             ("critical_e", "critical_q", 14, "disposal.critical_q", "expected `critical_e`"),

@@ -92,7 +92,15 @@ impl Session {
         self.report(phase::WORKING, scenario, &self.name, "", [done as f64, of as f64])
     }
 
-    /// Tells the launcher that the node has finished a scenario.
+    /// Tells everyone that scenario `name` has been published at position `scenario`.
+    ///
+    /// # Errors
+    /// [`Failure::Port`] if the message cannot be sent.
+    pub fn accepted(&self, scenario: u32, name: &str) -> Result<(), Failure> {
+        self.report(phase::WORKING, scenario, name, "", [0.0, 1.0])
+    }
+
+    /// Tells the launcher that the node has finished a scenario; the scenario node, that so many are all there are.
     ///
     /// # Errors
     /// [`Failure::Port`] if the message cannot be sent.

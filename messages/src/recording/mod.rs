@@ -72,7 +72,7 @@ impl fmt::Display for RecordingError {
 impl std::error::Error for RecordingError {}
 
 /// The table of topics, a line each.
-fn topic_lines() -> [String; 7] {
+fn topic_lines() -> [String; 8] {
     struct Line;
     impl Visitor for Line {
         type Out = String;

@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 
 use zip::{ZipArchive, ZipWriter};
 
-use super::part;
+use super::{SCENARIO, part};
 use crate::failure::Failure;
 
 /// Moves what the recorder has written of scenarios `0..scenarios` up into `folder`: tables one after the other, archives
-/// entry by entry.
+/// entry by entry. The scenarios themselves are there already, as their authors wrote them.
 ///
 /// # Errors
 /// [`Failure::File`] if something cannot be read or written.
 pub fn join(folder: &Path, scenarios: u32) -> Result<(), Failure> {
     let parts: Vec<PathBuf> = (0..scenarios).map(|scenario| part(folder, scenario)).collect();
-    for name in file_names(&parts)? {
+    for name in file_names(&parts)?.into_iter().filter(|name| name != SCENARIO) {
         let files: Vec<PathBuf> = parts.iter().map(|part| part.join(&name)).collect();
         let whole = folder.join(&name);
         let joined = match (&files[..], whole.extension().and_then(|e| e.to_str())) {
@@ -28,6 +28,19 @@ pub fn join(folder: &Path, scenarios: u32) -> Result<(), Failure> {
     }
     for part in &parts {
         fs::remove_dir_all(part).map_err(|e| Failure::file(part, e))?;
+    }
+    Ok(())
+}
+
+/// Writes into `folder` the tables of all `parts`, one after the other.
+///
+/// # Errors
+/// [`Failure::File`] if something cannot be read or written.
+pub fn join_all_tables(parts: &[PathBuf], folder: &Path) -> Result<(), Failure> {
+    for name in file_names(parts)?.into_iter().filter(|name| name.ends_with(".csv")) {
+        let tables: Vec<PathBuf> = parts.iter().map(|part| part.join(&name)).collect();
+        let whole = folder.join(&name);
+        join_tables(&tables, &whole).map_err(|e| Failure::file(&whole, e))?;
     }
     Ok(())
 }

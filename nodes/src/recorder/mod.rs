@@ -99,6 +99,9 @@ impl Recording {
     }
 }
 
+/// The file in a scenario's folder that says what was run.
+pub const SCENARIO: &str = "scenario.toml";
+
 /// The folder of a scenario's files, in the folder that the recorder writes to.
 pub fn part(folder: &Path, scenario: u32) -> PathBuf {
     folder.join(format!("part-{scenario:06}"))

@@ -8,9 +8,11 @@ use messages::text::unpack;
 use serde::Serialize;
 
 use super::densities::Densities;
-use super::{RecordedComparison, Recording, notes, rows};
+use super::{RecordedComparison, Recording, SCENARIO, notes, rows};
+use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::roster::Roster;
+use crate::scenario_file;
 
 /// An open CSV file.
 struct Table {
@@ -51,6 +53,8 @@ pub(super) fn write(recording: &Recording, roster: &Roster, folder: &Path) -> Re
     let mut tables = Tables::create(&draft)?;
     tables.write(recording, roster)?;
     tables.finish()?;
+    let Assignment { name, problem, .. } = &recording.assignment;
+    fs::write(draft.join(SCENARIO), scenario_file::to_text(name, problem)).map_err(failed)?;
     fs::rename(&draft, folder).map_err(failed)
 }
 

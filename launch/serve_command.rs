@@ -1,0 +1,141 @@
+//! `phasecloud serve`: keeps the processes up and takes scenario after scenario, of a sweep file or of whoever asks.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Instant, SystemTime};
+
+use nodes::recorder::{SCENARIO, join, part};
+use nodes::scenario_file;
+use nodes::sweep::Sweep;
+
+use crate::BAD_INPUT;
+use crate::cli::ServeArguments;
+use crate::commands::Commands;
+use crate::domains::{self, OwnDomain};
+use crate::launch_file::{Launch, ScenarioInput};
+use crate::results_folder::ResultsFolder;
+use crate::run::{Abort, Failures, Run};
+use crate::{manifest, preflight};
+
+/// What a service has done so far.
+#[derive(Default)]
+struct Tally {
+    folders: Vec<PathBuf>,
+    failed: usize,
+}
+
+/// Serves until the sweep is done, or until asked to stop.
+pub fn run(arguments: &ServeArguments) -> ExitCode {
+    let run_id = domains::fresh_run_id();
+    let prepared = prepare(arguments, run_id);
+    let (launch, folder) = match prepared {
+        Ok(prepared) => prepared,
+        Err(problem) => {
+            eprintln!("error: {problem}");
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let mut tally = Tally::default();
+    let begun = Instant::now();
+    let outcome = serve(arguments, &launch, &folder, run_id, &mut tally);
+    folder.discard();
+    let served = tally.folders.len();
+    match outcome {
+        Ok(()) | Err(Abort::Interrupted) if tally.failed == 0 => {
+            summarise(&folder.path, served, begun);
+            ExitCode::SUCCESS
+        }
+        Ok(()) | Err(Abort::Interrupted) => {
+            summarise(&folder.path, served, begun);
+            eprintln!("error: {} cases failed; each manifest says which and why", tally.failed);
+            ExitCode::FAILURE
+        }
+        Err(Abort::Fatal(problem) | Abort::Unpublished(problem)) => {
+            eprintln!("error: {problem}; {served} scenarios are in {}", folder.path.display());
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn summarise(path: &Path, served: usize, begun: Instant) {
+    let seconds = begun.elapsed().as_secs_f64();
+    println!("{served} scenarios in {seconds:.1} s, {:.2} a second", served as f64 / seconds);
+    println!("Results: {}", path.display());
+}
+
+fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Launch, ResultsFolder), String> {
+    let launch = Launch::load(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
+    if let Some(sweep) = &arguments.sweep {
+        Sweep::load(sweep).map_err(|e| e.to_string())?;
+    }
+    preflight::check_shared_memory(&launch)?;
+    let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
+    std::fs::create_dir_all(&folder.path).map_err(|e| format!("{}: {e}", folder.path.display()))?;
+    Ok((launch, folder))
+}
+
+fn serve(
+    arguments: &ServeArguments,
+    launch: &Launch,
+    folder: &ResultsFolder,
+    run_id: u64,
+    tally: &mut Tally,
+) -> Result<(), Abort> {
+    domains::sweep();
+    let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
+    let scenarios = match &arguments.sweep {
+        Some(file) => vec!["--sweep".into(), file.display().to_string()],
+        None => vec!["--requests".into()],
+    };
+    let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), scenarios };
+    if arguments.sweep.is_none() {
+        println!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
+    }
+    {
+        let now = Instant::now();
+        let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.quiet, || now)?;
+        let completed = run.conduct(|scenario, failures| {
+            let failures = of_scenario(failures, scenario);
+            tally.failed += failures.len();
+            tally.folders.push(publish(launch, folder, run_id, scenario, &failures)?);
+            Ok(())
+        });
+        run.end();
+        completed?;
+    }
+    if arguments.sweep.is_some() {
+        join::join_all_tables(&tally.folders, &folder.path).map_err(|e| Abort::Fatal(e.to_string()))?;
+    }
+    Ok(())
+}
+
+/// Why cases failed in one scenario, by label.
+fn of_scenario(failures: &Failures, scenario: u32) -> BTreeMap<String, String> {
+    let here = failures.iter().filter(|((position, _), _)| *position == scenario);
+    here.map(|((_, label), why)| (label.clone(), why.clone())).collect()
+}
+
+/// Makes a results folder of its own of what the recorder has written of a scenario.
+fn publish(
+    launch: &Launch,
+    folder: &ResultsFolder,
+    run_id: u64,
+    scenario: u32,
+    failures: &BTreeMap<String, String>,
+) -> Result<PathBuf, String> {
+    let draft = part(&folder.draft, scenario);
+    let file = draft.join(SCENARIO);
+    let content = scenario_file::load(&file).map_err(|e| e.to_string())?;
+    let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+    let path = folder.path.join(format!("{scenario:06}-{}", content.name));
+    let kept = draft.join("scenarios");
+    let moved =
+        std::fs::create_dir(&kept).and_then(|()| std::fs::rename(&file, kept.join(format!("{}.toml", content.name))));
+    moved.map_err(|e| format!("{}: {e}", kept.display()))?;
+    let alone = Launch { scenarios: vec![ScenarioInput { text, content }], ..launch.clone() };
+    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    manifest::write(&draft, &alone, run_id, now, &BTreeMap::new(), failures)?;
+    std::fs::rename(&draft, &path).map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(path)
+}
