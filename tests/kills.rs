@@ -8,13 +8,11 @@ mod common;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
-use common::processes::of_runs_below;
-use common::{Bench, text};
+use common::processes::{of_runs_below, signal};
+use common::{Bench, REPRODUCIBLE, number, text};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-/// Results that depend on the seeds of the cases alone.
-const REPRODUCIBLE: [&str; 5] = ["moments.csv", "errors.csv", "distances.csv", "first_passage.csv", "densities.npz"];
+use rustix::process::Signal;
 
 const SERVICES: [&str; 4] = ["scenario", "estimator", "comparator", "recorder"];
 
@@ -32,10 +30,6 @@ fn launch_file(bench: &Bench, restart: &str) -> std::path::PathBuf {
          [[propagator]]\nlabel = \"gmm-ut\"\nnode = \"gmm-ut\"\nmode = \"as-printed\"\n"
     );
     bench.write(&format!("{restart}.toml"), &text)
-}
-
-fn number(variable: &str, default: u64) -> u64 {
-    std::env::var(variable).ok().map_or(default, |text| text.parse().expect("a number"))
 }
 
 fn start(bench: &Bench, launch: &std::path::Path, out: &str) -> Child {
@@ -63,7 +57,7 @@ fn kill_one(bench: &Bench, random: &mut ChaCha8Rng, longest: Duration) -> Option
     std::thread::sleep(longest.mul_f64(random.random()));
     let processes = of_runs_below(&bench.path(""));
     let victim = processes.get(random.random_range(0..processes.len().max(1)))?;
-    victim.kill();
+    signal(victim, Signal::KILL);
     Some(victim.label.clone())
 }
 

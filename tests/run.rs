@@ -3,10 +3,7 @@
 
 mod common;
 
-use common::{Bench, FOUR_CASES, text};
-
-/// The files of a results folder that depend on the seed alone.
-const REPRODUCIBLE: [&str; 3] = ["moments.csv", "errors.csv", "densities.npz"];
+use common::{Bench, FOUR_CASES, REPRODUCIBLE, text};
 
 #[test]
 fn a_run_compares_all_cases_and_leaves_nothing_behind() {

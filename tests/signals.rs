@@ -15,24 +15,22 @@ const LONG: &str = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 20_
 /// Long past anything that a healthy machine takes; only to end a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(60);
 
+fn spawn(bench: &Bench, cases: &str) -> Child {
+    let launch = bench.launch_file("long", cases);
+    let mut command = bench.phasecloud();
+    command.arg("run").arg(launch).arg("--out").arg(bench.path("out"));
+    command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+}
+
 /// Starts a run and waits until all its processes compute.
 fn start(bench: &Bench) -> (Child, String) {
-    let launch = bench.launch_file("long", LONG);
-    let child = bench
-        .phasecloud()
-        .arg("run")
-        .arg(launch)
-        .arg("--out")
-        .arg(bench.path("out"))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let known = bench.domains();
+    let child = spawn(bench, LONG);
     let started = Instant::now();
     let run_id = loop {
         assert!(started.elapsed() < WATCHDOG, "the run did not start");
         std::thread::sleep(Duration::from_millis(20));
-        let Some(run_id) = bench.domains().pop() else { continue };
+        let Some(run_id) = bench.domains().into_iter().find(|id| !known.contains(id)) else { continue };
         if processes_of(&run_id).len() == 5 {
             break run_id;
         }
@@ -100,4 +98,45 @@ fn processes_end_by_themselves_when_the_launcher_is_killed_and_the_next_run_remo
     bench.run_well(&bench.launch_file("next", &LONG.replace("20_000_000", "100")), "next");
     assert_eq!(bench.domains(), [""; 0]);
     assert_eq!(common::shared_memory_of(&run_id), [""; 0]);
+}
+
+#[test]
+fn clean_removes_a_dead_domain_and_leaves_a_live_one() {
+    let bench = Bench::new();
+    let (mut dead, dead_id) = start(&bench);
+    signal(&dead, Signal::KILL);
+    wait(&mut dead);
+    wait_until_gone(&dead_id);
+    let (mut live, live_id) = start(&bench);
+    let cleaned = common::text(&bench.phasecloud().arg("clean").output().unwrap().stdout);
+    assert!(cleaned.lines().any(|line| line.starts_with("removed") && line.ends_with(&dead_id)), "{cleaned}");
+    assert_eq!(common::shared_memory_of(&dead_id), [""; 0]);
+    assert_eq!(bench.domains(), std::slice::from_ref(&live_id));
+    assert_ne!(processes_of(&live_id), [""; 0]);
+    signal(&live, Signal::TERM);
+    wait(&mut live);
+}
+
+#[test]
+fn a_foreign_program_and_what_it_has_started_end_with_the_launcher() {
+    let bench = Bench::new();
+    // A shell with a child that takes no notice of anything.
+    let deaf = "trap '' TERM INT HUP; sleep 600 & sleep 600";
+    let cases = format!("{LONG}\n[[propagator]]\nlabel = \"deaf\"\ncommand = [\"sh\", \"-c\", \"{deaf}\"]\n");
+    for request in [Signal::KILL, Signal::TERM] {
+        let mut child = spawn(&bench, &cases);
+        let started = Instant::now();
+        let run_id = loop {
+            assert!(started.elapsed() < WATCHDOG, "the run did not start");
+            std::thread::sleep(Duration::from_millis(20));
+            let Some(run_id) = bench.domains().pop() else { continue };
+            if processes_of(&run_id).len() == 5 + 4 {
+                break run_id;
+            }
+        };
+        signal(&child, request);
+        wait(&mut child);
+        wait_until_gone(&run_id);
+        bench.phasecloud().arg("clean").output().unwrap();
+    }
 }

@@ -10,6 +10,15 @@ use tempfile::TempDir;
 
 pub const SCENARIO_1: &str = include_str!("../../launch/scenarios/scenario-1.toml");
 
+/// Results that depend on the seeds of the cases alone.
+pub const REPRODUCIBLE: [&str; 5] =
+    ["moments.csv", "errors.csv", "distances.csv", "first_passage.csv", "densities.npz"];
+
+/// A number from the environment, for tests that can do more of the same.
+pub fn number(variable: &str, default: u64) -> u64 {
+    std::env::var(variable).ok().map_or(default, |text| text.parse().expect("a number"))
+}
+
 /// The paper's four cases with few samples.
 pub const FOUR_CASES: &str = r#"
 [[propagator]]

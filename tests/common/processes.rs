@@ -1,5 +1,7 @@
 //! The processes of a run, found by their environment.
 
+#![allow(dead_code, reason = "each test file uses its own part")]
+
 use rustix::process::{Pid, Signal, kill_process};
 
 /// A process whose environment names a run.
@@ -10,10 +12,9 @@ pub struct Process {
     pub label: String,
 }
 
-impl Process {
-    pub fn kill(&self) {
-        let _ = kill_process(Pid::from_raw(self.pid).unwrap(), Signal::KILL);
-    }
+/// Sends a signal to a process, if it is still there.
+pub fn signal(process: &Process, signal: Signal) {
+    let _ = kill_process(Pid::from_raw(process.pid).unwrap(), signal);
 }
 
 /// Processes of the run whose domain lies below `folder`, other than the launcher itself.
