@@ -98,7 +98,8 @@ impl Crew {
         x2: &[f64],
         years: &[f64],
     ) -> usize {
-        let (Some(&x1), Some(&x2), Some(&years)) = (x1.get(next), x2.get(next), years.get(next).or(years.last())) else {
+        let (Some(&x1), Some(&x2), Some(&years)) = (x1.get(next), x2.get(next), years.get(next).or(years.last()))
+        else {
             (self.orbit[lane], self.left[lane]) = (None, 0.0);
             self.at_work -= 1;
             series.start(lane, State { x1: 0.0, x2: 0.0 });
@@ -134,7 +135,8 @@ struct Series<const P: usize> {
 
 impl<const P: usize> Series<P> {
     const ORDER: usize = P - 1;
-    const AT_REST: Self = Self { x1: [[0.0; LANES]; P], x2: [[0.0; LANES]; P], s: [[1.0; LANES]; P], p: [[0.0; LANES]; P] };
+    const AT_REST: Self =
+        Self { x1: [[0.0; LANES]; P], x2: [[0.0; LANES]; P], s: [[1.0; LANES]; P], p: [[0.0; LANES]; P] };
 
     #[inline(always)]
     fn start(&mut self, lane: usize, state: State) {
