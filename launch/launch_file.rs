@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use nodes::accuracy::AccuracySetting;
 use nodes::builtin::BuiltIn;
 use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use nodes::scenario_file::{self, ScenarioFile};
@@ -93,6 +94,9 @@ struct Raw {
     patience: Option<Spanned<f64>>,
     #[serde(default)]
     restart: Restart,
+    /// Of the built-in cases that do not set their own.
+    #[serde(default)]
+    accuracy: AccuracySetting,
 }
 
 /// What every propagator's table has besides its settings.
@@ -125,7 +129,12 @@ impl Launch {
         let mut top = file.table()?;
         let propagators = top.get_mut().remove("propagator");
         let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;
-        let cases = cases(file, propagators)?;
+        let mut cases = cases(file, propagators)?;
+        for case in &mut cases {
+            if let Runs::BuiltIn { settings, .. } = &mut case.runs {
+                settings.accuracy_mut().get_or_insert(raw.accuracy);
+            }
+        }
         check_name(file, &raw.name)?;
         let reference = raw.reference.get_ref();
         if !cases.iter().any(|case| case.label == *reference) {
@@ -289,6 +298,8 @@ fn built_in(file: &InputFile, node: &Spanned<String>, settings: Spanned<DeValue<
 
 #[cfg(test)]
 mod tests {
+    use density::flow::Accuracy;
+
     use super::*;
 
     fn load(text: &str) -> Result<Launch, InputError> {
@@ -315,6 +326,18 @@ mod tests {
     }
 
     #[test]
+    fn accuracy_is_that_of_the_file_unless_a_case_has_its_own() {
+        let accuracy = |text: &str| match load(text).unwrap().cases.remove(0).runs {
+            Runs::BuiltIn { mut settings, .. } => settings.accuracy_mut().unwrap().0,
+            Runs::Command(command) => panic!("{command:?}"),
+        };
+        let of_file = GOOD.replace("[[propagator]]\nlabel = \"mc\"", "accuracy = 1e-9\n[[propagator]]\nlabel = \"mc\"");
+        assert_eq!(accuracy(GOOD), Accuracy::Fine);
+        assert_eq!(accuracy(&of_file), Accuracy::Medium);
+        assert_eq!(accuracy(&of_file.replace("samples = 10", "accuracy = 1e-6")), Accuracy::Coarse);
+    }
+
+    #[test]
     fn every_mistake_is_told_with_line_and_key() {
         let cases = [
             ("samples = 10", "samples = 0", 7, "propagator.samples", "at least 1"),
@@ -335,6 +358,8 @@ mod tests {
             ("s.toml", "t.toml", 2, "scenarios", "cannot be read"),
             ("[\"./mine\", \"-x\"]", "[]", 10, "propagator.command", "is empty"),
             ("node = \"mc\"\n", "", 5, "propagator.label", "either node or command"),
+            ("reference = \"mc\"", "reference = \"mc\"\naccuracy = 1e-7", 4, "accuracy", "1e-6, 1e-9 or 1e-12"),
+            ("samples = 10", "accuracy = 0.1", 7, "propagator.accuracy", "1e-6, 1e-9 or 1e-12"),
             ("reference = \"mc\"", "reference = \"mc\"\nbins = [0, 5]", 4, "bins", "between 1 and 2000"),
             ("reference = \"mc\"", "reference = \"mc\"\nrestart = \"ever\"", 4, "restart", "`never` or `on-failure`"),
         ];

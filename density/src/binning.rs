@@ -42,7 +42,8 @@ fn without_errors(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estima
     Estimate::from_joint(grid, joint, moments, circular)
 }
 
-fn count(phi: &[f64], e: &[f64], grid: &Grid) -> Vec<u64> {
+/// Samples in each bin.
+pub fn count(phi: &[f64], e: &[f64], grid: &Grid) -> Vec<u64> {
     phi.par_chunks(CHUNK)
         .zip(e.par_chunks(CHUNK))
         .map(|(phi, e)| {

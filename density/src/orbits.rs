@@ -72,6 +72,20 @@ impl Orbits {
         self.flow.advance(&mut self.x1, &mut self.x2, time - from).map_err(|escaped| self.trace(escaped, from, time))
     }
 
+    /// As [`Orbits::advance_to`], and notes when each orbit first has `e >= critical_e`, see [`Flow::advance_watching`].
+    ///
+    /// # Errors
+    /// As [`Orbits::advance_to`].
+    ///
+    /// # Panics
+    /// If there is not one passage for every orbit.
+    pub fn advance_watching(&mut self, time: f64, critical_e: f64, passages: &mut [f64]) -> Result<(), LostOrbit> {
+        let from = self.time;
+        self.time = time;
+        let moved = self.flow.advance_watching(&mut self.x1, &mut self.x2, (from, time), critical_e, passages);
+        moved.map_err(|escaped| self.trace(escaped, from, time))
+    }
+
     /// Follows an orbit that escaped back to where it started.
     fn trace(&self, Escaped { index, phi, e, .. }: Escaped, from: f64, to: f64) -> LostOrbit {
         let before = State::from_polar(phi, e);

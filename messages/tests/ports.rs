@@ -102,6 +102,7 @@ fn a_node_that_asks_for_another_layout_is_refused_by_name() {
 }
 
 /// A topic of another version: the same name, another header.
+#[derive(Debug)]
 struct Other;
 
 impl messages::topic::Topic for Other {

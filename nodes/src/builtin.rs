@@ -3,6 +3,7 @@
 use messages::layout::DENSITY_HEAD;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::accuracy::AccuracySetting;
 use crate::failure::Failure;
 use crate::mc;
 use crate::session::Session;
@@ -46,6 +47,16 @@ impl BuiltIn {
     /// If they cannot be written as TOML, which no settings here cause.
     pub fn to_lines(&self) -> Result<Vec<String>, toml::ser::Error> {
         Ok(toml::to_string(self)?.lines().filter(|line| !line.is_empty()).map(Into::into).collect())
+    }
+
+    /// How accurately it propagates, if that is set.
+    pub fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting> {
+        match self {
+            Self::MonteCarlo(settings) => &mut settings.accuracy,
+            Self::DensityEvolution(settings) => &mut settings.accuracy,
+            Self::GaussianMixture(settings) => &mut settings.accuracy,
+            Self::Exact(settings) => &mut settings.accuracy,
+        }
     }
 
     /// The most numbers that a snapshot can hold, with so many bins in `phi` and `e`.

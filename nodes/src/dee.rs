@@ -2,7 +2,6 @@
 
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::times::first_passage_times;
-use density::flow::Flow;
 use density::mesh::lattice::MOST_DEGREE;
 use density::mesh::{Placement, Points, characteristic_densities, initial_points, point_weights};
 use density::orbits::Orbits;
@@ -10,6 +9,7 @@ use density::problem::Problem;
 use messages::layout::{kind, treatment};
 use serde::{Deserialize, Serialize};
 
+use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
 use crate::course::Course;
 use crate::failure::Failure;
@@ -61,6 +61,9 @@ pub struct Settings {
     pub degree: usize,
     /// Corrected, or as the paper printed it: without the Jacobian, random points, hull interpolation.
     pub mode: Mode,
+    /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySetting>,
 }
 
 impl Default for Settings {
@@ -73,6 +76,7 @@ impl Default for Settings {
             resolution: 5000,
             degree: 7,
             mode: Mode::default(),
+            accuracy: None,
         }
     }
 }
@@ -139,9 +143,9 @@ impl DensityEvolution {
 impl Propagator for DensityEvolution {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
-        let Settings { samples, seed, resolution, degree, mode, .. } = self.settings;
+        let Settings { samples, seed, resolution, degree, mode, accuracy, .. } = self.settings;
         let start = initial_points(problem, samples, self.settings.placement(), seed)?;
-        let orbits = Orbits::from_polar(Flow::new(problem.force), &start.phi, &start.e);
+        let orbits = Orbits::from_polar(AccuracySetting::flow(accuracy, problem.force), &start.phi, &start.e);
         let form = Form {
             kind: kind::CHARACTERISTICS,
             most_rows: orbits.len(),
@@ -182,8 +186,8 @@ impl Propagator for DensityEvolution {
     /// Along the characteristics, each with the weight that the mesh gives its point.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let work = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
-        let Problem { force, initial, critical_e, .. } = &work.problem;
-        let flow = Flow::new(*force);
+        let Problem { initial, critical_e, .. } = &work.problem;
+        let flow = work.course.orbits.flow;
         let weights = point_weights(initial, &work.start, self.settings.degree)?;
         let start = Orbits::from_polar(flow, &work.start.phi, &work.start.e);
         let end = times.last().copied().unwrap_or(0.0);

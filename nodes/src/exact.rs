@@ -2,10 +2,10 @@
 
 use density::exact::{Exact, ExactSnapshot, Settings as ExactSettings};
 use density::first_passage::exact::exact_curve;
-use density::flow::Flow;
 use messages::layout::{DENSITY_HEAD, kind};
 use serde::{Deserialize, Serialize};
 
+use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::kit::{Form, Passage, Propagator};
@@ -20,12 +20,15 @@ pub struct Settings {
     pub joint_error: f64,
     /// Orbits that moments, and likewise the joint density, may take at one snapshot.
     pub most_orbits: usize,
+    /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySetting>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         let ExactSettings { moment_error, joint_error, most_orbits } = ExactSettings::default();
-        Self { moment_error, joint_error, most_orbits }
+        Self { moment_error, joint_error, most_orbits, accuracy: None }
     }
 }
 
@@ -44,14 +47,15 @@ impl Settings {
 #[derive(Debug)]
 pub struct ExactDensity {
     settings: ExactSettings,
+    accuracy: Option<AccuracySetting>,
     work: Option<(Assignment, Option<ExactSnapshot>)>,
 }
 
 impl ExactDensity {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        let Settings { moment_error, joint_error, most_orbits } = settings;
-        Self { settings: ExactSettings { moment_error, joint_error, most_orbits }, work: None }
+        let Settings { moment_error, joint_error, most_orbits, accuracy } = settings;
+        Self { settings: ExactSettings { moment_error, joint_error, most_orbits }, accuracy, work: None }
     }
 }
 
@@ -64,7 +68,7 @@ impl Propagator for ExactDensity {
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
         let (assignment, snapshot) = self.work.as_mut().ok_or_else(Failure::no_scenario)?;
-        let flow = Flow::new(assignment.problem.force);
+        let flow = AccuracySetting::flow(self.accuracy, assignment.problem.force);
         let exact = Exact::new(&assignment.problem, &flow, self.settings).snapshot(&assignment.grids, index)?;
         let rows = DENSITY_HEAD + exact.estimate.joint.len();
         *snapshot = Some(exact);
@@ -91,7 +95,8 @@ impl Propagator for ExactDensity {
 
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let (assignment, _) = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
-        let curve = exact_curve(&assignment.problem, &Flow::new(assignment.problem.force), times)?;
+        let curve =
+            exact_curve(&assignment.problem, &AccuracySetting::flow(self.accuracy, assignment.problem.force), times)?;
         let row = |(&time, p): (&f64, &density::exact::pullback::Quadrature)| {
             [time, p.value, (p.value - p.error).max(0.0), (p.value + p.error).min(1.0)]
         };

@@ -1,6 +1,5 @@
 //! GMM-UT: a Gaussian mixture whose components are moved by the unscented transform (Sect. 3.3).
 
-use density::flow::Flow;
 use density::mixture::library::{self, Variance};
 use density::mixture::merge::merge;
 use density::mixture::plan::Adaptive;
@@ -10,6 +9,7 @@ use density::mixture::{self, Mixture, Split};
 use messages::layout::kind;
 use serde::{Deserialize, Serialize};
 
+use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::input::{Mode, positive, positive_option};
@@ -55,6 +55,9 @@ pub struct Settings {
     pub merge_to: Option<usize>,
     /// Corrected, or as the paper printed it.
     pub mode: Mode,
+    /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySetting>,
 }
 
 impl Default for Settings {
@@ -67,6 +70,7 @@ impl Default for Settings {
             sigma_points: Adaptive::default().sigma_points,
             merge_to: None,
             mode: Mode::default(),
+            accuracy: None,
         }
     }
 }
@@ -145,7 +149,8 @@ impl GaussianMixture {
 impl Propagator for GaussianMixture {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
-        let propagator = mixture::Propagator::new(problem, &Flow::new(problem.force), &self.settings.for_mixture())?;
+        let flow = AccuracySetting::flow(self.settings.accuracy, problem.force);
+        let propagator = mixture::Propagator::new(problem, &flow, &self.settings.for_mixture())?;
         let form = Form { kind: kind::MIXTURE, most_rows: propagator.components(), ..Form::default() };
         self.course = Some(Course { propagator, times: problem.times.clone(), mixture: None, disagreement: f64::NAN });
         Ok(form)

@@ -3,6 +3,7 @@
 //! A process is a [`session::Session`] (its access to the run) and a loop that sleeps until a message arrives. The science
 //! is in `density`, the contract in `messages`; here is only what joins them.
 
+pub mod accuracy;
 pub mod assignment;
 pub mod builtin;
 pub mod comparator;

@@ -3,16 +3,14 @@
 use std::num::NonZeroUsize;
 
 use density::first_passage::empirical::{EmpiricalCurve, empirical_curve};
-use density::first_passage::times::first_passage_times;
-use density::flow::Flow;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling::{Draws, Plan};
 use messages::layout::kind;
 use serde::{Deserialize, Serialize};
 
+use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
-use crate::course::Course;
 use crate::failure::Failure;
 use crate::input::positive;
 use crate::kit::{Form, Passage, Propagator};
@@ -43,11 +41,14 @@ pub struct Settings {
     /// Independent groups, from whose spread the standard errors follow; 1 only for independent draws.
     #[serde(deserialize_with = "positive")]
     pub replicates: usize,
+    /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySetting>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 100_000, seed: 1, draws: DrawsChoice::Independent, replicates: 1 }
+        Self { samples: 100_000, seed: 1, draws: DrawsChoice::Independent, replicates: 1, accuracy: None }
     }
 }
 
@@ -77,45 +78,52 @@ impl Settings {
 #[derive(Debug)]
 pub struct MonteCarlo {
     settings: Settings,
-    course: Option<(Course, Problem)>,
+    sample: Option<Sample>,
+}
+
+/// Orbits on their way, and when each first had the critical eccentricity.
+#[derive(Debug)]
+struct Sample {
+    orbits: Orbits,
+    passages: Vec<f64>,
+    problem: Problem,
 }
 
 impl MonteCarlo {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings, course: None }
+        Self { settings, sample: None }
     }
 }
 
 impl Propagator for MonteCarlo {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
-        let Settings { samples, replicates, .. } = self.settings;
+        let Settings { samples, replicates, accuracy, .. } = self.settings;
         let (x1, x2) = self.settings.plan().draw(&problem.initial, samples);
-        let course = Course::new(Orbits::new(Flow::new(problem.force), x1, x2), problem);
-        self.course = Some((course, problem.clone()));
+        let orbits = Orbits::new(AccuracySetting::flow(accuracy, problem.force), x1, x2);
+        self.sample = Some(Sample { orbits, passages: vec![f64::INFINITY; samples], problem: problem.clone() });
         let replicates = if replicates > 1 { replicates as u32 } else { 0 };
         Ok(Form { kind: kind::SAMPLES, most_rows: samples, replicates, ..Form::default() })
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        self.course.as_mut().ok_or_else(Failure::no_scenario)?.0.advance(index)
+        let Sample { orbits, passages, problem } = self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
+        orbits.advance_watching(problem.times[index], problem.critical_e, passages)?;
+        Ok(orbits.len())
     }
 
     fn write(&self, columns: &mut [f64]) {
-        if let Some((course, _)) = &self.course {
-            let (phi, e) = columns.split_at_mut(course.orbits.len());
-            course.orbits.read_out(phi, e);
+        if let Some(Sample { orbits, .. }) = &self.sample {
+            let (phi, e) = columns.split_at_mut(orbits.len());
+            orbits.read_out(phi, e);
         }
     }
 
-    /// Of the same draws, made once more: an interval holds for independent ones only.
+    /// Of the same orbits, noted on their way: an interval holds for independent draws only.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
-        let (_, problem) = self.course.as_ref().ok_or_else(Failure::no_scenario)?;
-        let (x1, x2) = self.settings.plan().draw(&problem.initial, self.settings.samples);
-        let end = times.last().copied().unwrap_or(0.0);
-        let passages = first_passage_times(&Flow::new(problem.force), &x1, &x2, problem.critical_e, end)?;
-        let curve = empirical_curve(&passages, None, times);
+        let sample = self.sample.as_ref().ok_or_else(Failure::no_scenario)?;
+        let curve = empirical_curve(&sample.passages, None, times);
         let interval = curve.interval.filter(|_| self.settings.draws == DrawsChoice::Independent);
         Ok(Passage::from_empirical(&EmpiricalCurve { interval, ..curve }))
     }

@@ -14,20 +14,46 @@ pub struct EmpiricalCurve {
     pub interval: Option<Vec<(f64, f64)>>,
 }
 
-/// The curve at `times` from the orbits' first passage times; `None` weighs all alike. Weights need not be normalised.
+/// The curve at the ascending `times` from the orbits' first passage times; `None` weighs all alike. Weights need not be normalised.
 ///
 /// # Panics
 /// If there is not one weight for every passage time.
 pub fn empirical_curve(passages: &[f64], weights: Option<&[f64]>, times: &[f64]) -> EmpiricalCurve {
     assert!(weights.is_none_or(|weights| weights.len() == passages.len()), "one weight for every passage time");
-    let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+    let share = match weights {
+        None => equal_shares(passages, times),
+        Some(weights) => weighted_shares(passages, weights, times),
+    };
+    let wilson = |p: &f64| wilson_interval(*p, passages.len() as f64);
+    let interval = weights.is_none().then(|| share.iter().map(wilson).collect());
+    EmpiricalCurve { times: times.to_vec(), probability: share, interval }
+}
+
+/// Share of the orbits that have passed at each of the ascending `times`, by counting.
+fn equal_shares(passages: &[f64], times: &[f64]) -> Vec<f64> {
+    let mut counts = vec![0usize; times.len()];
+    for passage in passages {
+        if let Some(count) = counts.get_mut(times.partition_point(|time| time < passage)) {
+            *count += 1;
+        }
+    }
+    let mut passed = 0;
+    let share = |count: &usize| {
+        passed += count;
+        passed as f64 / passages.len() as f64
+    };
+    counts.iter().map(share).collect()
+}
+
+/// The same with weights, summed in the order of passage.
+fn weighted_shares(passages: &[f64], weights: &[f64], times: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..passages.len()).collect();
     order.sort_by(|&a, &b| passages[a].total_cmp(&passages[b]).then(a.cmp(&b)));
-    let total: f64 = order.iter().map(|&i| weight(i)).sum();
+    let total: f64 = order.iter().map(|&i| weights[i]).sum();
     let passed: Vec<f64> = order
         .iter()
         .scan(0.0, |sum, &i| {
-            *sum += weight(i);
+            *sum += weights[i];
             Some(*sum)
         })
         .collect();
@@ -35,10 +61,7 @@ pub fn empirical_curve(passages: &[f64], weights: Option<&[f64]>, times: &[f64])
         0 => 0.0,
         count => passed[count - 1] / total,
     };
-    let probability: Vec<f64> = times.iter().map(share).collect();
-    let wilson = |p: &f64| wilson_interval(*p, passages.len() as f64);
-    let interval = weights.is_none().then(|| probability.iter().map(wilson).collect());
-    EmpiricalCurve { times: times.to_vec(), probability, interval }
+    times.iter().map(share).collect()
 }
 
 /// 95 % interval of a binomial probability of which `count` trials showed the share `p`: those probabilities whose own

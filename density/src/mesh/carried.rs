@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::delaunay::triangulate;
 use super::diagnostics::{MeshDiagnostics, cell_ratio};
 use super::gaussian::{barycentric_moments, probability};
-use super::lattice::{Refinement, gaussian_weights, lattice_lines, lattice_triangles};
+use super::lattice::{Refinement, gaussian_weights, graded_triangles, lattice_lines, lattice_triangles};
 use super::readout::{Node, invariant_measure, polar_measure};
 use super::share::Share;
 use super::{MeshError, check_points, parts};
@@ -29,7 +29,7 @@ use crate::estimate::{Estimate, Moments, ordered_sum, weighted_moments};
 use crate::grid::Grid;
 use crate::problem::InitialGaussian;
 
-/// Cells a side to which a lattice is refined for the joint density.
+/// Cells a side to which a lattice is refined for the joint density, where that is large.
 const FINE_CELLS: usize = 300;
 
 /// A mesh over initial points, ready to be carried.
@@ -64,6 +64,8 @@ enum Scheme {
         /// Lattice lines in standard deviations, outer and inner direction.
         lines: [Vec<f64>; 2],
         refinement: Box<Refinement>,
+        /// Those points of the refined lattice that are nodes.
+        used: Vec<u32>,
         /// Weights of the points in any mean.
         weights: Vec<f64>,
     },
@@ -123,11 +125,12 @@ impl CarriedMesh {
         let refinement = Refinement::new(&lines[0], &lines[1], degree, factor)?;
         let [outer, inner] = lines.each_ref().map(|lines| gaussian_weights(lines, degree));
         let weights = outer.iter().flat_map(|&a| inner.iter().map(move |&b| a * b)).collect();
-        let nodes: Vec<[f64; 2]> =
-            refinement.outer.iter().flat_map(|&u| refinement.inner.iter().map(move |&v| [u, v])).collect();
-        let triangles = lattice_triangles(refinement.inner.len());
+        let (triangles, used) = number_nodes(graded_triangles(&refinement.outer, &refinement.inner));
+        let width = refinement.inner.len() as u32;
+        let point = |&k: &u32| [refinement.outer[(k / width) as usize], refinement.inner[(k % width) as usize]];
+        let nodes: Vec<[f64; 2]> = used.iter().map(point).collect();
         let mass = triangles.par_iter().map(|t| probability(&t.map(|node| nodes[node as usize]))).collect();
-        let scheme = Scheme::Lattice { lines, refinement: Box::new(refinement), weights };
+        let scheme = Scheme::Lattice { lines, refinement: Box::new(refinement), used, weights };
         Ok(Self::assemble(initial, side * side, &nodes, triangles, mass, scheme))
     }
 
@@ -176,10 +179,14 @@ impl CarriedMesh {
                 let diagnostics = self.judge_triangles(&nodes, measure);
                 (nodes, diagnostics)
             }
-            Scheme::Lattice { lines, refinement, .. } => (
-                self.nodes(&refinement.apply(&x1), &refinement.apply(&x2)),
-                self.judge_cells([&lines[0], &lines[1]], refinement, [&x1, &x2]),
-            ),
+            Scheme::Lattice { lines, refinement, used, .. } => {
+                let refine = |values: &[f64]| -> Vec<f64> {
+                    let fine = refinement.apply(values);
+                    used.iter().map(|&node| fine[node as usize]).collect()
+                };
+                let nodes = self.nodes(&refine(&x1), &refine(&x2));
+                (nodes, self.judge_cells([&lines[0], &lines[1]], refinement, [&x1, &x2]))
+            }
         };
         let (mut joint, above) = self.share_out(&nodes, grid, critical_e);
         joint.iter_mut().for_each(|mass| *mass /= self.total * grid.bin_area());
@@ -255,8 +262,24 @@ impl CarriedMesh {
 
     fn judge_cells(&self, lines: [&[f64]; 2], refinement: &Refinement, states: [&[f64]; 2]) -> MeshDiagnostics {
         let cells = lines[0].len() - 1;
-        let ratio = |k: usize| cell_ratio(&self.initial, refinement, lines, states, [k / cells, k % cells]);
+        let [x1, x2] = states.map(|values| refinement.middles(values));
+        let ratio = |k: usize| {
+            let [i, j] = [k / cells, k % cells];
+            let at = [lines[0][i].midpoint(lines[0][i + 1]), lines[1][j].midpoint(lines[1][j + 1])];
+            cell_ratio(&self.initial, at, [&x1, &x2].map(|all| all.each_ref().map(|values| values[k])))
+        };
         let ratios: Vec<(f64, f64)> = (0..cells * cells).into_par_iter().map(ratio).collect();
         MeshDiagnostics::from_ratios(ratios.into_iter(), self.truncated_mass())
     }
+}
+
+/// Numbers the points that triangles use from zero on; also says which those are.
+fn number_nodes(mut triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, Vec<u32>) {
+    let mut used: Vec<u32> = triangles.as_flattened().to_vec();
+    used.sort_unstable();
+    used.dedup();
+    let mut number = vec![0; used.last().map_or(0, |&last| last as usize + 1)];
+    used.iter().zip(0..).for_each(|(&point, node)| number[point as usize] = node);
+    triangles.as_flattened_mut().iter_mut().for_each(|point| *point = number[*point as usize]);
+    (triangles, used)
 }

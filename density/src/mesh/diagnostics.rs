@@ -24,7 +24,6 @@
 //! and a half times the defect plus 2.5 %, the latter from sparse tails and coarse densities. It can be far smaller:
 //! triangles keep their probability even where they are misshapen, and bins blur what is misplaced by less than a bin.
 
-use super::lattice::Refinement;
 use crate::problem::InitialGaussian;
 
 /// What a snapshot says about its own reliability.
@@ -73,19 +72,11 @@ impl MeshDiagnostics {
     }
 }
 
-/// Measure ratio in the middle of lattice cell `(i, j)`, and the probability density there: the Jacobian determinant of the
-/// interpolated `(x1, x2)(u, v)` over the exact one, both divided by `s`.
-pub(super) fn cell_ratio(
-    initial: &InitialGaussian,
-    refinement: &Refinement,
-    lines: [&[f64]; 2],
-    states: [&[f64]; 2],
-    [i, j]: [usize; 2],
-) -> (f64, f64) {
-    let (u, v) = (lines[0][i].midpoint(lines[0][i + 1]), lines[1][j].midpoint(lines[1][j + 1]));
+/// Measure ratio in the middle `(u, v)` of a lattice cell, and the probability density there: the Jacobian determinant of the
+/// interpolated `(x1, x2)(u, v)` over the exact one, both divided by `s`. The states are values and slopes along `u`, `v`.
+pub(super) fn cell_ratio(initial: &InitialGaussian, [u, v]: [f64; 2], states: [[f64; 3]; 2]) -> (f64, f64) {
     let (_, e0) = initial.point(u, v);
-    let [x1, x1_u, x1_v] = refinement.middle(states[0], i, j);
-    let [x2, x2_u, x2_v] = refinement.middle(states[1], i, j);
+    let [[x1, x1_u, x1_v], [x2, x2_u, x2_v]] = states;
     let s = (1.0 - x1 * x1 - x2 * x2).max(1e-12).sqrt();
     let present = (x1_u * x2_v - x1_v * x2_u) / s;
     let before = initial.sigma_phi * initial.sigma_e * e0 / (1.0 - e0 * e0).sqrt();

@@ -1,0 +1,231 @@
+//! Time of the kernels on scenario 1: `cargo bench`, or `cargo bench -- NAME` for some. See docs/performance.md.
+//!
+//! Every figure is wall time on the number of threads given, on the cloud that the paper's launch file makes.
+
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+use density::dynamics::{Force, State};
+use density::exact::{Exact, Settings};
+use density::first_passage::times::first_passage_times;
+use density::flow::{Accuracy, Flow};
+use density::grid::{Grid, comparison_grids};
+use density::mesh::delaunay::triangulate;
+use density::mesh::raster::PointGrid;
+use density::mesh::{Branch, CarriedMesh, Placement, characteristic_densities, hull_estimate, initial_points};
+use density::mixture::{self, Propagator};
+use density::orbits::Orbits;
+use density::problem::{InitialGaussian, Problem};
+use density::{binning, sampling};
+use divan::{Bencher, black_box};
+use rayon::ThreadPoolBuilder;
+
+const SAMPLES: usize = 100_000;
+/// Threads of each figure.
+const THREADS: [usize; 2] = [1, 2];
+/// The paper's Ngrid: 25 million interpolation points.
+const RESOLUTION: usize = 5000;
+
+fn main() {
+    divan::main();
+}
+
+/// Scenario 1 of the paper.
+fn problem() -> Problem {
+    let initial = InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025 };
+    let force = Force { radiation: 0.15, oblateness: 0.40921 };
+    Problem { force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 }
+}
+
+fn flow() -> Flow {
+    Flow::new(problem().force)
+}
+
+/// Samples at two years: solar angles, eccentricities, densities and the grid.
+struct Cloud {
+    orbits: Orbits,
+    phi: Vec<f64>,
+    e: Vec<f64>,
+    n: Vec<f64>,
+    grid: Grid,
+}
+
+static GRIDS: LazyLock<Vec<Grid>> = LazyLock::new(|| comparison_grids(&problem(), &flow(), 100, 100).unwrap());
+
+static CLOUD: LazyLock<Cloud> = LazyLock::new(|| {
+    let problem = problem();
+    let start = initial_points(&problem, SAMPLES, Placement::Random, 1).unwrap();
+    let mut orbits = Orbits::from_polar(flow(), &start.phi, &start.e);
+    orbits.advance_to(2.0).unwrap();
+    let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
+    orbits.read_out(&mut phi, &mut e);
+    let n = characteristic_densities(&problem.initial, &start.phi, &start.e, &orbits.x1, &orbits.x2, true).unwrap();
+    let grid = GRIDS[4];
+    phi.iter_mut().for_each(|phi| *phi = grid.fold(*phi));
+    Cloud { orbits, phi, e, n, grid }
+});
+
+/// Times `work` on a pool of so many threads.
+fn on_threads<T: Send>(bencher: Bencher, threads: usize, work: impl Fn() -> T + Sync) {
+    LazyLock::force(&CLOUD);
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    bencher.bench_local(|| pool.install(&work));
+}
+
+/// 1e5 orbits over two years with all four snapshots.
+fn propagate(bencher: Bencher, threads: usize, accuracy: Accuracy) {
+    let (x1, x2) = sampling::draw(&problem().initial, 1, SAMPLES);
+    let flow = Flow { accuracy, ..flow() };
+    on_threads(bencher, threads, || {
+        let mut orbits = Orbits::new(flow, x1.clone(), x2.clone());
+        problem().times.iter().for_each(|&time| orbits.advance_to(time).unwrap());
+        orbits
+    });
+}
+
+#[divan::bench(args = THREADS)]
+fn flow_to_1e_6(bencher: Bencher, threads: usize) {
+    propagate(bencher, threads, Accuracy::Coarse);
+}
+
+#[divan::bench(args = THREADS)]
+fn flow_to_1e_9(bencher: Bencher, threads: usize) {
+    propagate(bencher, threads, Accuracy::Medium);
+}
+
+#[divan::bench(args = THREADS)]
+fn flow_to_1e_12(bencher: Bencher, threads: usize) {
+    propagate(bencher, threads, Accuracy::Fine);
+}
+
+#[divan::bench(args = THREADS)]
+fn draw_1e5(bencher: Bencher, threads: usize) {
+    on_threads(bencher, threads, || sampling::draw(&problem().initial, 1, SAMPLES));
+}
+
+#[divan::bench(args = THREADS)]
+fn read_out_1e5(bencher: Bencher, threads: usize) {
+    on_threads(bencher, threads, || {
+        let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
+        CLOUD.orbits.read_out(&mut phi, &mut e);
+        (phi, e)
+    });
+}
+
+#[divan::bench(args = THREADS)]
+fn first_passage_1e5(bencher: Bencher, threads: usize) {
+    let (x1, x2) = sampling::draw(&problem().initial, 1, SAMPLES);
+    on_threads(bencher, threads, || first_passage_times(&flow(), &x1, &x2, problem().critical_e, 2.0).unwrap());
+}
+
+/// Counting alone, and with moments and their standard errors.
+#[divan::bench(args = THREADS)]
+fn bin_1e5(bencher: Bencher, threads: usize) {
+    on_threads(bencher, threads, || binning::count(&CLOUD.phi, &CLOUD.e, &CLOUD.grid));
+}
+
+#[divan::bench(args = THREADS)]
+fn estimate_samples_1e5(bencher: Bencher, threads: usize) {
+    on_threads(bencher, threads, || binning::estimate(&CLOUD.phi, &CLOUD.e, CLOUD.grid, 0.6));
+}
+
+#[divan::bench(args = THREADS)]
+fn triangulate_1e5(bencher: Bencher, threads: usize) {
+    on_threads(bencher, threads, || triangulate(&CLOUD.phi, &CLOUD.e).unwrap());
+}
+
+/// The same points in a crate that does nothing but triangulate.
+#[divan::bench]
+fn triangulate_1e5_delaunator(bencher: Bencher) {
+    let points: Vec<_> = CLOUD.phi.iter().zip(&CLOUD.e).map(|(&x, &y)| delaunator::Point { x, y }).collect();
+    bencher.bench_local(|| delaunator::triangulate(black_box(&points)));
+}
+
+/// 25 million interpolation points into 100 x 100 bins.
+#[divan::bench(args = THREADS)]
+fn raster_25e6(bencher: Bencher, threads: usize) {
+    let Cloud { phi, e, n, grid, .. } = &*CLOUD;
+    let triangles = triangulate(phi, e).unwrap();
+    let points = PointGrid::new(grid, RESOLUTION).unwrap();
+    let corner = |row: u32| [phi[row as usize], e[row as usize], n[row as usize]];
+    on_threads(bencher, threads, || points.bin_means(triangles.len(), |k| triangles[k].map(corner)));
+}
+
+#[divan::bench(args = THREADS)]
+fn estimate_hull_1e5(bencher: Bencher, threads: usize) {
+    let Cloud { phi, e, n, grid, .. } = &*CLOUD;
+    on_threads(bencher, threads, || hull_estimate(phi, e, n, grid, RESOLUTION, Branch::Grid, 0.6).unwrap());
+}
+
+/// All snapshots of a carried lattice.
+fn estimate_carried(bencher: Bencher, threads: usize, count: usize) {
+    let problem = problem();
+    let start = initial_points(&problem, count, Placement::Lattice, 0).unwrap();
+    let mut orbits = Orbits::from_polar(flow(), &start.phi, &start.e);
+    let snapshots: Vec<(Vec<f64>, Vec<f64>)> = (problem.times.iter())
+        .map(|&time| {
+            orbits.advance_to(time).unwrap();
+            let (mut phi, mut e) = (start.phi.clone(), start.e.clone());
+            orbits.read_out(&mut phi, &mut e);
+            (phi, e)
+        })
+        .collect();
+    on_threads(bencher, threads, || {
+        let mesh = CarriedMesh::new(&problem.initial, &start.phi, &start.e, start.lattice, 7).unwrap();
+        let estimate = |((phi, e), grid): (&(Vec<f64>, Vec<f64>), &Grid)| mesh.estimate(phi, e, grid, 0.6).unwrap();
+        snapshots.iter().zip(GRIDS.iter()).map(estimate).collect::<Vec<_>>()
+    });
+}
+
+#[divan::bench(args = THREADS)]
+fn estimate_carried_961_all_snapshots(bencher: Bencher, threads: usize) {
+    estimate_carried(bencher, threads, 961);
+}
+
+#[divan::bench(args = THREADS)]
+fn estimate_carried_1e5_all_snapshots(bencher: Bencher, threads: usize) {
+    estimate_carried(bencher, threads, SAMPLES);
+}
+
+#[divan::bench(args = THREADS)]
+fn plan_and_propagate_mixture(bencher: Bencher, threads: usize) {
+    let problem = problem();
+    on_threads(bencher, threads, || {
+        let mut propagator = Propagator::new(&problem, &flow(), &mixture::Settings::default()).unwrap();
+        problem.times.iter().for_each(|&time| propagator.advance_to(time).unwrap());
+        propagator.mixture()
+    });
+}
+
+#[divan::bench(args = THREADS)]
+fn estimate_mixture_all_snapshots(bencher: Bencher, threads: usize) {
+    let problem = problem();
+    let mut propagator = Propagator::new(&problem, &flow(), &mixture::Settings::default()).unwrap();
+    let mixtures: Vec<_> = (problem.times.iter())
+        .map(|&time| {
+            propagator.advance_to(time).unwrap();
+            propagator.mixture().components
+        })
+        .collect();
+    on_threads(bencher, threads, || {
+        let estimate = |(mixture, grid): (&Vec<_>, &Grid)| mixture::estimate(mixture, grid, 0.6).unwrap();
+        mixtures.iter().zip(GRIDS.iter()).map(estimate).collect::<Vec<_>>()
+    });
+}
+
+#[divan::bench(args = THREADS)]
+fn exact_all_snapshots(bencher: Bencher, threads: usize) {
+    let problem = problem();
+    on_threads(bencher, threads, || {
+        let (flow, settings) = (flow(), Settings::default());
+        let exact = Exact::new(&problem, &flow, settings);
+        (0..GRIDS.len()).map(|index| exact.snapshot(&GRIDS, index).unwrap()).collect::<Vec<_>>()
+    });
+}
+
+/// A state is read out so often that it is worth a figure of its own.
+#[divan::bench]
+fn solar_angle(bencher: Bencher) {
+    let state = State { x1: 0.1, x2: -0.3 };
+    bencher.bench_local(|| black_box(state).solar_angle());
+}

@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""Our kernels beside the programs that one would otherwise take, on the same samples and at the same largest error.
+
+    python3 benches/peers/compare.py [--repeats 5] [--quick]
+
+makes a virtual environment in target/peers, builds and runs `density/examples/for_peers.rs`, and prints tables in Markdown.
+A peer's tolerance (or its number of steps) is the loosest of a ladder with which no coordinate of any sample at any snapshot
+is farther from the reference than the level; the reference is heyoka at 1e-16. Figures are medians: CPU time on one
+thread, wall time on two. `taylor.c` is a yardstick: what plain C can do, left out where there is no gcc.
+"""
+import argparse
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+WORK = ROOT / "target" / "peers"
+PACKAGES = ["numpy", "scipy", "numba", "heyoka", "fast-histogram"]
+C, W, SUN = 0.15, 0.40921, 6.283185307179586
+LEVELS = {"1e-6": 1e-6, "1e-9": 1e-9, "1e-12": 1e-12}
+
+
+def enter_environment():
+    """Restarts this script in its own virtual environment."""
+    python = WORK / "venv" / "bin" / "python"
+    if Path(sys.prefix) != WORK / "venv":
+        if not python.exists():
+            subprocess.run([sys.executable, "-m", "venv", WORK / "venv"], check=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
+        os.execv(python, [python, __file__, *sys.argv[1:]])
+
+
+def median(work, repeats, threads=1):
+    """Median seconds of `work()`: CPU time on one thread, wall time on more."""
+    clock = time.process_time if threads == 1 else time.perf_counter
+    seconds = []
+    for _ in range(repeats):
+        start = clock()
+        work()
+        seconds.append(clock() - start)
+    return sorted(seconds)[len(seconds) // 2]
+
+
+def run_ours(repeats):
+    command = ["cargo", "run", "--release", "--quiet", "-p", "phasecloud-density", "--example", "for_peers", "--"]
+    lines = subprocess.run([*command, WORK, str(repeats)], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    rows = [line.split(",") for line in lines.splitlines()]
+    return {(stage, level, int(threads)): float(seconds) for stage, level, threads, seconds in rows}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--quick", action="store_true", help="leave out what takes minutes: interpolation by SciPy")
+    options = parser.parse_args()
+    WORK.mkdir(parents=True, exist_ok=True)
+    enter_environment()
+    import numpy as np
+
+    import meshes
+    import propagators
+
+    ours = run_ours(options.repeats)
+    start = np.fromfile(WORK / "start.f64").reshape(2, -1)
+    reference = propagators.reference(start)
+    print("\n## Propagation: 1e5 samples, 2 yr, 4 snapshots\n")
+    rows = []
+    for name, level in LEVELS.items():
+        error = abs(np.fromfile(WORK / f"ours-{name}.f64").reshape(4, 2, -1) - reference).max()
+        rows.append(("ours", name, error, ours["propagate", name, 1], ours["propagate", name, 2]))
+        rows += [(peer, name, *found) for peer, found in propagators.peers(start, reference, level, options.repeats)]
+    table(rows)
+    print("\n## From 1e5 samples at 2 yr to a density\n")
+    table(meshes.rows(WORK, ours, options.repeats, options.quick))
+    print("\n" + ", ".join(versions()))
+
+
+def table(rows):
+    """Prints rows of (who, what, largest error, seconds on 1 thread, on 2 threads) with ratios to ours, the first of each `what`."""
+    print("| program | what | largest error | 1 thread, s | 2 threads, s | times ours (1) | times ours (2) |")
+    print("|---|---|---|---|---|---|---|")
+    best = {}
+    for who, what, error, one, two in rows:
+        base = best.setdefault(what, (one, two))
+        number = lambda x, form: "-" if x is None else format(x, form)
+        ratio = lambda x, y: "-" if x is None or y is None else f"{x / y:.2f}"
+        cells = [who, what, number(error, ".1e"), number(one, ".4g"), number(two, ".4g"), ratio(one, base[0]), ratio(two, base[1])]
+        print("| " + " | ".join(cells) + " |", flush=True)
+
+
+def versions():
+    from importlib.metadata import version
+
+    yield f"Python {sys.version.split()[0]}"
+    for package in PACKAGES:
+        yield f"{package} {version(package)}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,99 @@
+//! Our half of the comparison with other programs: writes the samples that all start from, and times our kernels.
+//!
+//! Run by `benches/peers/compare.py`; by hand: `cargo run --release -p phasecloud-density --example for_peers -- FOLDER 5`.
+//! Files are little-endian f64, column after column. A line `stage,level,threads,seconds` is printed for every figure, the
+//! median of so many runs: CPU time on one thread, which other programs on the machine disturb less, wall time on two.
+
+use std::f64::consts::PI;
+use std::path::Path;
+use std::time::Instant;
+
+use density::binning;
+use density::dynamics::Force;
+use density::flow::{Accuracy, Flow};
+use density::grid::comparison_grids;
+use density::mesh::delaunay::triangulate;
+use density::mesh::raster::PointGrid;
+use density::mesh::{Placement, characteristic_densities, initial_points};
+use density::orbits::Orbits;
+use density::problem::{InitialGaussian, Problem};
+use rayon::ThreadPoolBuilder;
+
+const SAMPLES: usize = 100_000;
+const RESOLUTION: usize = 5000;
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let [_, folder, repeats] = &arguments[..] else { panic!("give a folder and a number of repeats") };
+    let (folder, repeats) = (Path::new(folder), repeats.parse().expect("a number of repeats"));
+    let initial = InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025 };
+    let force = Force { radiation: 0.15, oblateness: 0.40921 };
+    let problem = Problem { force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 };
+    let start = initial_points(&problem, SAMPLES, Placement::Random, 1).expect("points");
+    let orbits = |accuracy| Orbits::from_polar(Flow { force, accuracy }, &start.phi, &start.e);
+    let first = orbits(Accuracy::Fine);
+    write(&folder.join("start.f64"), &[&first.x1, &first.x2]);
+
+    for accuracy in Accuracy::ALL {
+        let propagate = || {
+            let mut orbits = orbits(accuracy);
+            let mut states = Vec::new();
+            for &time in &problem.times[1..] {
+                orbits.advance_to(time).expect("no orbit is lost");
+                states.push((orbits.x1.clone(), orbits.x2.clone()));
+            }
+            states
+        };
+        let level = format!("{:e}", accuracy.largest_error());
+        let columns: Vec<Vec<f64>> = propagate().into_iter().flat_map(|(x1, x2)| [x1, x2]).collect();
+        write(&folder.join(format!("ours-{level}.f64")), &columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        time("propagate", &level, repeats, propagate);
+    }
+
+    let mut last = orbits(Accuracy::Fine);
+    last.advance_to(2.0).expect("no orbit is lost");
+    let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
+    last.read_out(&mut phi, &mut e);
+    let n = characteristic_densities(&initial, &start.phi, &start.e, &last.x1, &last.x2, true).expect("densities");
+    let grid = comparison_grids(&problem, &first.flow, 100, 100).expect("grids")[4];
+    phi.iter_mut().for_each(|phi| *phi = grid.fold(*phi));
+    write(&folder.join("cloud.f64"), &[&phi, &e, &n]);
+    write(&folder.join("grid.f64"), &[&[grid.phi.low, grid.phi.high, grid.e.low, grid.e.high]]);
+    time("bin", "", 20 * repeats, || binning::count(&phi, &e, &grid));
+    let triangles = triangulate(&phi, &e).expect("triangles");
+    time("triangulate", "", repeats, || triangulate(&phi, &e));
+    let points = PointGrid::new(&grid, RESOLUTION).expect("points");
+    let corner = |row: u32| [phi[row as usize], e[row as usize], n[row as usize]];
+    let bins = || points.bin_means(triangles.len(), |k| triangles[k].map(corner));
+    write(&folder.join("ours-bins.f64"), &[&bins()]);
+    time("interpolate", "", repeats, bins);
+}
+
+/// Prints the median time of `work` on one and on two threads.
+fn time<T: Send>(stage: &str, level: &str, repeats: usize, work: impl Fn() -> T + Sync) {
+    for threads in [1, 2] {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let mut seconds: Vec<f64> = (0..repeats.max(1))
+            .map(|_| {
+                let (wall, cpu) = (Instant::now(), cpu_seconds());
+                let result = pool.install(&work);
+                let seconds = if threads == 1 { cpu_seconds() - cpu } else { wall.elapsed().as_secs_f64() };
+                drop(result);
+                seconds
+            })
+            .collect();
+        seconds.sort_by(f64::total_cmp);
+        println!("{stage},{level},{threads},{}", seconds[seconds.len() / 2]);
+    }
+}
+
+/// CPU time that this process has taken \[s\].
+fn cpu_seconds() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+fn write(path: &Path, columns: &[&[f64]]) {
+    let bytes: Vec<u8> = columns.iter().copied().flatten().flat_map(|value| value.to_le_bytes()).collect();
+    std::fs::write(path, bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+}
