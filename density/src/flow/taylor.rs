@@ -189,12 +189,10 @@ impl<const P: usize> Series<P> {
     fn radii(&self) -> Lanes {
         let (last, before) = (Self::ORDER, Self::ORDER - 1);
         let (inverse_last, inverse_before) = (1.0 / last as f64, 1.0 / before as f64);
-        let mut radii = [0.0; LANES];
-        for l in 0..LANES {
+        std::array::from_fn(|l| {
             let size = |n: usize| self.x1[n][l].abs().max(self.x2[n][l].abs());
-            radii[l] = power(size(last), -inverse_last).min(power(size(before), -inverse_before));
-        }
-        radii
+            power(size(last), -inverse_last).min(power(size(before), -inverse_before))
+        })
     }
 
     /// Moves each lane by its step.
