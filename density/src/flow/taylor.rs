@@ -186,13 +186,16 @@ impl<const P: usize> Series<P> {
 
     /// How far each series reaches, judged by its last two coefficients.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "a loop over lanes like all others")]
     fn radii(&self) -> Lanes {
         let (last, before) = (Self::ORDER, Self::ORDER - 1);
         let (inverse_last, inverse_before) = (1.0 / last as f64, 1.0 / before as f64);
-        std::array::from_fn(|l| {
+        let mut radii = [0.0; LANES];
+        for l in 0..LANES {
             let size = |n: usize| self.x1[n][l].abs().max(self.x2[n][l].abs());
-            power(size(last), -inverse_last).min(power(size(before), -inverse_before))
-        })
+            radii[l] = power(size(last), -inverse_last).min(power(size(before), -inverse_before));
+        }
+        radii
     }
 
     /// Moves each lane by its step.
