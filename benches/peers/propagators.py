@@ -137,7 +137,7 @@ def scipy_peer(start, reference, level):
         x1, x2 = state
         q = 1 - x1 * x1 - x2 * x2
         g = W / (q * q) - 1
-        return C * q**0.5 + x2 * g, -x1 * g
+        return C * abs(q) ** 0.5 + x2 * g, -x1 * g
 
     def run(tolerance):
         options = {"method": "DOP853", "rtol": max(tolerance, 3e-14), "atol": 0.1 * tolerance, "t_eval": TIMES[1:]}

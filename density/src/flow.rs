@@ -171,13 +171,13 @@ impl Flow {
     }
 
     /// Moves orbits by their `years`, or all by the last of them, and returns which were lost; those stay where they were.
-    /// Order and tolerance go with each other: the error after two years is about 14 tolerances, whatever the order, and
-    /// the orders are the cheapest by measurement, if not by much.
+    /// The largest error after two years is about 14 tolerances in a cloud of 1e5 orbits and 24 among orbits four standard
+    /// deviations from the mean, whatever the order; the orders are the cheapest by measurement, if not by much.
     fn integrate<W: Watch>(&self, x1: &mut [f64], x2: &mut [f64], years: &[f64], watch: &mut W) -> Vec<usize> {
         match self.accuracy {
-            Accuracy::Coarse => taylor::advance::<12, W>(self.force, x1, x2, years, 5e-8, watch),
-            Accuracy::Medium => taylor::advance::<15, W>(self.force, x1, x2, years, 5e-11, watch),
-            Accuracy::Fine => taylor::advance::<19, W>(self.force, x1, x2, years, 5e-14, watch),
+            Accuracy::Coarse => taylor::advance::<12, W>(self.force, x1, x2, years, 4e-8, watch),
+            Accuracy::Medium => taylor::advance::<15, W>(self.force, x1, x2, years, 3.5e-11, watch),
+            Accuracy::Fine => taylor::advance::<19, W>(self.force, x1, x2, years, 3.5e-14, watch),
         }
     }
 }

@@ -200,6 +200,7 @@ impl<const P: usize> Series<P> {
 
     /// How far each series reaches, judged by its last two coefficients.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "a loop over lanes like all others")]
     fn radii(&self) -> Lanes {
         let (last, before) = (Self::ORDER, Self::ORDER - 1);
         let (inverse_last, inverse_before) = (1.0 / last as f64, 1.0 / before as f64);

@@ -248,7 +248,7 @@ const STEPS: [usize; 4] = [1, 2, 3, 4];
 
 /// The two counter-clockwise triangles of a cell; neighbours are cut along opposite diagonals.
 fn halves([a, b, c, d]: [u32; 4], parity: usize) -> [[u32; 3]; 2] {
-    if parity % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+    if parity.is_multiple_of(2) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
 }
 
 #[cfg(test)]
