@@ -2,9 +2,11 @@
 
 mod check;
 mod cli;
+mod domain_command;
 mod domains;
 mod launch_file;
 mod manifest;
+mod new_command;
 mod node_command;
 mod preflight;
 mod progress;
@@ -28,6 +30,8 @@ fn main() -> ExitCode {
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Validate { files } => validate(&files),
         Command::Check(arguments) => check::run(&arguments),
+        Command::New(arguments) => new_command::run(&arguments),
+        Command::Domain(arguments) => domain_command::run(&arguments),
         Command::Node(arguments) => node_command::run(arguments),
     }
 }

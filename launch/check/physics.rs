@@ -87,7 +87,7 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
         }
         worst.take(assignment, table, &estimate.moments, estimate.circular.mean);
     }
-    findings.good(Rule::Mass, format!("{}: {least_mass:.4} or more", assignment.name));
+    findings.good(Rule::Mass, format!("{}: at least {least_mass:.4}", assignment.name));
     findings.take(Rule::Moments, named(worst.verdict()));
 }
 
@@ -197,15 +197,18 @@ impl Worst {
             kind::SAMPLES => (sample_errors(table, moments, circular_mean, right[5]), "standard errors"),
             _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), "standard deviations"),
         };
-        let unit_size = if table.header.kind == kind::SAMPLES { SIGMAS } else { GENEROUS };
+        let off = |error: f64| match table.header.kind {
+            kind::SAMPLES => format!("{:.2} {unit}", error * SIGMAS),
+            _ => format!("{:.1e} {unit}", error * GENEROUS),
+        };
         for (k, (seen, right)) in moments.to_array().into_iter().zip(right).enumerate() {
             let difference = if k == 0 { nearest(seen - right, 0.0) } else { seen - right };
             let error = (difference / allowed[k]).abs();
             let text = format!("{} at {time} yr is {seen:.6}, exact {right:.6}", MOMENTS[k]);
             if error.is_nan() || error > 1.0 {
-                self.problems.push(format!("{text}: off by {:.2} {unit}", error * unit_size));
+                self.problems.push(format!("{text}: off by {}", off(error)));
             } else if self.good.as_ref().is_none_or(|(worst, _)| error > *worst) {
-                self.good = Some((error, format!("largest error {:.2} {unit}: {text}", error * unit_size)));
+                self.good = Some((error, format!("largest error {}: {text}", off(error))));
             }
         }
     }
