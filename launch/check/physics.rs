@@ -16,7 +16,7 @@ use nodes::snapshot_rules::breaches;
 use super::trial::{Answer, Received};
 use super::verdict::{Findings, Rule};
 
-/// Tolerated change of the Hamiltonian, and relative error of a density carried along. Its range over a cloud is about 0.01.
+/// Tolerated change of the Hamiltonian, and relative error of a density carried along. It spans about 0.001 over a cloud.
 const KEPT: f64 = 1e-6;
 /// Standard errors that a sample's moment may be off: 6e-7 is the probability of more.
 const SIGMAS: f64 = 5.0;
