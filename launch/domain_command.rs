@@ -98,17 +98,10 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
     Ok(())
 }
 
-fn publish(
-    roster: &Outlet<Roster>,
-    arguments: &DomainArguments,
-    fallen: &BTreeSet<String>,
-) -> Result<(), PortError> {
+fn publish(roster: &Outlet<Roster>, arguments: &DomainArguments, fallen: &BTreeSet<String>) -> Result<(), PortError> {
     let header = RosterHeader { run_id: RUN_ID, reference: pack(reference(arguments)) };
-    let entry = |label: &String| RosterEntry {
-        label: pack(label),
-        failed: u32::from(fallen.contains(label)),
-        reserved: 0,
-    };
+    let entry =
+        |label: &String| RosterEntry { label: pack(label), failed: u32::from(fallen.contains(label)), reserved: 0 };
     roster.send_items(header, &arguments.labels.iter().map(entry).collect::<Vec<_>>())
 }
 

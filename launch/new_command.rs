@@ -61,11 +61,14 @@ fn python_files() -> Vec<(&'static str, String)> {
 /// The lock file makes the new crate use the versions that its libraries were tested with.
 fn rust_files(name: &str) -> Result<Vec<(&'static str, String)>, String> {
     if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || name.contains('.') {
-        return Err(format!("\"{name}\" is not allowed as the name of a crate; it must start with a letter and have no '.'"));
+        return Err(format!(
+            "\"{name}\" is not allowed as the name of a crate; it must start with a letter and have no '.'"
+        ));
     }
     let lock = Path::new(CHECKOUT).join("Cargo.lock");
-    let lock = std::fs::read_to_string(&lock)
-        .map_err(|e| format!("{}: {e}; the libraries are there in the checkout that made this program", lock.display()))?;
+    let lock = std::fs::read_to_string(&lock).map_err(|e| {
+        format!("{}: {e}; the libraries are there in the checkout that made this program", lock.display())
+    })?;
     // As a TOML string, whatever characters the path has.
     let library = |folder: &str| toml::Value::from(format!("{CHECKOUT}/{folder}")).to_string();
     let manifest = MANIFEST

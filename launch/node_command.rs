@@ -70,12 +70,10 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
 
 fn place(arguments: &NodeArguments) -> Result<Place, String> {
     match &arguments.domain {
-        Some(domain) => {
-            match domain.rsplit_once(':') {
-                Some((root, prefix)) => Ok(Place { root: root.into(), prefix: prefix.into() }),
-                None => domains::named(domain).map_err(|problem| format!("--domain: {problem}")),
-            }
-        }
+        Some(domain) => match domain.rsplit_once(':') {
+            Some((root, prefix)) => Ok(Place { root: root.into(), prefix: prefix.into() }),
+            None => domains::named(domain).map_err(|problem| format!("--domain: {problem}")),
+        },
         None => Place::from_environment().ok_or_else(|| "which run? Give --domain NAME".into()),
     }
 }

@@ -15,8 +15,7 @@ use rustix::process::{Pid, Signal, kill_process};
 /// Long past anything that a healthy machine takes; only to end a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(120);
 
-const CASES: &str =
-    "[[propagator]]\nlabel = \"exact\"\nnode = \"exact\"\n[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 2_000\n";
+const CASES: &str = "[[propagator]]\nlabel = \"exact\"\nnode = \"exact\"\n[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 2_000\n";
 
 /// A terminal with a command in it.
 struct Terminal {

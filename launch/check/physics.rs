@@ -109,7 +109,10 @@ fn hamiltonian(assignment: &Assignment, tables: &[Table]) -> Result<String, Stri
         let now = values(table);
         if now.len() != first.len() {
             let (seen, index) = (now.len(), table.index);
-            return Err(format!("snapshot {index} has {seen} rows instead of {}; trajectories do not end", first.len()));
+            return Err(format!(
+                "snapshot {index} has {seen} rows instead of {}; trajectories do not end",
+                first.len()
+            ));
         }
         let drift = first.iter().zip(&now).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         if drift > worst.0 {

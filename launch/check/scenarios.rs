@@ -1,8 +1,8 @@
 //! The problems that a propagator is checked on.
 //!
-//! The clouds are so small that even one Gaussian carried by the linearised flow has all moments right to 0.1 standard deviations; no
-//! method is judged by how it copes with a bent cloud. Times are uneven, and forces, clouds and numbers of snapshots differ,
-//! so that nothing can be right by being built in.
+//! The clouds are so small that even one Gaussian carried by the linearised flow has all moments right to 0.1 standard
+//! deviations; no method is judged by how it copes with a bent cloud. Times are uneven, and forces, clouds and numbers of
+//! snapshots differ, so that nothing can be right by being built in.
 
 use std::f64::consts::TAU;
 
@@ -52,10 +52,8 @@ pub fn impossible() -> Result<Scenario, LostOrbit> {
         times: vec![0.0, 0.2, 0.4],
         critical_e: 0.6,
     };
-    let anywhere = Grid {
-        phi: Axis { low: 0.0, high: TAU, bins: BINS.0 },
-        e: Axis { low: 0.0, high: 1.0, bins: BINS.1 },
-    };
+    let anywhere =
+        Grid { phi: Axis { low: 0.0, high: TAU, bins: BINS.0 }, e: Axis { low: 0.0, high: 1.0, bins: BINS.1 } };
     Ok(Scenario { name: "check-impossible", grids: vec![anywhere; problem.times.len()], problem })
 }
 
@@ -63,12 +61,7 @@ fn cloud(mean_phi: f64, mean_e: f64, sigma_phi: f64, sigma_e: f64) -> InitialGau
     InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e }
 }
 
-fn bounded(
-    name: &'static str,
-    force: Force,
-    initial: InitialGaussian,
-    times: Vec<f64>,
-) -> Result<Scenario, LostOrbit> {
+fn bounded(name: &'static str, force: Force, initial: InitialGaussian, times: Vec<f64>) -> Result<Scenario, LostOrbit> {
     let problem = Problem { force, initial, times, critical_e: 0.5 };
     let grids = comparison_grids(&problem, &Flow::new(force), BINS.0, BINS.1)?;
     Ok(Scenario { name, problem, grids })

@@ -334,7 +334,8 @@ pub fn is_from(report: &StatusHeader, run_id: u64) -> bool {
 
 /// The end of the work on a scenario, if it has been reported.
 fn end_of(assignment: &Assignment, heard: &Heard) -> Option<Outcome> {
-    let is_about = |report: &&StatusHeader| report.scenario == assignment.scenario && is_from(report, assignment.run_id);
+    let is_about =
+        |report: &&StatusHeader| report.scenario == assignment.scenario && is_from(report, assignment.run_id);
     heard.reports.iter().filter(is_about).find_map(|report| match report.phase {
         phase::DONE => Some(Outcome::Done),
         phase::FAILED => Some(Outcome::Failed(unpack(&report.text))),

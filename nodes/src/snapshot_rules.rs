@@ -93,7 +93,10 @@ fn shape(header: &SnapshotHeader, items: &[f64]) -> Result<(), String> {
 pub fn in_numbers(kind: u32, rows: usize, items: &[f64]) -> Option<Breach> {
     if let Some(position) = items.iter().position(|value| !value.is_finite()) {
         let (column, row) = (position / rows, position % rows);
-        return Some(Breach { rule: Rule::Finite, what: format!("row {row} of column {column} is {}", items[position]) });
+        return Some(Breach {
+            rule: Rule::Finite,
+            what: format!("row {row} of column {column} is {}", items[position]),
+        });
     }
     if kind != kind::SAMPLES && kind != kind::CHARACTERISTICS {
         return None;
