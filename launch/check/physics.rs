@@ -2,6 +2,8 @@
 //!
 //! Judged are snapshots that break no rule of [`super::delivery`], by the estimator's own methods and against the exact answer.
 
+use std::f64::consts::SQRT_2;
+
 use density::angle::nearest;
 use density::dynamics::{State, density_growth, density_growth_without_jacobian};
 use density::estimate::{Estimate, Moments};
@@ -207,7 +209,7 @@ impl Worst {
         for (k, (seen, right)) in moments.to_array().into_iter().zip(right).enumerate() {
             let difference = if k == 0 { nearest(seen - right, 0.0) } else { seen - right };
             let error = (difference / allowed[k]).abs();
-            let text = format!("{} at {time} yr is {seen:.6}, exact {right:.6}", MOMENTS[k]);
+            let text = format!("{} at {time} yr is {seen:.7}, exact {right:.7}", MOMENTS[k]);
             if error.is_nan() || error > 1.0 {
                 self.problems.push(format!("{text}: off by {}", off(error)));
             } else if self.good.as_ref().is_none_or(|(worst, _)| error > *worst) {
@@ -227,12 +229,13 @@ impl Worst {
     }
 }
 
-/// What samples may be off: [`SIGMAS`] standard errors of independent draws, which others do not exceed by much, and room
-/// for one sample in a count.
+/// What samples may be off: [`SIGMAS`] standard errors of independent draws, and room for one sample in a count. Opposites in
+/// pairs have equal squares, so draws in groups may count for half as many independent ones.
 fn sample_errors(table: &Table, moments: &Moments, circular_mean: f64, above: f64) -> [f64; 6] {
     let n = f64::from(table.header.rows);
+    let sigmas = if table.header.replicates > 1 { SIGMAS * SQRT_2 } else { SIGMAS };
     let errors = of_independent(table.columns[0], table.columns[1], moments, circular_mean).to_array();
-    let mut allowed = errors.map(|error| SIGMAS * error);
-    allowed[5] = SIGMAS * (above * (1.0 - above) / n).sqrt() + 1.0 / n;
+    let mut allowed = errors.map(|error| sigmas * error);
+    allowed[5] = sigmas * (above * (1.0 - above) / n).sqrt() + 1.0 / n;
     allowed
 }
