@@ -58,7 +58,7 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
     let bench = Bench::new();
     let program = example("faulty-propagator").display().to_string();
     let computing = "SIGTERM, computing";
-    let faults: [(&str, &[&str], &[&str], &str); 14] = [
+    let faults: [(&str, &[&str], &[&str], &str); 16] = [
         ("none", &GRACE, &[], ""),
         ("counts", &GRACE, &["counts"], "check-1: 4 of 5"),
         ("nan", &GRACE, &["finite"], "check-1, snapshot 1: row 7 of column 0 is NaN"),
@@ -67,6 +67,8 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
         ("shape", &GRACE, &["shape"], "it has 400 rows of 3 columns, its kind has 2"),
         ("eccentricity", &GRACE, &["eccentricity"], "row 7 has e = 1, outside [0, 1)"),
         ("energy", &GRACE, &["Hamiltonian"], "check-1: has changed by"),
+        ("redrawn", &GRACE, &["Hamiltonian"], "has changed by"),
+        ("redrawn", &["--grace", "30", "--redrawn"], &[], ""),
         ("moments", &GRACE, &["moments"], "check-1: mean phi at 0 yr is 2.20"),
         ("deaf", &["--grace", "1"], &["SIGTERM, waiting", computing], "after SIGTERM; it was killed"),
         ("never-ready", &["--patience", "2"], &["handshake"], "not ready: no sign of life for 2 s"),

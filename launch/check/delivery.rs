@@ -6,7 +6,7 @@ use messages::text::unpack;
 use nodes::assignment::Assignment;
 use nodes::snapshot_rules::{self, breaches};
 
-use super::trial::{Answer, LABEL, Received};
+use super::answer::{Answer, LABEL, Received};
 use super::verdict::{Findings, Rule};
 
 /// Judges all messages that a propagator sent about a scenario.

@@ -15,7 +15,7 @@ use nodes::assignment::Assignment;
 use nodes::method::Case;
 use nodes::snapshot_rules::breaches;
 
-use super::trial::{Answer, Received};
+use super::answer::{Answer, Received};
 use super::verdict::{Findings, Rule};
 
 /// Tolerated change of the Hamiltonian, and relative error of a density carried along. It spans about 0.001 over a cloud.

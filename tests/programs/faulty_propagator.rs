@@ -61,9 +61,12 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
     if fault == "moments" {
         initial.mean_phi += 0.5 * initial.sigma_phi;
     }
-    let plan = Plan { draws: Draws::Independent, seed: 5, replicates: std::num::NonZeroUsize::MIN };
-    let (x1, x2) = plan.draw(&initial, SAMPLES);
-    let mut orbits = Orbits::new(Flow::new(problem.force), x1, x2);
+    let drawn = |seed: u64| {
+        let plan = Plan { draws: Draws::Independent, seed, replicates: std::num::NonZeroUsize::MIN };
+        let (x1, x2) = plan.draw(&initial, SAMPLES);
+        Orbits::new(Flow::new(problem.force), x1, x2)
+    };
+    let mut orbits = drawn(5);
     let outlet = session.domain.outlet::<Snapshot>(2 * SAMPLES)?;
     let mut indices: Vec<usize> = (0..problem.times.len()).collect();
     match fault {
@@ -72,6 +75,9 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
         _ => {}
     }
     for index in indices {
+        if fault == "redrawn" {
+            orbits = drawn(100 + index as u64);
+        }
         let before = orbits.clone();
         if let Err(lost) = orbits.advance_to(problem.times[index]) {
             if fault != "accepts" {
