@@ -37,6 +37,10 @@ pub enum Command {
     },
     /// Check whether a propagator keeps the contract and its numbers are right
     Check(CheckArguments),
+    /// Write the skeleton of a propagator of your own
+    New(NewArguments),
+    /// Create and hold a domain for nodes that are started by hand
+    Domain(DomainArguments),
     /// Run one node of a run by hand; `phasecloud run` starts them all by itself
     Node(NodeArguments),
     /// Run a program and end it, with all it has started, when the launcher dies
@@ -129,15 +133,45 @@ pub struct SubmitArguments {
     pub run: Option<String>,
 }
 
+/// Arguments of `phasecloud new`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  phasecloud new my-method\n  phasecloud new my-method --python")]
+pub struct NewArguments {
+    /// The folder to write, which does not exist yet; its last part is the propagator's name
+    #[arg(value_name = "NAME")]
+    pub folder: PathBuf,
+    /// In Python instead of Rust
+    #[arg(long)]
+    pub python: bool,
+}
+
+/// Arguments of `phasecloud domain`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  phasecloud domain demo exact mc --scenario launch/scenarios/scenario-1.toml\n\n\
+    Then start every node in a terminal of its own: phasecloud node estimator --domain demo, and so on.")]
+pub struct DomainArguments {
+    /// Its name: letters and digits
+    pub name: String,
+    /// Labels of the cases that will take part
+    #[arg(required = true, value_name = "LABEL")]
+    pub labels: Vec<String>,
+    /// Label of the case that all are compared with [default: the first]
+    #[arg(long, value_name = "LABEL")]
+    pub reference: Option<String>,
+    /// Scenario files that the scenario node will publish
+    #[arg(long = "scenario", value_name = "FILE", required = true)]
+    pub scenarios: Vec<PathBuf>,
+}
+
 /// Arguments of `phasecloud node`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example, inside a live domain:\n  phasecloud node mc --domain /tmp/phasecloud-0/4f2a:pc4f2a- --label mc --set samples=1000"
+    after_help = "Example, in a domain that `phasecloud domain demo ...` holds:\n  phasecloud node mc --domain demo --set samples=1000"
 )]
 pub struct NodeArguments {
     /// scenario, mc, dee, gmm-ut, exact, estimator, comparator or recorder
     pub kind: String,
-    /// The run's domain as ROOT:PREFIX [default: from PHASECLOUD_ROOT and PHASECLOUD_PREFIX]
+    /// The run's domain: its name, or ROOT:PREFIX [default: from PHASECLOUD_ROOT and PHASECLOUD_PREFIX]
     #[arg(long)]
     pub domain: Option<String>,
     /// Label of a propagator [default: its kind]

@@ -28,6 +28,24 @@ fn place_in(folder: &Path, name: &str) -> Place {
     Place { root: folder.join(name), prefix: format!("pc{name}-") }
 }
 
+/// Where the domain called `name` lies: in the user's folder, or a shorter one if its path is too long.
+fn place_of(name: &str) -> Place {
+    let place = place_in(&user_folder(&std::env::temp_dir()), name);
+    if place.is_short_enough() { place } else { place_in(&user_folder(Path::new("/tmp")), name) }
+}
+
+/// The domain that this user calls `name`. Names in shared memory start with the user's number, since all users share it,
+/// and no name is the start of another followed by '-'.
+///
+/// # Errors
+/// If the name is not plain letters and digits.
+pub fn named(name: &str) -> Result<Place, String> {
+    if !(1..=16).contains(&name.len()) || !name.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
+        return Err(format!("\"{name}\" is not allowed as a domain's name, it must be 1 to 16 letters or digits"));
+    }
+    Ok(place_of(&format!("{}_{name}", rustix::process::getuid().as_raw())))
+}
+
 /// The domain of this process's run; dropping it removes it.
 #[derive(Debug)]
 pub struct OwnDomain {
@@ -42,9 +60,24 @@ impl OwnDomain {
     /// # Errors
     /// If that is not possible.
     pub fn claim(run_id: u64) -> Result<Self, String> {
-        let name = format!("{run_id:012x}");
-        let place = place_in(&user_folder(&std::env::temp_dir()), &name);
-        let place = if place.is_short_enough() { place } else { place_in(&user_folder(Path::new("/tmp")), &name) };
+        Self::claim_at(place_of(&format!("{run_id:012x}")))
+    }
+
+    /// Creates and locks the domain that [`named`] names; the remains of one whose holder is gone are removed first.
+    ///
+    /// # Errors
+    /// If another process holds it, or it cannot be created.
+    pub fn claim_named(name: &str) -> Result<Self, String> {
+        let place = named(name)?;
+        if let Ok(lock) = File::open(place.root.join(LOCK)) {
+            let held = || format!("another process holds the domain \"{name}\"; take another name");
+            flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|_| held())?;
+            place.remove().map_err(|e| format!("{}: {e}", place.root.display()))?;
+        }
+        Self::claim_at(place)
+    }
+
+    fn claim_at(place: Place) -> Result<Self, String> {
         let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", place.root.display());
         place.create().map_err(|e| failed(&e))?;
         // Locked before it has the name under which others look: nobody sees it without its owner.

@@ -4,10 +4,12 @@ mod check;
 mod clean_command;
 mod cli;
 mod commands;
+mod domain_command;
 mod domains;
 mod guard;
 mod manifest;
 mod member;
+mod new_command;
 mod node_command;
 mod preflight;
 mod progress;
@@ -39,6 +41,8 @@ fn main() -> ExitCode {
         Command::Clean => clean_command::run(),
         Command::Validate { files } => validate(&files),
         Command::Check(arguments) => check::run(&arguments),
+        Command::New(arguments) => new_command::run(&arguments),
+        Command::Domain(arguments) => domain_command::run(&arguments),
         Command::Node(arguments) => node_command::run(arguments),
         Command::Guard { words } => guard::run(&words),
     }

@@ -11,6 +11,7 @@ use nodes::{comparator, estimator, recorder, scenario};
 
 use crate::BAD_INPUT;
 use crate::cli::NodeArguments;
+use crate::domains;
 
 /// A node as the command line describes it.
 enum Kind {
@@ -70,11 +71,11 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
 
 fn place(arguments: &NodeArguments) -> Result<Place, String> {
     match &arguments.domain {
-        Some(domain) => {
-            let (root, prefix) = domain.rsplit_once(':').ok_or("--domain must be ROOT:PREFIX")?;
-            Ok(Place { root: root.into(), prefix: prefix.into() })
-        }
-        None => Place::from_environment().ok_or_else(|| "which run? Give --domain ROOT:PREFIX".into()),
+        Some(domain) => match domain.rsplit_once(':') {
+            Some((root, prefix)) => Ok(Place { root: root.into(), prefix: prefix.into() }),
+            None => domains::named(domain).map_err(|problem| format!("--domain: {problem}")),
+        },
+        None => Place::from_environment().ok_or_else(|| "which run? Give --domain NAME".into()),
     }
 }
 
@@ -95,6 +96,7 @@ fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Res
         Kind::Comparator => comparator::run(&session),
         Kind::Recorder => {
             let folder = arguments.out.ok_or_else(|| Failure::Refused("the recorder needs --out DIR".into()))?;
+            std::fs::create_dir_all(&folder).map_err(|e| Failure::file(&folder, e))?;
             recorder::run(&session, &folder)
         }
     };

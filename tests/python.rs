@@ -47,9 +47,23 @@ fn succeed(command: &mut Command) -> Result<(), String> {
     if output.status.success() { Ok(()) } else { Err(format!("{command:?}: {}", text(&output.stderr))) }
 }
 
+/// The same with heyoka, which has no package for every machine.
+static WITH_HEYOKA: LazyLock<Result<PathBuf, String>> = LazyLock::new(|| {
+    let interpreter = INTERPRETER.as_ref()?;
+    if succeed(Command::new(interpreter).args(["-c", "import heyoka"])).is_err() {
+        let pip = ["-m", "pip", "install", "--quiet", "--retries", "1", "--only-binary", ":all:", "-r"];
+        succeed(Command::new(interpreter).args(pip).arg(kit().join("requirements-heyoka.txt")))?;
+    }
+    Ok(interpreter.clone())
+});
+
 /// The interpreter, or `None` after saying why there is none.
 fn interpreter() -> Option<&'static Path> {
-    match INTERPRETER.as_ref() {
+    required(&INTERPRETER)
+}
+
+fn required(interpreter: &'static Result<PathBuf, String>) -> Option<&'static Path> {
+    match interpreter.as_ref() {
         Ok(interpreter) => Some(interpreter),
         Err(why) => {
             assert!(std::env::var_os("PHASECLOUD_REQUIRE_PYTHON").is_none_or(|value| value != "1"), "{why}");
@@ -95,6 +109,53 @@ fn monte_carlo_in_python_has_the_exact_moments_within_four_standard_errors() {
     assert_eq!(manifest["nodes"]["mc"], "exit status: 0");
     assert_eq!(common::shared_memory_of(manifest["run_id"].as_str().unwrap()), [""; 0]);
     assert_eq!(bench.domains(), [""; 0]);
+}
+
+#[test]
+fn heyoka_moves_the_same_draws_to_the_same_moments_as_scipy() {
+    let Some(python) = required(&WITH_HEYOKA) else { return };
+    let bench = Bench::new();
+    let case = |label: &str, script: &str| {
+        let script = kit().join(script).display().to_string();
+        let command = [&python.display().to_string(), "-B", &script, "--samples", "300"];
+        format!("[[propagator]]\nlabel = \"{label}\"\ncommand = {command:?}\n")
+    };
+    let cases = case("mc", "monte_carlo.py") + &case("heyoka", "heyoka_monte_carlo.py");
+    bench.run_well(&bench.launch_file("heyoka", &cases), "out");
+    let rows = bench.table("out/moments.csv");
+    let of = |method: &str| rows.iter().filter(|row| row["method"] == method).collect::<Vec<_>>();
+    let (scipy, heyoka) = (of("mc"), of("heyoka"));
+    assert_eq!((scipy.len(), heyoka.len()), (5, 5));
+    for (scipy, heyoka) in scipy.into_iter().zip(heyoka) {
+        for column in ["mean_phi_rad", "std_phi_rad", "mean_e", "std_e", "cov_phi_e"] {
+            let [a, b] = [scipy, heyoka].map(|row| row[column].parse::<f64>().unwrap());
+            assert!((a - b).abs() < 1e-8, "{column}: {a} {b}"); // SciPy's tolerance, grown over two years
+        }
+    }
+}
+
+#[test]
+fn without_heyoka_its_example_says_what_is_missing() {
+    let Some(python) = interpreter() else { return };
+    let bench = Bench::new();
+    bench.write("heyoka.py", "raise ImportError");
+    let script = kit().join("heyoka_monte_carlo.py");
+    let output = Command::new(python).arg("-B").arg(script).env("PYTHONPATH", bench.path(".")).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("pip install -r examples/python/requirements-heyoka.txt"));
+}
+
+#[test]
+fn the_python_examples_keep_all_rules() {
+    for (interpreter, script) in [(&INTERPRETER, "monte_carlo.py"), (&WITH_HEYOKA, "heyoka_monte_carlo.py")] {
+        let Some(python) = required(interpreter) else { return };
+        let bench = Bench::new();
+        let mut check = bench.phasecloud();
+        check.args(["check", "--grace", "30", "--"]).arg(python).arg("-B").arg(kit().join(script));
+        let output = check.args(["--samples", "300"]).output().unwrap();
+        assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
+        assert!(text(&output.stdout).contains("passed: 17 rules kept, 1 not judged"), "{}", text(&output.stdout));
+    }
 }
 
 #[test]

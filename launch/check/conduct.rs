@@ -3,7 +3,7 @@
 use messages::text::unpack;
 use nodes::snapshot_rules::breaches;
 
-use super::trial::{Answer, LABEL, Outcome, Ready, Stop, is_from};
+use super::answer::{Answer, LABEL, Outcome, Ready, Stop, is_from};
 use super::verdict::{Findings, Rule};
 
 /// The process came up, or not.
@@ -47,6 +47,11 @@ pub fn refused(findings: &mut Findings, answer: &Answer) {
         }
         other => findings.problem(Rule::Refusal, other.describe()),
     }
+}
+
+/// A rule cannot be tried because the process did not get as far as one before it did.
+pub fn not_reached(findings: &mut Findings, rule: Rule, outcome: &Outcome) {
+    findings.problem(rule, format!("not reached, started once more: {}", outcome.describe()));
 }
 
 /// The process ended when it was asked to, or not.

@@ -6,7 +6,7 @@ use messages::text::unpack;
 use nodes::assignment::Assignment;
 use nodes::snapshot_rules::{self, breaches};
 
-use super::trial::{Answer, LABEL, Received};
+use super::answer::{Answer, LABEL, Received};
 use super::verdict::{Findings, Rule};
 
 /// Judges all messages that a propagator sent about a scenario.
@@ -94,7 +94,8 @@ fn judge_passage(
     let mut last = 0.0;
     for (row, time) in items.chunks_exact(PASSAGE_COLUMNS).zip(curve_times(end, PASSAGE_TIMES)) {
         let &[t, probability, low, high] = row else { continue };
-        if !((t - time).abs() <= 1e-9 * end) {
+        let off = (t - time).abs();
+        if off.is_nan() || off > 1e-9 * end {
             return Err(format!("a row is at {t} yr, not at {time} yr"));
         }
         if !(last..=1.0).contains(&probability) {

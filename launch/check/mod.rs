@@ -6,11 +6,13 @@
 //! |---|---|
 //! | [`scenarios`] | the small problems it is given |
 //! | [`trial`] | one process in one domain: started, asked, listened to, stopped |
+//! | [`answer`] | what it said and did |
 //! | [`delivery`] | rules about what was sent: counts, order, times, numbers |
 //! | [`physics`] | rules about what the numbers mean: Hamiltonian, density, mass, moments |
 //! | [`conduct`] | rules about how the process behaves: ready, two scenarios, refusal, the end |
 //! | [`verdict`] | the rules and what was found, as a table or as JSON |
 
+mod answer;
 mod conduct;
 mod delivery;
 mod physics;
@@ -110,16 +112,21 @@ fn conduct_trials(command: &[String], limits: &Limits, redrawn: bool) -> Result<
     }
 
     let mut trial = Trial::start(command, &signals, limits)?;
-    if trial.wait_until_ready()?.outcome.is_done()
-        && trial.ask_for_the_first_snapshot(scenarios::long())?.outcome.is_done()
-    {
-        conduct::stopped(&mut findings, Rule::StopComputing, &trial.stop()?);
+    let mut outcome = trial.wait_until_ready()?.outcome;
+    if outcome.is_done() {
+        outcome = trial.ask_for_the_first_snapshot(scenarios::long())?.outcome;
+    }
+    match outcome.is_done() {
+        true => conduct::stopped(&mut findings, Rule::StopComputing, &trial.stop()?),
+        false => conduct::not_reached(&mut findings, Rule::StopComputing, &outcome),
     }
     drop(trial);
 
     let mut trial = Trial::start(command, &signals, limits)?;
-    if trial.wait_until_ready()?.outcome.is_done() {
-        conduct::refused(&mut findings, &trial.ask(scenarios::impossible())?);
+    let outcome = trial.wait_until_ready()?.outcome;
+    match outcome.is_done() {
+        true => conduct::refused(&mut findings, &trial.ask(scenarios::impossible())?),
+        false => conduct::not_reached(&mut findings, Rule::Refusal, &outcome),
     }
     Ok(findings)
 }

@@ -2,6 +2,8 @@
 //!
 //! Judged are snapshots that break no rule of [`super::delivery`], by the estimator's own methods and against the exact answer.
 
+use std::f64::consts::SQRT_2;
+
 use density::angle::nearest;
 use density::dynamics::{State, density_growth, density_growth_without_jacobian};
 use density::estimate::{Estimate, Moments};
@@ -13,10 +15,10 @@ use nodes::assignment::Assignment;
 use nodes::method::Case;
 use nodes::snapshot_rules::breaches;
 
-use super::trial::{Answer, Received};
+use super::answer::{Answer, Received};
 use super::verdict::{Findings, Rule};
 
-/// Tolerated change of the Hamiltonian, and relative error of a density carried along. Its range over a cloud is about 0.01.
+/// Tolerated change of the Hamiltonian, and relative error of a density carried along. It spans about 0.001 over a cloud.
 const KEPT: f64 = 1e-6;
 /// Standard errors that a sample's moment may be off: 6e-7 is the probability of more.
 const SIGMAS: f64 = 5.0;
@@ -87,7 +89,7 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
         }
         worst.take(assignment, table, &estimate.moments, estimate.circular.mean);
     }
-    findings.good(Rule::Mass, format!("{}: {least_mass:.4} or more", assignment.name));
+    findings.good(Rule::Mass, format!("{}: at least {least_mass:.4}", assignment.name));
     findings.take(Rule::Moments, named(worst.verdict()));
 }
 
@@ -200,15 +202,18 @@ impl Worst {
             kind::SAMPLES => (sample_errors(table, moments, circular_mean, right[5]), "standard errors"),
             _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), "standard deviations"),
         };
-        let unit_size = if table.header.kind == kind::SAMPLES { SIGMAS } else { GENEROUS };
+        let off = |error: f64| match table.header.kind {
+            kind::SAMPLES => format!("{:.2} {unit}", error * SIGMAS),
+            _ => format!("{:.1e} {unit}", error * GENEROUS),
+        };
         for (k, (seen, right)) in moments.to_array().into_iter().zip(right).enumerate() {
             let difference = if k == 0 { nearest(seen - right, 0.0) } else { seen - right };
             let error = (difference / allowed[k]).abs();
-            let text = format!("{} at {time} yr is {seen:.6}, exact {right:.6}", MOMENTS[k]);
+            let text = format!("{} at {time} yr is {seen:.7}, exact {right:.7}", MOMENTS[k]);
             if error.is_nan() || error > 1.0 {
-                self.problems.push(format!("{text}: off by {:.2} {unit}", error * unit_size));
+                self.problems.push(format!("{text}: off by {}", off(error)));
             } else if self.good.as_ref().is_none_or(|(worst, _)| error > *worst) {
-                self.good = Some((error, format!("largest error {:.2} {unit}: {text}", error * unit_size)));
+                self.good = Some((error, format!("largest error {}: {text}", off(error))));
             }
         }
     }
@@ -224,12 +229,13 @@ impl Worst {
     }
 }
 
-/// What samples may be off: [`SIGMAS`] standard errors of independent draws, which others do not exceed by much, and room
-/// for one sample in a count.
+/// What samples may be off: [`SIGMAS`] standard errors of independent draws, and room for one sample in a count. Opposites in
+/// pairs have equal squares, so draws in groups may count for half as many independent ones.
 fn sample_errors(table: &Table, moments: &Moments, circular_mean: f64, above: f64) -> [f64; 6] {
     let n = f64::from(table.header.rows);
+    let sigmas = if table.header.replicates > 1 { SIGMAS * SQRT_2 } else { SIGMAS };
     let errors = of_independent(table.columns[0], table.columns[1], moments, circular_mean).to_array();
-    let mut allowed = errors.map(|error| SIGMAS * error);
-    allowed[5] = SIGMAS * (above * (1.0 - above) / n).sqrt() + 1.0 / n;
+    let mut allowed = errors.map(|error| sigmas * error);
+    allowed[5] = sigmas * (above * (1.0 - above) / n).sqrt() + 1.0 / n;
     allowed
 }

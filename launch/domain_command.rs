@@ -1,0 +1,129 @@
+//! `phasecloud domain`: a domain under a name, for runs whose nodes are started by hand.
+//!
+//! It does what else the launcher does: it holds the topics open, tells comparator and recorder who takes part and who has
+//! failed, prints what the nodes report, and removes the domain at the end.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use messages::domain::{HeldDomain, PREFIX_VARIABLE, ROOT_VARIABLE};
+use messages::layout::{RosterEntry, RosterHeader, StatusHeader, phase};
+use messages::port::{Outlet, PortError};
+use messages::text::{pack, unpack};
+use messages::topic::{Capacity, Roster, Status};
+use messages::wait::Signals;
+use nodes::input::{PLAIN_NAME, is_plain_name};
+use nodes::scenario::RECORDER;
+use nodes::scenario_file;
+use nodes::session::RUN_VARIABLE;
+
+use crate::BAD_INPUT;
+use crate::cli::DomainArguments;
+use crate::domains::{self, OwnDomain};
+
+/// Number of a run by hand, as `phasecloud node` has it without `--run-id`.
+const RUN_ID: u64 = 0;
+/// Longest sleep.
+const TICK: Duration = Duration::from_secs(1);
+
+/// Creates the domain and holds it until asked to stop.
+pub fn run(arguments: &DomainArguments) -> ExitCode {
+    let prepared = prepare(arguments);
+    let (own, capacity) = match prepared {
+        Ok(prepared) => prepared,
+        Err(problem) => {
+            eprintln!("error: phasecloud domain: {problem}");
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    match hold(arguments, &own, &capacity) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            eprintln!("error: phasecloud domain: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn prepare(arguments: &DomainArguments) -> Result<(OwnDomain, Capacity), String> {
+    if let Some(label) = arguments.labels.iter().find(|label| !is_plain_name(label)) {
+        return Err(format!("the label \"{label}\" is not allowed, {PLAIN_NAME}"));
+    }
+    if arguments.labels.iter().collect::<BTreeSet<_>>().len() < arguments.labels.len() {
+        return Err("two cases have the same label; labels must differ".into());
+    }
+    if !arguments.labels.contains(reference(arguments)) {
+        let labels = arguments.labels.join(", ");
+        return Err(format!("no case has the label \"{}\"; there are {labels}", reference(arguments)));
+    }
+    let snapshots = |file: &PathBuf| scenario_file::load(file).map(|scenario| scenario.problem.times.len());
+    let snapshots: Vec<usize> =
+        arguments.scenarios.iter().map(snapshots).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
+    let capacity = Capacity {
+        propagators: arguments.labels.len(),
+        snapshots: snapshots.into_iter().max().unwrap_or(1),
+    };
+    domains::sweep();
+    Ok((OwnDomain::claim_named(&arguments.name)?, capacity))
+}
+
+/// The case that all are compared with.
+fn reference(arguments: &DomainArguments) -> &String {
+    arguments.reference.as_ref().unwrap_or(&arguments.labels[0])
+}
+
+fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Result<(), String> {
+    let failed = |error: PortError| error.to_string();
+    let signals = Signals::catch(&[]).map_err(|e| format!("cannot catch signals: {e}"))?;
+    let held = HeldDomain::create(&own.place, capacity).map_err(failed)?;
+    let reports = held.domain.inlet::<Status>().map_err(failed)?;
+    let roster = held.domain.outlet::<Roster>(arguments.labels.len()).map_err(failed)?;
+    let mut fallen = BTreeSet::new();
+    let mut scenario = 0;
+    publish(&roster, arguments, scenario, &fallen).map_err(failed)?;
+    let (root, prefix) = (own.place.root.display(), &own.place.prefix);
+    println!("export {ROOT_VARIABLE}={root} {PREFIX_VARIABLE}={prefix} {RUN_VARIABLE}={RUN_ID}");
+    eprintln!("domain {}: held until Ctrl-C", arguments.name);
+    while !signals.stop_requested() {
+        signals.wait(&[&reports, &roster], TICK).map_err(failed)?;
+        while let Some(report) = reports.receive().map_err(failed)? {
+            let header = *report.header();
+            eprintln!("{}", describe(&header, report.items()));
+            let is_recorded = header.phase == phase::DONE && unpack(&header.node) == RECORDER && header.scenario == scenario;
+            if is_recorded {
+                // The next scenario is a new chance.
+                (scenario, fallen) = (scenario + 1, BTreeSet::new());
+            }
+            if is_recorded || (header.phase == phase::FAILED && fallen.insert(unpack(&header.subject))) {
+                publish(&roster, arguments, scenario, &fallen).map_err(failed)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn publish(
+    roster: &Outlet<Roster>,
+    arguments: &DomainArguments,
+    scenario: u32,
+    fallen: &BTreeSet<String>,
+) -> Result<(), PortError> {
+    let header = RosterHeader { run_id: RUN_ID, scenario, reserved: 0, reference: pack(reference(arguments)) };
+    let entry =
+        |label: &String| RosterEntry { label: pack(label), failed: u32::from(fallen.contains(label)), reserved: 0 };
+    roster.send_items(header, &arguments.labels.iter().map(entry).collect::<Vec<_>>())
+}
+
+/// A report in words.
+fn describe(header: &StatusHeader, units: &[f64]) -> String {
+    let (node, scenario) = (unpack(&header.node), header.scenario);
+    match (header.phase, units) {
+        (phase::READY, _) => format!("{node}: ready"),
+        (phase::WORKING, [done, of]) => format!("{node}: scenario {scenario}, {done} of {of}"),
+        (phase::DONE, _) => format!("{node}: scenario {scenario} done"),
+        (phase::FAILED, _) => format!("{node}: {} failed: {}", unpack(&header.subject), unpack(&header.text)),
+        (other, _) => format!("{node}: phase {other}"),
+    }
+}

@@ -1,0 +1,113 @@
+//! `phasecloud check`: our own propagators pass, faulty ones fail for the right reason.
+#![allow(missing_docs)]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::{Bench, text};
+
+/// Long past what a propagator needs to end, also on a loaded machine.
+const GRACE: [&str; 2] = ["--grace", "30"];
+
+/// A program of `cargo test`'s examples.
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples").join(name)
+}
+
+/// The exit code, and the rules with their verdicts and what was seen.
+fn check(bench: &Bench, options: &[&str], command: &[&str]) -> (Option<i32>, Vec<[String; 3]>) {
+    let output = bench.phasecloud().args(["check", "--json"]).args(options).arg("--").args(command).output().unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| {
+        panic!("{e}: {} {}", text(&output.stdout), text(&output.stderr));
+    });
+    assert_eq!(report["passed"].as_bool(), Some(output.status.success()));
+    let field = |line: &serde_json::Value, name: &str| line[name].as_str().unwrap().to_owned();
+    let lines = report["rules"].as_array().unwrap().iter();
+    let lines = lines.map(|line| ["rule", "verdict", "seen"].map(|name| field(line, name))).collect();
+    assert_eq!(bench.domains(), [""; 0], "nothing is left behind");
+    (output.status.code(), lines)
+}
+
+fn rules<'a>(lines: &'a [[String; 3]], verdict: &str) -> Vec<&'a str> {
+    lines.iter().filter(|line| line[1] == verdict).map(|line| line[0].as_str()).collect()
+}
+
+#[test]
+fn our_own_propagators_and_the_examples_keep_all_rules() {
+    let bench = Bench::new();
+    let (stt, skeleton) = (example("stt-gaussian").display().to_string(), example("skeleton").display().to_string());
+    let commands: [(&[&str], &[&str]); 7] = [
+        (&["mc", "--set", "samples=1000"], &["carried density"]),
+        (&["mc", "--set", "samples=1000", "--set", "draws=\"sobol\"", "--set", "replicates=10"], &["carried density"]),
+        (&["dee", "--set", "samples=961"], &[]),
+        (&["gmm-ut"], &["Hamiltonian", "carried density"]),
+        (&["exact"], &["Hamiltonian", "carried density"]),
+        (&[&stt], &["Hamiltonian", "carried density"]),
+        (&[&skeleton], &["carried density"]),
+    ];
+    for (command, unjudged) in commands {
+        let (code, lines) = check(&bench, &GRACE, command);
+        assert_eq!((code, rules(&lines, "FAIL")), (Some(0), vec![]), "{command:?} {lines:?}");
+        assert_eq!(rules(&lines, "-"), unjudged, "{command:?}");
+    }
+}
+
+#[test]
+fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
+    let bench = Bench::new();
+    let program = example("faulty-propagator").display().to_string();
+    let computing = "SIGTERM, computing";
+    let faults: [(&str, &[&str], &[&str], &str); 16] = [
+        ("none", &GRACE, &[], ""),
+        ("counts", &GRACE, &["counts"], "check-1: 4 of 5"),
+        ("nan", &GRACE, &["finite"], "check-1, snapshot 1: row 7 of column 0 is NaN"),
+        ("order", &GRACE, &["order"], "check-1, snapshot 1: it comes out of order, number 1 of 5 was expected"),
+        ("times", &GRACE, &["times"], "check-1, snapshot 1: its time is 0.301 yr instead of 0.3 yr"),
+        ("shape", &GRACE, &["shape"], "it has 400 rows of 3 columns, its kind has 2"),
+        ("eccentricity", &GRACE, &["eccentricity"], "row 7 has e = 1, outside [0, 1)"),
+        ("energy", &GRACE, &["Hamiltonian"], "check-1: has changed by"),
+        ("redrawn", &GRACE, &["Hamiltonian"], "has changed by"),
+        ("redrawn", &["--grace", "30", "--redrawn"], &[], ""),
+        ("moments", &GRACE, &["moments"], "check-1: mean phi at 0 yr is 2.20"),
+        ("deaf", &["--grace", "1"], &["SIGTERM, waiting", computing], "after SIGTERM; it was killed"),
+        ("never-ready", &["--patience", "2"], &["handshake"], "not ready: no sign of life for 2 s"),
+        ("second-scenario", &GRACE, &["second scenario"], "its process ended: exit status: 101"),
+        ("accepts", &GRACE, &["refusal"], "it sent 3 snapshots and reported done"),
+        ("dies-unsaid", &GRACE, &["refusal"], "its process ended: exit status: 1"),
+    ];
+    for (fault, options, broken, words) in faults {
+        let (code, lines) = check(&bench, options, &[&program, fault]);
+        assert_eq!(rules(&lines, "FAIL"), broken, "{fault}: {lines:?}");
+        assert_eq!(code, Some(i32::from(!broken.is_empty())));
+        for line in lines.iter().filter(|line| line[1] == "FAIL") {
+            assert!(line[2].contains(words), "{fault}: {line:?}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_started_is_bad_input() {
+    let bench = Bench::new();
+    for (words, told) in [
+        (["check", "--", "no-such-program"].as_slice(), "no-such-program cannot be started"),
+        (&["check", "--grace", "0", "--", "true"], "must be a number of seconds greater than 0"),
+        (&["check"], "required arguments"),
+    ] {
+        let output = bench.phasecloud().args(words).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains(told), "{}", text(&output.stderr));
+        assert_eq!(bench.domains(), [""; 0]);
+    }
+}
+
+#[test]
+fn the_table_has_a_line_for_every_rule() {
+    let bench = Bench::new();
+    let output = bench.phasecloud().args(["check", "--grace", "30", "mc", "--set", "samples=300"]).output().unwrap();
+    let table = text(&output.stdout);
+    assert!(output.status.success(), "{table}");
+    for words in ["handshake", "| refusal            | pass |", "passed: 17 rules kept, 1 not judged"] {
+        assert!(table.contains(words), "{table}");
+    }
+}

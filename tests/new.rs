@@ -1,0 +1,60 @@
+//! `phasecloud new`: what it writes builds, and is what `tests/check.rs` and `tests/python.rs` check.
+#![allow(missing_docs)]
+
+mod common;
+
+use std::path::Path;
+use std::process::Command;
+
+use common::{Bench, text};
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+fn source(path: &str) -> String {
+    std::fs::read_to_string(Path::new(ROOT).join(path)).unwrap()
+}
+
+#[test]
+fn a_new_crate_compiles_and_is_the_skeleton_that_is_checked() {
+    let bench = Bench::new();
+    let output = bench.phasecloud().args(["new", "my-method"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("phasecloud check -- my-method/target/release/my-method"));
+    // The example `skeleton` is built of this file, and tests/check.rs runs it.
+    let written = text(&bench.read("my-method/src/main.rs"));
+    assert_eq!(written, source("launch/new/main.rs").replace("NAME", "my-method"));
+    // Into this program's own target folder, where most has been compiled before.
+    let build = Command::new(env!("CARGO"))
+        .args(["check", "--offline", "--manifest-path"])
+        .arg(bench.path("my-method/Cargo.toml"))
+        .env("CARGO_TARGET_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap())
+        .output()
+        .unwrap();
+    assert!(build.status.success(), "{}", text(&build.stderr));
+}
+
+#[test]
+fn a_new_python_propagator_is_the_example_with_its_kit() {
+    let bench = Bench::new();
+    let output = bench.phasecloud().args(["new", "--python", "mine.py"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    // tests/python.rs checks the example.
+    assert_eq!(text(&bench.read("mine.py/propagator.py")), source("examples/python/monte_carlo.py"));
+    for file in ["phasecloud_kit.py", "phasecloud_layout.py", "requirements.txt"] {
+        assert_eq!(text(&bench.read(&format!("mine.py/{file}"))), source(&format!("examples/python/{file}")));
+    }
+}
+
+#[test]
+fn nothing_is_overwritten_and_names_are_checked() {
+    let bench = Bench::new();
+    bench.write("taken", "mine");
+    for (name, told) in
+        [("taken", "File exists"), ("-", "is not allowed"), ("1st", "must start with a letter"), ("..", "")]
+    {
+        let output = bench.phasecloud().args(["new", "--", name]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{name}");
+        assert!(text(&output.stderr).contains(told), "{}", text(&output.stderr));
+    }
+    assert_eq!(bench.read("taken"), b"mine");
+}

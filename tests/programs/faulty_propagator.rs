@@ -1,0 +1,123 @@
+//! A small Monte Carlo with a fault of choice, for the tests of `phasecloud check`. Without the kit, which would not let most
+//! of them happen.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use density::flow::Flow;
+use density::orbits::Orbits;
+use density::sampling::{Draws, Plan};
+use messages::layout::{SnapshotHeader, kind};
+use messages::port::Outlet;
+use messages::text::pack;
+use messages::topic::{Scenario, Snapshot};
+use nodes::assignment::Assignment;
+use nodes::failure::Failure;
+use nodes::session::Session;
+
+const SAMPLES: usize = 400;
+
+fn main() -> ExitCode {
+    let fault = std::env::args().nth(1).unwrap_or_default();
+    match Session::from_environment().and_then(|session| serve(&session, &fault)) {
+        Ok(()) | Err(Failure::Stopped) => ExitCode::SUCCESS,
+        Err(_) => ExitCode::FAILURE,
+    }
+}
+
+fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
+    let scenarios = session.domain.inlet::<Scenario>()?;
+    if fault != "never-ready" {
+        session.ready()?;
+    }
+    let mut outlet = None;
+    loop {
+        while let Some(message) = scenarios.receive()? {
+            let assignment = Assignment::read(&message)?;
+            drop(message);
+            drop(outlet.take());
+            match answer(session, &assignment, fault) {
+                Ok(sent) => outlet = Some(sent),
+                Err(failure) if fault == "dies-unsaid" => return Err(failure),
+                Err(failure) => {
+                    session.failed(assignment.scenario, &session.name, &failure.to_string())?;
+                    return Err(failure);
+                }
+            }
+        }
+        match session.wait(&[&scenarios]) {
+            Err(Failure::Stopped) if fault == "deaf" => std::thread::sleep(Duration::from_millis(50)),
+            other => other?,
+        }
+    }
+}
+
+fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Outlet<Snapshot>, Failure> {
+    if fault == "second-scenario" && assignment.scenario == 1 {
+        std::process::exit(101);
+    }
+    let problem = &assignment.problem;
+    let mut initial = problem.initial;
+    if fault == "moments" {
+        initial.mean_phi += 0.5 * initial.sigma_phi;
+    }
+    let drawn = |seed: u64| {
+        let plan = Plan { draws: Draws::Independent, seed, replicates: std::num::NonZeroUsize::MIN };
+        let (x1, x2) = plan.draw(&initial, SAMPLES);
+        Orbits::new(Flow::new(problem.force), x1, x2)
+    };
+    let mut orbits = drawn(5);
+    let outlet = session.domain.outlet::<Snapshot>(2 * SAMPLES)?;
+    let mut indices: Vec<usize> = (0..problem.times.len()).collect();
+    match fault {
+        "order" => indices.swap(1, 2),
+        "counts" => indices.truncate(problem.times.len() - 1),
+        _ => {}
+    }
+    for index in indices {
+        if fault == "redrawn" {
+            orbits = drawn(100 + index as u64);
+        }
+        let before = orbits.clone();
+        if let Err(lost) = orbits.advance_to(problem.times[index]) {
+            if fault != "accepts" {
+                return Err(lost.into());
+            }
+            orbits = before;
+        }
+        let mut draft = outlet.draft(2 * SAMPLES)?;
+        let (phi, e) = draft.items_mut().split_at_mut(SAMPLES);
+        orbits.read_out(phi, e);
+        spoil(fault, index, problem.times[index], phi, e);
+        let late = if fault == "times" && index > 0 { 0.001 } else { 0.0 };
+        let header = SnapshotHeader {
+            run_id: assignment.run_id,
+            time: problem.times[index] + late,
+            scenario: assignment.scenario,
+            index: index as u32,
+            count: problem.times.len() as u32,
+            kind: kind::SAMPLES,
+            rows: SAMPLES as u32,
+            columns: if fault == "shape" && index > 0 { 3 } else { 2 },
+            label: pack(&session.name),
+            ..SnapshotHeader::default()
+        };
+        outlet.send(draft, header)?;
+        match session.check_stop() {
+            Err(Failure::Stopped) if fault == "deaf" => {}
+            other => other?,
+        }
+    }
+    session.done(assignment.scenario)?;
+    Ok(outlet)
+}
+
+/// Makes numbers wrong, from the second snapshot on.
+fn spoil(fault: &str, index: usize, time: f64, phi: &mut [f64], e: &mut [f64]) {
+    match fault {
+        "nan" if index > 0 => phi[7] = f64::NAN,
+        "eccentricity" if index > 0 => e[7] = 1.0,
+        "energy" => e.iter_mut().for_each(|e| *e *= 1.0 + 1e-5 * time),
+        _ => {}
+    }
+}
