@@ -4,6 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::attach::Target;
+use crate::observe::HzArguments;
+use crate::observe::echo::EchoArguments;
+use crate::observe::watch::WatchArguments;
+use crate::replay_command::ReplayArguments;
+
 /// How the uncertainty of a satellite's orbit evolves over years: competing density propagators over shared memory.
 #[derive(Debug, Parser)]
 #[command(
@@ -22,6 +28,22 @@ pub struct Cli {
 pub enum Command {
     /// Run the cases of a launch file on its scenarios and compare them
     Run(RunArguments),
+    /// Run again what was recorded, with any part of it replaced
+    Replay(ReplayArguments),
+    /// Attach to a live run and show how far it is
+    Watch(WatchArguments),
+    /// List the live runs and who takes part in each topic
+    Topics(Target),
+    /// Print the messages of a topic of a live run
+    Echo(EchoArguments),
+    /// Print how often messages come on a topic of a live run
+    Hz(HzArguments),
+    /// Print who sends what to whom as a Mermaid flowchart
+    #[command(after_help = "Example:\n  phasecloud graph launch/paper.toml")]
+    Graph {
+        /// The launch file [default: that of `phasecloud run`]
+        launch_file: Option<PathBuf>,
+    },
     /// Check launch files without starting anything
     #[command(after_help = "Example:\n  phasecloud validate launch/paper.toml my-launch.toml")]
     Validate {
@@ -46,9 +68,22 @@ pub struct RunArguments {
     /// The results folder, new or empty [default: results/NAME-TIME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Keep every message of the run in this new file, for `phasecloud replay`
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    #[command(flatten)]
+    pub shown: Shown,
+}
+
+/// How much a run says of itself.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub struct Shown {
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
+    /// Print one JSON object a line: events as they happen, at last the results
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
 }
 
 /// Arguments of `phasecloud node`.
@@ -57,7 +92,7 @@ pub struct RunArguments {
     after_help = "Example, inside a live domain:\n  phasecloud node mc --domain /tmp/phasecloud-0/4f2a:pc4f2a- --label mc --set samples=1000"
 )]
 pub struct NodeArguments {
-    /// scenario, mc, dee, gmm-ut, exact, estimator, comparator or recorder
+    /// scenario, mc, dee, gmm-ut, exact, estimator, comparator, recorder or player
     pub kind: String,
     /// The run's domain as ROOT:PREFIX [default: from PHASECLOUD_ROOT and PHASECLOUD_PREFIX]
     #[arg(long)]
@@ -80,4 +115,7 @@ pub struct NodeArguments {
     /// Folder to write to, for the recorder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// For a player: the recording to play. For the recorder: one that has been begun, to go on with
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
 }

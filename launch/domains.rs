@@ -71,3 +71,27 @@ pub fn sweep() {
         }
     }
 }
+
+/// The domains of this user's runs whose launcher lives.
+pub fn live() -> Vec<Place> {
+    let mut places: Vec<Place> = [std::env::temp_dir(), "/tmp".into()]
+        .map(|temporary| user_folder(&temporary))
+        .iter()
+        .flat_map(|folder| {
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            entries.map(|entry| place_in(folder, &entry.file_name().to_string_lossy())).collect::<Vec<_>>()
+        })
+        .filter(|place| place.root.join(LOCK).exists() && is_live(place))
+        .collect();
+    places.sort_by(|a, b| a.root.cmp(&b.root));
+    places.dedup();
+    places
+}
+
+/// Whether the domain at `place` is somebody's: it is there, and if a launcher made it, that launcher lives.
+pub fn is_live(place: &Place) -> bool {
+    match File::open(place.root.join(LOCK)) {
+        Ok(lock) => flock(&lock, FlockOperation::NonBlockingLockShared).is_err(),
+        Err(_) => place.root.is_dir(),
+    }
+}

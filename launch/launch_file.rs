@@ -1,6 +1,6 @@
 //! Launch files: which cases are run on which scenarios, and compared with which.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use nodes::builtin::BuiltIn;
@@ -35,6 +35,8 @@ pub struct Launch {
     pub patience: f64,
     /// The cases.
     pub cases: Vec<Case>,
+    /// What runs in place of phasecloud's own estimator or comparator; only replays have such.
+    pub substitutes: BTreeMap<String, Runs>,
 }
 
 /// A scenario with the file it came from.
@@ -67,6 +69,8 @@ pub enum Runs {
     },
     /// Any program: command and arguments.
     Command(Vec<String>),
+    /// A player of what was sent in the run that this file recorded.
+    Recorded(PathBuf),
 }
 
 /// The file's top level, without the propagators.
@@ -96,11 +100,25 @@ impl Launch {
             Some(path) => InputFile::read(path)?,
             None => InputFile::from_text(Path::new("launch/scenario-1.toml"), DEFAULT.0),
         };
+        Self::check(&file, |raw| scenarios(&file, path, raw, scenario))
+    }
+
+    /// Reads a launch file and its scenarios as they were recorded, name and text.
+    pub fn from_record(text: &str, recorded: &[(String, String)]) -> Result<Self, InputError> {
+        let file = InputFile::from_text(Path::new("the recorded launch file"), text);
+        let input = |(name, text): &(String, String)| scenario(InputFile::from_text(Path::new(name), text));
+        Self::check(&file, |_| recorded.iter().map(input).collect())
+    }
+
+    fn check(
+        file: &InputFile,
+        scenarios: impl FnOnce(&Raw) -> Result<Vec<ScenarioInput>, InputError>,
+    ) -> Result<Self, InputError> {
         let mut top = file.table()?;
         let propagators = top.get_mut().remove("propagator");
         let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;
-        let cases = cases(&file, propagators)?;
-        check_name(&file, &raw.name)?;
+        let cases = cases(file, propagators)?;
+        check_name(file, &raw.name)?;
         let reference = raw.reference.get_ref();
         if !cases.iter().any(|case| case.label == *reference) {
             let labels: Vec<_> = cases.iter().map(|case| case.label.as_str()).collect();
@@ -110,11 +128,12 @@ impl Launch {
         Ok(Self {
             text: file.text().into(),
             name: raw.name.get_ref().clone(),
-            scenarios: scenarios(&file, path, &raw, scenario)?,
+            scenarios: scenarios(&raw)?,
             reference: reference.clone(),
-            bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(&file, bins))?,
-            patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(&file, patience))?,
+            bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(file, bins))?,
+            patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(file, patience))?,
             cases,
+            substitutes: BTreeMap::new(),
         })
     }
 }

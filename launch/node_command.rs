@@ -6,7 +6,7 @@ use messages::domain::Place;
 use nodes::builtin::BuiltIn;
 use nodes::failure::Failure;
 use nodes::session::Session;
-use nodes::{comparator, estimator, recorder, scenario};
+use nodes::{comparator, estimator, player, recorder, scenario};
 
 use crate::BAD_INPUT;
 use crate::cli::NodeArguments;
@@ -18,6 +18,7 @@ enum Kind {
     Estimator,
     Comparator,
     Recorder,
+    Player,
 }
 
 /// Runs a node until it is asked to stop.
@@ -46,6 +47,7 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
         "estimator" => Kind::Estimator,
         "comparator" => Kind::Comparator,
         "recorder" => Kind::Recorder,
+        "player" => Kind::Player,
         name => {
             let text = arguments.settings.join("\n");
             let table = toml::Deserializer::parse(&text).map_err(|e| format!("--set: {}", e.message()))?;
@@ -56,7 +58,7 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
                     Kind::Propagator(settings)
                 }
                 None => {
-                    let others = "scenario, estimator, comparator, recorder";
+                    let others = "scenario, estimator, comparator, recorder, player";
                     return Err(format!(
                         "there is no kind \"{name}\"; there are {}, {others}",
                         BuiltIn::NAMES.join(", ")
@@ -89,7 +91,11 @@ fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Res
         Kind::Comparator => comparator::run(&session),
         Kind::Recorder => {
             let folder = arguments.out.ok_or_else(|| Failure::Refused("the recorder needs --out DIR".into()))?;
-            recorder::run(&session, &folder)
+            recorder::run(&session, &folder, arguments.recording.as_deref())
+        }
+        Kind::Player => {
+            let file = arguments.recording.ok_or_else(|| Failure::Refused("a player needs --recording FILE".into()))?;
+            player::run(&session, &file)
         }
     }
 }

@@ -14,13 +14,15 @@ use messages::wait::Signals;
 use nodes::session::{LABEL_VARIABLE, LAUNCHER_VARIABLE, RUN_VARIABLE};
 
 use crate::BAD_INPUT;
-use crate::cli::RunArguments;
+use crate::cli::{RunArguments, Shown};
 use crate::domains::{self, OwnDomain};
-use crate::launch_file::{Case, Launch, Runs};
-use crate::progress::Progress;
+use crate::launch_file::{Case, Launch, Runs, ScenarioInput};
+use crate::live::model::{Model, Stage};
+use crate::live::{View, json};
+use crate::recording::Draft;
 use crate::results_folder::ResultsFolder;
 use crate::supervisor::Supervisor;
-use crate::{manifest, preflight, report};
+use crate::{attach, manifest, preflight, report};
 
 /// The user asked to stop.
 const INTERRUPTED: u8 = 130;
@@ -50,64 +52,96 @@ impl From<PortError> for Abort {
     }
 }
 
+/// How a run is to be done.
+#[derive(Debug)]
+pub struct Order<'a> {
+    /// The results folder, if one is named.
+    pub out: Option<&'a Path>,
+    /// Where to keep every message, if anywhere.
+    pub record: Option<&'a Path>,
+    /// How much is said of it.
+    pub shown: Shown,
+}
+
 /// Runs a launch file from start to results folder.
 pub fn run(arguments: &RunArguments) -> ExitCode {
+    let launch = Launch::load(arguments.launch_file.as_deref(), arguments.scenario.as_deref());
+    let (out, record) = (arguments.out.as_deref(), arguments.record.as_deref());
+    execute(launch.map_err(|e| e.to_string()), &Order { out, record, shown: arguments.shown })
+}
+
+/// Runs what has been read, or says why that could not be read.
+pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
     let run_id = domains::fresh_run_id();
-    let prepared = Launch::load(arguments.launch_file.as_deref(), arguments.scenario.as_deref())
-        .map_err(|e| e.to_string())
-        .and_then(|launch| {
-            preflight::check_shared_memory(&launch)?;
-            let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
-            Ok((launch, folder))
-        });
-    let (launch, folder) = match prepared {
+    let prepared = launch.and_then(|launch| {
+        preflight::check_shared_memory(&launch)?;
+        let folder = ResultsFolder::prepare(order.out, &launch.name, run_id)?;
+        let tape = order.record.map(|path| Draft::begin(path, &launch, run_id)).transpose();
+        let tape = tape.inspect_err(|_| folder.discard())?;
+        Ok((launch, folder, tape))
+    });
+    let (launch, folder, tape) = match prepared {
         Ok(prepared) => prepared,
-        Err(problem) => {
-            eprintln!("error: {problem}");
-            return ExitCode::from(BAD_INPUT);
-        }
+        Err(problem) => return end_without_results(order, BAD_INPUT, &format!("error: {problem}")),
     };
-    let outcome = conduct(&launch, &folder, run_id, arguments.quiet);
+    let tape_path = tape.as_ref().map(|tape| tape.draft.as_path());
+    let outcome = conduct(&launch, &folder, tape_path, run_id, order.shown);
+    let outcome = match tape {
+        Some(tape) if matches!(outcome, Err(Abort::Interrupted | Abort::Fatal(_))) => {
+            tape.discard();
+            outcome
+        }
+        Some(tape) => tape.publish().map_err(Abort::Unpublished).and(outcome),
+        None => outcome,
+    };
     match outcome {
         Ok(failures) => {
-            if !arguments.quiet {
+            let exit_code = u8::from(!failures.is_empty());
+            if order.shown.json {
+                json::result(exit_code, &folder.path, &failures);
+            } else if !order.shown.quiet {
                 report::print(&launch, &folder.path);
                 println!("\nResults: {}", folder.path.display());
             }
             for (name, why) in &failures {
                 eprintln!("error: {name}: {why}");
             }
-            if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+            ExitCode::from(exit_code)
         }
         Err(Abort::Interrupted) => {
             folder.discard();
-            eprintln!("interrupted: nothing was written");
-            ExitCode::from(INTERRUPTED)
+            end_without_results(order, INTERRUPTED, "interrupted: nothing was written")
         }
         Err(Abort::Fatal(problem)) => {
             folder.discard();
-            eprintln!("error: {problem}; nothing was written");
-            ExitCode::FAILURE
+            end_without_results(order, 1, &format!("error: {problem}; nothing was written"))
         }
-        Err(Abort::Unpublished(problem)) => {
-            eprintln!("error: {problem}");
-            ExitCode::FAILURE
-        }
+        Err(Abort::Unpublished(problem)) => end_without_results(order, 1, &format!("error: {problem}")),
     }
+}
+
+fn end_without_results(order: &Order<'_>, exit_code: u8, problem: &str) -> ExitCode {
+    if order.shown.json {
+        json::no_result(exit_code, problem);
+    }
+    eprintln!("{problem}");
+    ExitCode::from(exit_code)
 }
 
 /// Conducts the run in a fresh domain, removes the domain, and publishes the results. Returns the failures by name.
 fn conduct(
     launch: &Launch,
     folder: &ResultsFolder,
+    tape: Option<&Path>,
     run_id: u64,
-    quiet: bool,
+    shown: Shown,
 ) -> Result<BTreeMap<String, String>, Abort> {
     let started = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
+    attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
     let (failures, nodes) = {
-        let mut run = Run::begin(launch, folder, run_id, &own.place, quiet)?;
+        let mut run = Run::begin(launch, folder, tape, run_id, &own.place, shown)?;
         let completed = run.conduct();
         let nodes = run.end();
         completed?;
@@ -123,6 +157,7 @@ fn conduct(
 struct Run<'a> {
     launch: &'a Launch,
     folder: &'a ResultsFolder,
+    tape: Option<&'a Path>,
     run_id: u64,
     place: &'a Place,
     signals: Signals,
@@ -131,7 +166,7 @@ struct Run<'a> {
     reports: Inlet<Status>,
     roster: Outlet<Roster>,
     _domain: HeldDomain,
-    progress: Progress,
+    view: View,
     ready: BTreeMap<String, bool>,
     last_heard: BTreeMap<String, Instant>,
     unfinished: BTreeMap<String, bool>,
@@ -143,9 +178,10 @@ impl<'a> Run<'a> {
     fn begin(
         launch: &'a Launch,
         folder: &'a ResultsFolder,
+        tape: Option<&'a Path>,
         run_id: u64,
         place: &'a Place,
-        quiet: bool,
+        shown: Shown,
     ) -> Result<Self, Abort> {
         let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
             .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
@@ -157,6 +193,7 @@ impl<'a> Run<'a> {
         Ok(Self {
             launch,
             folder,
+            tape,
             run_id,
             place,
             signals,
@@ -164,7 +201,7 @@ impl<'a> Run<'a> {
             reports: domain.domain.inlet::<Status>()?,
             roster: domain.domain.outlet::<Roster>(launch.cases.len())?,
             _domain: domain,
-            progress: Progress::new(labels(), quiet),
+            view: View::new(Model::new(labels().map(str::to_owned).collect(), stages(launch)), shown),
             ready: names().map(|name| (name, false)).collect(),
             last_heard: names().map(|name| (name, Instant::now())).collect(),
             unfinished: labels().map(|label| (label.to_owned(), true)).collect(),
@@ -177,7 +214,7 @@ impl<'a> Run<'a> {
     fn conduct(&mut self) -> Result<(), Abort> {
         self.start_services()?;
         for case in &self.launch.cases {
-            if let Err(why) = self.supervisor.start(&case.label, self.case_command(case)?) {
+            if let Err(why) = self.supervisor.start(&case.label, self.command(&case.label, &case.runs)?) {
                 self.fail(&case.label, why)?;
             }
         }
@@ -190,7 +227,7 @@ impl<'a> Run<'a> {
             self.look_around()?;
         }
         let ready = self.ready.values().filter(|ready| **ready).count();
-        self.progress.note(&format!("{ready} processes are ready"));
+        self.view.note(&format!("{ready} processes are ready"));
         self.publish_roster()?;
         self.hear_all_now();
         self.start_scenario_node()?;
@@ -219,6 +256,7 @@ impl<'a> Run<'a> {
         if self.signals.stop_requested() {
             return Err(Abort::Interrupted);
         }
+        self.view.refresh();
         let ended = self.supervisor.newly_ended();
         // What a process said before it ended tells more than how it ended.
         self.take_reports()?;
@@ -244,20 +282,20 @@ impl<'a> Run<'a> {
     fn take_report(&mut self, header: &messages::layout::StatusHeader, [done, of]: [u64; 2]) -> Result<(), Abort> {
         let node = unpack(&header.node);
         self.last_heard.insert(node.clone(), Instant::now());
+        if header.phase != phase::FAILED {
+            self.view.report(header, [done, of], false);
+        }
         match header.phase {
             phase::READY => {
                 self.ready.insert(node, true);
             }
             phase::WORKING => {
-                let scenario = self.launch.scenarios.get(header.scenario as usize);
-                let name = scenario.map_or("", |s| &s.content.name);
-                self.progress.working(&node, name, done, of);
                 self.unfinished.entry(node).and_modify(|unfinished| *unfinished = done < of);
             }
             phase::DONE if node == "recorder" => {
                 self.recorded += 1;
                 if let Some(scenario) = self.launch.scenarios.get(header.scenario as usize) {
-                    self.progress.note(&format!("{} is recorded", scenario.content.name));
+                    self.view.note(&format!("{} is recorded", scenario.content.name));
                 }
                 for unfinished in self.unfinished.values_mut() {
                     *unfinished = true;
@@ -283,7 +321,7 @@ impl<'a> Run<'a> {
             return Err(Abort::Fatal(format!("{name}: {why}")));
         }
         if !self.failures.contains_key(name) {
-            self.progress.error(&format!("{name}: {why}"));
+            self.view.fail(name, &why);
             self.failures.insert(name.to_owned(), why);
             self.publish_roster()?;
         }
@@ -328,9 +366,13 @@ impl<'a> Run<'a> {
 
     fn start_services(&mut self) -> Result<(), Abort> {
         for name in SERVICES {
-            let mut command = self.own_command(name)?;
+            let mut command = match self.launch.substitutes.get(name) {
+                Some(runs) => self.command(name, runs)?,
+                None => self.own_command(name)?,
+            };
             if name == "recorder" {
                 command.arg("--out").arg(&self.folder.draft);
+                command.args(self.tape.iter().flat_map(|tape| [Path::new("--recording"), tape]));
             }
             self.supervisor.start(name, command).map_err(Abort::Fatal)?;
         }
@@ -353,21 +395,27 @@ impl<'a> Run<'a> {
         self.supervisor.start(SCENARIO_NODE, command).map_err(Abort::Fatal)
     }
 
-    fn case_command(&self, case: &Case) -> Result<Command, Abort> {
-        match &case.runs {
+    /// The command that runs something under a name.
+    fn command(&self, name: &str, runs: &Runs) -> Result<Command, Abort> {
+        match runs {
             Runs::BuiltIn { node, settings } => {
                 let mut command = self.own_command(node)?;
-                command.args(["--label", &case.label]);
+                command.args(["--label", name]);
                 for line in settings.to_lines().map_err(|e| Abort::Fatal(e.to_string()))? {
                     command.arg("--set").arg(line);
                 }
+                Ok(command)
+            }
+            Runs::Recorded(file) => {
+                let mut command = self.own_command("player")?;
+                command.args(["--label", name, "--recording"]).arg(file);
                 Ok(command)
             }
             Runs::Command(words) => {
                 let mut command = Command::new(&words[0]);
                 command.args(&words[1..]);
                 self.describe_run(&mut command);
-                command.env(LABEL_VARIABLE, &case.label);
+                command.env(LABEL_VARIABLE, name);
                 Ok(command)
             }
         }
@@ -392,4 +440,11 @@ impl<'a> Run<'a> {
     fn end(&mut self) -> BTreeMap<String, String> {
         self.supervisor.stop_all().into_iter().map(|(name, status)| (name, status.to_string())).collect()
     }
+}
+
+/// The scenarios as far as progress goes.
+fn stages(launch: &Launch) -> Vec<Stage> {
+    let stage =
+        |s: &ScenarioInput| Stage { name: s.content.name.clone(), snapshots: s.content.problem.times.len() as u64 };
+    launch.scenarios.iter().map(stage).collect()
 }

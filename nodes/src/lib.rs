@@ -16,6 +16,7 @@ pub mod input;
 pub mod kit;
 pub mod mc;
 pub mod method;
+pub mod player;
 pub mod recorder;
 pub mod roster;
 pub mod scenario;

@@ -33,6 +33,11 @@ impl Roster {
         self.cases.iter().any(|(name, failed)| name == label && !failed)
     }
 
+    /// How many cases take part and have not failed.
+    pub fn alive(&self) -> usize {
+        self.cases.iter().filter(|(_, failed)| !failed).count()
+    }
+
     /// Whether the roster has arrived and every case for which `is_complete` does not hold has failed.
     pub fn nothing_more_to_come(&self, is_complete: impl Fn(&str) -> bool) -> bool {
         !self.cases.is_empty() && self.cases.iter().all(|(label, failed)| *failed || is_complete(label))

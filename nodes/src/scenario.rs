@@ -47,6 +47,7 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
     for assignment in &assignments {
         let (header, items) = assignment.to_parts();
         outlet.send_items(header, &items)?;
+        session.working(assignment.scenario, assignment.scenario as usize, assignments.len())?;
         let mut finished = false;
         while !finished {
             session.wait(&[&reports, &outlet])?;
@@ -58,6 +59,7 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
             }
         }
     }
+    session.done(assignments.len().saturating_sub(1) as u32)?;
     loop {
         session.wait(&[&outlet])?;
     }

@@ -4,6 +4,7 @@ mod densities;
 mod notes;
 mod rows;
 mod tables;
+mod tape;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,12 +13,14 @@ use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, compariso
 use messages::port::Message;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
+use messages::wait::Awaited;
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::roster::Roster;
 use crate::session::Session;
 use tables::Tables;
+use tape::Tape;
 
 /// A density as it was published.
 #[derive(Debug)]
@@ -85,25 +88,32 @@ impl Recording {
         (snapshots.len() == self.assignment.problem.times.len()).then_some(snapshots)
     }
 
+    /// Labels of the cases that the comparator has finished.
+    fn compared(&self) -> impl Iterator<Item = String> {
+        let of_effort = self.comparisons.iter().filter(|c| c.header.kind == comparison::EFFORT);
+        of_effort.map(|c| unpack(&c.header.label))
+    }
+
     /// Whether the comparator has finished and every density that it compared has arrived here too.
     fn is_complete(&self) -> bool {
-        let of_kind = |kind| self.comparisons.iter().filter(move |c| c.header.kind == kind);
-        of_kind(comparison::END).next().is_some()
-            && of_kind(comparison::EFFORT).all(|c| self.case(&unpack(&c.header.label)).is_some())
+        self.comparisons.iter().any(|c| c.header.kind == comparison::END)
+            && self.compared().all(|label| self.case(&label).is_some())
     }
 }
 
-/// Records all scenarios of a run into `folder`, which exists.
+/// Records all scenarios of a run into `folder`, which exists, and every message onto `tape`, a recording that has been
+/// begun, if there is one.
 ///
 /// # Errors
 /// [`Failure::Stopped`] is the normal end; [`Failure::File`] if something cannot be written.
-pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
+pub fn run(session: &Session, folder: &Path, tape: Option<&Path>) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
     let densities = session.domain.inlet::<Density>()?;
     let comparisons = session.domain.inlet::<Comparison>()?;
     let passages = session.domain.inlet::<Passage>()?;
     let rosters = session.domain.inlet::<RosterTopic>()?;
     let mut tables = Some(Tables::create(folder)?);
+    let mut tape = tape.map(|path| Tape::open(session, path)).transpose()?;
     session.ready()?;
     let mut roster = Roster::default();
     let mut current: Option<Recording> = None;
@@ -114,9 +124,17 @@ pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
             current = Some(Recording::new(Assignment::read(&message)?));
         }
         roster.update(&rosters)?;
+        if let Some(tape) = &mut tape {
+            tape.take_all()?;
+        }
         if let Some(recording) = &mut current {
+            let before = recording.densities.len();
             while let Some(message) = densities.receive()? {
                 recording.take_density(&message);
+            }
+            if recording.densities.len() > before {
+                let Assignment { scenario, problem, .. } = &recording.assignment;
+                session.working(*scenario, recording.densities.len(), roster.alive() * problem.times.len())?;
             }
             while let Some(message) = comparisons.receive()? {
                 recording.take_comparison(&message);
@@ -125,6 +143,7 @@ pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
                 recording.take_passage(&message);
             }
             if recording.is_complete()
+                && tape.as_ref().is_none_or(|tape| tape.has_all(recording))
                 && let Some(open) = &mut tables
             {
                 open.write(recording, &roster)?;
@@ -133,12 +152,15 @@ pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
                     && let Some(all) = tables.take()
                 {
                     all.finish()?;
+                    tape.take().map_or(Ok(()), Tape::finish)?;
                 }
                 session.done(scenario)?;
                 current = None;
                 continue;
             }
         }
-        session.wait(&[&scenarios, &densities, &comparisons, &passages, &rosters])?;
+        let mut ports: Vec<&dyn Awaited> = vec![&scenarios, &densities, &comparisons, &passages, &rosters];
+        ports.extend(tape.iter().flat_map(Tape::ports));
+        session.wait(&ports)?;
     }
 }
