@@ -95,3 +95,12 @@ pub fn is_live(place: &Place) -> bool {
         Err(_) => place.root.is_dir(),
     }
 }
+
+/// Removes what is left of a run whose launcher is gone: an observer that attached in the launcher's last moment may have
+/// added to what the launcher had already removed.
+pub fn remove_remains(place: &Place) {
+    let name = place.root.file_name().unwrap_or_default().to_string_lossy();
+    if !is_live(place) && place.prefix == format!("pc{name}-") {
+        let _ = place.remove();
+    }
+}

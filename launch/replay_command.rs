@@ -3,7 +3,7 @@
 //! A replay is a run whose cases are played from a recording instead of being computed; scenario node, estimator, comparator
 //! and recorder work as ever. Each part can be chosen otherwise.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -36,8 +36,8 @@ pub struct ReplayArguments {
     /// Run a program, its words separated by blanks, as this case or as estimator or comparator; may be repeated
     #[arg(long, value_name = "NAME=COMMAND")]
     pub replace: Vec<String>,
-    /// Play estimator or comparator, too, instead of computing; may be repeated
-    #[arg(long, value_name = "NAME", value_parser = SERVICES)]
+    /// Play estimator or comparator, too, instead of computing; may be repeated. Goes only with the cases as recorded
+    #[arg(long, value_name = "NAME", value_parser = SERVICES, conflicts_with_all = ["live", "without", "replace"])]
     pub recorded: Vec<String>,
     /// The results folder, new or empty [default: results/NAME-TIME]
     #[arg(long, value_name = "DIR")]
@@ -93,10 +93,6 @@ fn prepare(arguments: &ReplayArguments) -> Result<Launch, String> {
         );
     }
     Ok(launch)
-}
-
-fn show(path: &Path) -> std::path::Display<'_> {
-    path.display()
 }
 
 /// Takes in `NAME=COMMAND`.

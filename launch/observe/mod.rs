@@ -68,6 +68,8 @@ fn follow<T: Topic>(
             return Ok(End::Stopped);
         }
         if over {
+            drop((inlet, observer));
+            domains::remove_remains(place);
             return Ok(End::Over);
         }
         signals.wait(&[&inlet], TICK)?;

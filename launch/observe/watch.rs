@@ -91,6 +91,8 @@ fn watch(run: &LiveRun, shown: Shown) -> Result<End, PortError> {
             return Ok(End::Stopped);
         }
         if over {
+            drop((scenarios, rosters, reports, observer));
+            domains::remove_remains(&run.place);
             return Ok(End::Over);
         }
         signals.wait(&[&scenarios, &rosters, &reports], TICK)?;

@@ -17,6 +17,9 @@ pub const ROOT_VARIABLE: &str = "PHASECLOUD_ROOT";
 /// Environment variable that names the prefix.
 pub const PREFIX_VARIABLE: &str = "PHASECLOUD_PREFIX";
 
+/// Messages of a topic that a reader may hold at once.
+pub const MOST_HELD: usize = 4;
+
 /// Longest root and prefix together: with a slash, a number of 39 digits and `.event` they make the name of a Unix socket,
 /// which has at most 107 bytes.
 const LONGEST: usize = 107 - 1 - 39 - 6;
@@ -164,7 +167,7 @@ impl Domain {
             .enable_safe_overflow(false)
             .history_size(depth)
             .subscriber_max_buffer_size(depth)
-            .subscriber_max_borrowed_samples(4)
+            .subscriber_max_borrowed_samples(MOST_HELD)
             .max_publishers(capacity.nodes())
             .max_subscribers(capacity.nodes())
             .max_nodes(capacity.nodes())

@@ -11,9 +11,15 @@ use messages::port::{Message, Outlet};
 use messages::recording::Recording;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Scenario, Snapshot, Status, Topic};
+use messages::wait::Awaited;
 
 use crate::failure::Failure;
 use crate::session::Session;
+
+/// The estimator's name.
+const ESTIMATOR: &str = "estimator";
+/// The comparator's name.
+const COMPARATOR: &str = "comparator";
 
 /// What a player has sent in a scenario; it must live until the next, for its messages die with it.
 #[derive(Debug)]
@@ -31,6 +37,8 @@ enum Sent {
 pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
     let recording = Recording::open(file).map_err(|e| Failure::Refused(e.to_string()))?;
     let scenarios = session.domain.inlet::<Scenario>()?;
+    // A topic that must be read is read, though what comes is known.
+    let snapshots = (session.name == ESTIMATOR).then(|| session.domain.inlet::<Snapshot>()).transpose()?;
     session.ready()?;
     let mut sent: Option<Sent> = None;
     loop {
@@ -46,7 +54,12 @@ pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
                 }
             })?);
         }
-        session.wait(&[&scenarios])?;
+        let mut ports: Vec<&dyn Awaited> = vec![&scenarios];
+        for inlet in &snapshots {
+            while inlet.receive()?.is_some() {}
+            ports.push(inlet);
+        }
+        session.wait(&ports)?;
     }
 }
 
@@ -87,8 +100,8 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
     let name = session.name.as_str();
     let mine = |scenario: u32, label: &[u8]| scenario == position && unpack(label) == name;
     let sent = match name {
-        "estimator" => Sent::Estimator(send::<Density>(session, recording, |h| h.scenario == position)?),
-        "comparator" => Sent::Comparator(send::<Comparison>(session, recording, |h| h.scenario == position)?),
+        ESTIMATOR => Sent::Estimator(send::<Density>(session, recording, |h| h.scenario == position)?),
+        COMPARATOR => Sent::Comparator(send::<Comparison>(session, recording, |h| h.scenario == position)?),
         _ => {
             // In the order in which a propagator sends: the last snapshot says that all is there.
             let passages = send::<Passage>(session, recording, |h| mine(h.scenario, &h.label))?;
