@@ -85,12 +85,8 @@ fn prepare(arguments: &ReplayArguments) -> Result<Launch, String> {
         replace(&mut launch, replacement)?;
     }
     if !arguments.shown.quiet && !arguments.shown.json {
-        eprintln!(
-            "replaying {}, run {}, configuration {:.12}",
-            show(&arguments.file),
-            about.run_id,
-            about.configuration
-        );
+        let About { run_id, configuration, .. } = &about;
+        eprintln!("replaying {}, run {run_id}, configuration {configuration:.12}", arguments.file.display());
     }
     Ok(launch)
 }

@@ -55,7 +55,7 @@ pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
             })?);
         }
         let mut ports: Vec<&dyn Awaited> = vec![&scenarios];
-        for inlet in &snapshots {
+        if let Some(inlet) = &snapshots {
             while inlet.receive()?.is_some() {}
             ports.push(inlet);
         }
