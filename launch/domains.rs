@@ -74,17 +74,16 @@ pub fn sweep() {
 
 /// The domains of this user's runs whose launcher lives.
 pub fn live() -> Vec<Place> {
-    let mut places: Vec<Place> = [std::env::temp_dir(), "/tmp".into()]
-        .map(|temporary| user_folder(&temporary))
-        .iter()
-        .flat_map(|folder| {
-            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-            entries.map(|entry| place_in(folder, &entry.file_name().to_string_lossy())).collect::<Vec<_>>()
-        })
+    let folder = user_folder(&std::env::temp_dir());
+    // The same choice as for a new domain.
+    let is_short = place_in(&folder, &format!("{:012x}", 0)).is_short_enough();
+    let folder = if is_short { folder } else { user_folder(Path::new("/tmp")) };
+    let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+    let mut places: Vec<Place> = entries
+        .map(|entry| place_in(&folder, &entry.file_name().to_string_lossy()))
         .filter(|place| place.root.join(LOCK).exists() && is_live(place))
         .collect();
     places.sort_by(|a, b| a.root.cmp(&b.root));
-    places.dedup();
     places
 }
 

@@ -68,6 +68,9 @@ impl View {
         if let Some(node) = self.model.report(header, units, history, now).cloned() {
             self.show(&node, now);
         }
+        if let Some(node) = self.model.end_scenario(header).cloned() {
+            self.show(&node, now);
+        }
         self.refresh();
     }
 

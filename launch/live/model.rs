@@ -10,6 +10,8 @@ use serde::Serialize;
 const SCENARIO_NODE: &str = "scenario";
 /// The process that turns every snapshot of every case into a density.
 const ESTIMATOR: &str = "estimator";
+/// The process whose end of work is the end of a scenario.
+const RECORDER: &str = "recorder";
 
 /// What a node is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -94,7 +96,7 @@ impl Model {
     /// The nodes of a run of these cases on these scenarios.
     pub fn new(cases: Vec<String>, stages: Vec<Stage>) -> Self {
         let names = std::iter::once(SCENARIO_NODE).chain(cases.iter().map(String::as_str));
-        let names = names.chain([ESTIMATOR, "comparator", "recorder"]);
+        let names = names.chain([ESTIMATOR, "comparator", RECORDER]);
         let node = |name: &str| NodeState {
             name: name.into(),
             phase: Phase::Starting,
@@ -155,6 +157,19 @@ impl Model {
                 (node.phase, node.done) = (Phase::Done, node.of);
             }
             _ => return None,
+        }
+        Some(node)
+    }
+
+    /// Notes that a scenario has been finished, which its recorder says, and with it that scenario's publisher.
+    pub fn end_scenario(&mut self, header: &StatusHeader) -> Option<&NodeState> {
+        if header.phase != phase::DONE || unpack(&header.node) != RECORDER {
+            return None;
+        }
+        let node = self.nodes.iter_mut().find(|node| node.name == SCENARIO_NODE)?;
+        node.done = u64::from(header.scenario) + 1;
+        if node.done >= node.of {
+            node.phase = Phase::Done;
         }
         Some(node)
     }

@@ -7,11 +7,10 @@ use std::path::Path;
 
 use messages::describe::Described;
 use messages::layout::phase;
-use messages::port::{Message, Outlet};
+use messages::port::{Inlet, Message, Outlet};
 use messages::recording::Recording;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Scenario, Snapshot, Status, Topic};
-use messages::wait::Awaited;
 
 use crate::failure::Failure;
 use crate::session::Session;
@@ -37,7 +36,7 @@ enum Sent {
 pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
     let recording = Recording::open(file).map_err(|e| Failure::Refused(e.to_string()))?;
     let scenarios = session.domain.inlet::<Scenario>()?;
-    // A topic that must be read is read, though what comes is known.
+    // What comes on this topic is known, but it must be read.
     let snapshots = (session.name == ESTIMATOR).then(|| session.domain.inlet::<Snapshot>()).transpose()?;
     session.ready()?;
     let mut sent: Option<Sent> = None;
@@ -47,6 +46,8 @@ pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
             let played = check_scenario(&recording, &message);
             drop(message);
             drop(sent.take());
+            let played =
+                played.and_then(|()| snapshots.iter().try_for_each(|s| await_all(session, &recording, position, s)));
             let played = played.and_then(|()| play(session, &recording, position));
             sent = Some(played.inspect_err(|failure| {
                 if !matches!(failure, Failure::Stopped) {
@@ -54,13 +55,21 @@ pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
                 }
             })?);
         }
-        let mut ports: Vec<&dyn Awaited> = vec![&scenarios];
-        if let Some(inlet) = &snapshots {
-            while inlet.receive()?.is_some() {}
-            ports.push(inlet);
-        }
-        session.wait(&ports)?;
+        session.wait(&[&scenarios])?;
     }
+}
+
+/// Takes all snapshots of a scenario, as the estimator does before it has sent all densities: whoever has those can rely on
+/// everything that was sent before the snapshots.
+fn await_all(session: &Session, recording: &Recording, position: u32, inlet: &Inlet<Snapshot>) -> Result<(), Failure> {
+    let mut left = recording.messages::<Snapshot>().filter(|(header, _)| header.scenario == position).count();
+    while left > 0 {
+        while inlet.receive()?.is_some() {
+            left = left.saturating_sub(1);
+        }
+        session.wait(&[inlet])?;
+    }
+    Ok(())
 }
 
 /// Whether the scenario is the one that was recorded, bit by bit.
