@@ -63,13 +63,15 @@ pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
 /// everything that was sent before the snapshots.
 fn await_all(session: &Session, recording: &Recording, position: u32, inlet: &Inlet<Snapshot>) -> Result<(), Failure> {
     let mut left = recording.messages::<Snapshot>().filter(|(header, _)| header.scenario == position).count();
-    while left > 0 {
+    loop {
         while inlet.receive()?.is_some() {
             left = left.saturating_sub(1);
         }
+        if left == 0 {
+            return Ok(());
+        }
         session.wait(&[inlet])?;
     }
-    Ok(())
 }
 
 /// Whether the scenario is the one that was recorded, bit by bit.
