@@ -24,7 +24,7 @@ const COMPARATOR: &str = "comparator";
 #[derive(Debug)]
 #[expect(dead_code, reason = "held, not used")]
 enum Sent {
-    Propagator(Outlet<Passage>, Outlet<Snapshot>),
+    Propagator(Box<(Outlet<Passage>, Outlet<Snapshot>)>),
     Estimator(Outlet<Density>),
     Comparator(Outlet<Comparison>),
 }
@@ -117,7 +117,7 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
             // In the order in which a propagator sends: the last snapshot says that all is there.
             let passages = send::<Passage>(session, recording, |h| mine(h.scenario, &h.label))?;
             let snapshots = send::<Snapshot>(session, recording, |h| mine(h.scenario, &h.label))?;
-            Sent::Propagator(passages, snapshots)
+            Sent::Propagator(Box::new((passages, snapshots)))
         }
     };
     let reports = recording.messages::<Status>().map(|(header, _)| header);

@@ -110,7 +110,7 @@ fn checked(entry: Entry) -> Result<Entry, String> {
     };
     let sizes: Vec<u64> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
     match sizes[..] {
-        [header, item] if entry.header.len() as u64 == header && entry.payload_bytes % item == 0 => Ok(entry),
+        [header, item] if entry.header.len() as u64 == header && entry.payload_bytes.is_multiple_of(item) => Ok(entry),
         _ => Err(format!("a message of {} + {} bytes does not fit {line}", entry.header.len(), entry.payload_bytes)),
     }
 }
