@@ -4,6 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::attach::Target;
+use crate::observe::HzArguments;
+use crate::observe::echo::EchoArguments;
+use crate::observe::watch::WatchArguments;
+use crate::replay_command::ReplayArguments;
+
 /// How the uncertainty of a satellite's orbit evolves over years: competing density propagators over shared memory.
 #[derive(Debug, Parser)]
 #[command(
@@ -28,6 +34,22 @@ pub enum Command {
     Submit(SubmitArguments),
     /// Remove what runs whose launcher was killed have left in shared memory; live runs are not touched
     Clean,
+    /// Run again what was recorded, with any part of it replaced
+    Replay(ReplayArguments),
+    /// Attach to a live run and show how far it is
+    Watch(WatchArguments),
+    /// List the live runs and who takes part in each topic
+    Topics(Target),
+    /// Print the messages of a topic of a live run
+    Echo(EchoArguments),
+    /// Print how often messages come on a topic of a live run
+    Hz(HzArguments),
+    /// Print who sends what to whom as a Mermaid flowchart
+    #[command(after_help = "Example:\n  phasecloud graph launch/paper.toml")]
+    Graph {
+        /// The launch file [default: that of `phasecloud run`]
+        launch_file: Option<PathBuf>,
+    },
     /// Check launch files without starting anything
     #[command(after_help = "Example:\n  phasecloud validate launch/paper.toml my-launch.toml")]
     Validate {
@@ -65,12 +87,25 @@ pub struct RunArguments {
     /// The results folder, new or empty [default: results/NAME-TIME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(long)]
-    pub quiet: bool,
+    /// Keep every message of the run in this new file, for `phasecloud replay`
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    #[command(flatten)]
+    pub shown: Shown,
     /// Start all processes at random times that follow from this seed, to show that the order does not matter
     #[arg(long, value_name = "SEED", hide = true)]
     pub start_order: Option<u64>,
+}
+
+/// How much a run says of itself.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub struct Shown {
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+    /// Print one JSON object a line: events as they happen, at last the results
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
 }
 
 /// Arguments of `phasecloud check`.
@@ -116,9 +151,8 @@ pub struct ServeArguments {
     /// Most snapshots that a scenario may have
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..=64))]
     pub most_snapshots: usize,
-    /// Print nothing but errors and the summary
-    #[arg(long)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub shown: Shown,
 }
 
 /// Arguments of `phasecloud submit`.
@@ -128,9 +162,8 @@ pub struct SubmitArguments {
     /// Scenario files
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// The service's run, if several are live: the first digits of its number
-    #[arg(long, value_name = "ID")]
-    pub run: Option<String>,
+    #[command(flatten)]
+    pub target: Target,
 }
 
 /// Arguments of `phasecloud new`.
@@ -169,7 +202,7 @@ pub struct DomainArguments {
     after_help = "Example, in a domain that `phasecloud domain demo ...` holds:\n  phasecloud node mc --domain demo --set samples=1000"
 )]
 pub struct NodeArguments {
-    /// scenario, mc, dee, gmm-ut, exact, estimator, comparator or recorder
+    /// scenario, mc, dee, gmm-ut, exact, estimator, comparator, recorder or player
     pub kind: String,
     /// The run's domain: its name, or ROOT:PREFIX [default: from PHASECLOUD_ROOT and PHASECLOUD_PREFIX]
     #[arg(long)]
@@ -201,4 +234,7 @@ pub struct NodeArguments {
     /// Folder to write to, for the recorder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// For a player: the recording to play. For the recorder: one that has been begun, to go on with
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
 }

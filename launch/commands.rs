@@ -1,12 +1,12 @@
 //! The command line and the environment with which each process of a run is started.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use messages::domain::{PREFIX_VARIABLE, Place, ROOT_VARIABLE};
 use nodes::session::{ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, RUN_VARIABLE};
 
-use crate::launch_file::{Case, Launch, Runs};
+use crate::launch_file::{Launch, Runs};
 
 /// The process that publishes the scenarios.
 pub const SCENARIO_NODE: &str = "scenario";
@@ -21,6 +21,8 @@ pub struct Commands<'a> {
     pub run_id: u64,
     /// The folder that the recorder writes to.
     pub draft: PathBuf,
+    /// The recording that the recorder goes on with, if there is one.
+    pub tape: Option<PathBuf>,
     /// Arguments of the scenario node: where scenarios come from.
     pub scenarios: Vec<String>,
 }
@@ -31,8 +33,9 @@ impl Commands<'_> {
     /// # Errors
     /// What is wrong with it.
     pub fn of(&self, name: &str, attempt: u32, scenario: u32) -> Result<Command, String> {
-        let mut command = match self.launch.cases.iter().find(|case| case.label == name) {
-            Some(case) => self.of_case(case)?,
+        let case = self.launch.cases.iter().find(|case| case.label == name).map(|case| &case.runs);
+        let mut command = match case.or_else(|| self.launch.substitutes.get(name)) {
+            Some(runs) => of_what_runs(name, runs)?,
             None => self.of_service(name, scenario)?,
         };
         command.env(ROOT_VARIABLE, &self.place.root).env(PREFIX_VARIABLE, &self.place.prefix);
@@ -48,6 +51,7 @@ impl Commands<'_> {
         match name {
             "recorder" => {
                 command.arg("--out").arg(&self.draft);
+                command.args(self.tape.iter().flat_map(|tape| [Path::new("--recording"), tape]));
             }
             SCENARIO_NODE => {
                 let (phi, e) = self.launch.bins;
@@ -58,21 +62,27 @@ impl Commands<'_> {
         }
         Ok(command)
     }
+}
 
-    fn of_case(&self, case: &Case) -> Result<Command, String> {
-        match &case.runs {
-            Runs::BuiltIn { node, settings } => {
-                let mut command = own_command(node)?;
-                for line in settings.to_lines().map_err(|e| e.to_string())? {
-                    command.arg("--set").arg(line);
-                }
-                Ok(command)
+/// The command of a case, or of what stands in for one of our own nodes.
+fn of_what_runs(name: &str, runs: &Runs) -> Result<Command, String> {
+    match runs {
+        Runs::BuiltIn { node, settings } => {
+            let mut command = own_command(node)?;
+            for line in settings.to_lines().map_err(|e| e.to_string())? {
+                command.arg("--set").arg(line);
             }
-            Runs::Command(words) => {
-                let mut command = own_program()?;
-                command.args(["guard", "--"]).args(words);
-                Ok(command)
-            }
+            Ok(command)
+        }
+        Runs::Recorded(file) => {
+            let mut command = own_command("player")?;
+            command.args(["--label", name, "--recording"]).arg(file);
+            Ok(command)
+        }
+        Runs::Command(words) => {
+            let mut command = own_program()?;
+            command.args(["guard", "--"]).args(words);
+            Ok(command)
         }
     }
 }

@@ -28,10 +28,16 @@ fn place_in(folder: &Path, name: &str) -> Place {
     Place { root: folder.join(name), prefix: format!("pc{name}-") }
 }
 
-/// Where the domain called `name` lies: in the user's folder, or a shorter one if its path is too long.
+/// The folder in which new domains are made: the user's, or a shorter one if paths in it are too long.
+fn home() -> PathBuf {
+    let folder = user_folder(&std::env::temp_dir());
+    let name_of_a_run = format!("{:012x}", 0);
+    if place_in(&folder, &name_of_a_run).is_short_enough() { folder } else { user_folder(Path::new("/tmp")) }
+}
+
+/// Where the domain called `name` lies.
 fn place_of(name: &str) -> Place {
-    let place = place_in(&user_folder(&std::env::temp_dir()), name);
-    if place.is_short_enough() { place } else { place_in(&user_folder(Path::new("/tmp")), name) }
+    place_in(&home(), name)
 }
 
 /// The domain that this user calls `name`. Names in shared memory start with the user's number, since all users share it,
@@ -108,24 +114,16 @@ pub fn sweep() -> Vec<Place> {
 
 /// The domains of this user's runs whose launcher lives.
 pub fn live() -> Vec<Place> {
-    let is_locked = |place: &Place| {
-        let lock = File::open(place.root.join(LOCK));
-        lock.is_ok_and(|lock| flock(&lock, FlockOperation::NonBlockingLockShared).is_err())
-    };
-    places().into_iter().filter(is_locked).collect()
+    places().into_iter().filter(|place| place.root.join(LOCK).exists() && is_live(place)).collect()
 }
 
-/// All folders of domains, dead or alive.
+/// All folders of domains, dead or alive, where new ones are made.
 fn places() -> Vec<Place> {
-    let mut places = Vec::new();
-    for temporary in [std::env::temp_dir(), "/tmp".into()] {
-        let folder = user_folder(&temporary);
-        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
-            places.push(place_in(&folder, &entry.file_name().to_string_lossy()));
-        }
-    }
+    let folder = home();
+    let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+    let mut places: Vec<Place> =
+        entries.map(|entry| place_in(&folder, &entry.file_name().to_string_lossy())).collect();
     places.sort_by(|a, b| a.root.cmp(&b.root));
-    places.dedup();
     places
 }
 
@@ -134,4 +132,21 @@ fn is_forsaken(place: &Place) -> bool {
     const WHILE: Duration = Duration::from_secs(60);
     let changed = std::fs::metadata(&place.root).and_then(|folder| folder.modified());
     changed.is_ok_and(|changed| changed.elapsed().is_ok_and(|age| age > WHILE))
+}
+
+/// Whether the domain at `place` is somebody's: it is there, and if a launcher made it, that launcher lives.
+pub fn is_live(place: &Place) -> bool {
+    match File::open(place.root.join(LOCK)) {
+        Ok(lock) => flock(&lock, FlockOperation::NonBlockingLockShared).is_err(),
+        Err(_) => place.root.is_dir(),
+    }
+}
+
+/// Removes what is left of a run whose launcher is gone: an observer that attached in the launcher's last moment may have
+/// added to what the launcher had already removed.
+pub fn remove_remains(place: &Place) {
+    let name = place.root.file_name().unwrap_or_default().to_string_lossy();
+    if !is_live(place) && place.prefix == format!("pc{name}-") {
+        let _ = place.remove();
+    }
 }

@@ -1,6 +1,6 @@
 //! Launch files: which cases are run on which scenarios, and compared with which.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use nodes::accuracy::AccuracySetting;
@@ -38,6 +38,8 @@ pub struct Launch {
     pub restart: Restart,
     /// The cases.
     pub cases: Vec<Case>,
+    /// What runs in place of phasecloud's own estimator or comparator; only replays have such.
+    pub substitutes: BTreeMap<String, Runs>,
 }
 
 /// When a process that has ended before the run did is started again.
@@ -81,6 +83,8 @@ pub enum Runs {
     },
     /// Any program: command and arguments.
     Command(Vec<String>),
+    /// A player of what was sent in the run that this file recorded.
+    Recorded(PathBuf),
 }
 
 /// The file's top level, without the propagators.
@@ -126,6 +130,20 @@ impl Launch {
     /// # Errors
     /// [`InputError`] with file, line and key.
     pub fn check(file: &InputFile, path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
+        Self::check_with(file, |raw| scenarios(file, path, raw, scenario))
+    }
+
+    /// Reads a launch file and its scenarios as they were recorded, name and text.
+    pub fn from_record(text: &str, recorded: &[(String, String)]) -> Result<Self, InputError> {
+        let file = InputFile::from_text(Path::new("the recorded launch file"), text);
+        let input = |(name, text): &(String, String)| scenario(InputFile::from_text(Path::new(name), text));
+        Self::check_with(&file, |_| recorded.iter().map(input).collect())
+    }
+
+    fn check_with(
+        file: &InputFile,
+        scenarios: impl FnOnce(&Raw) -> Result<Vec<ScenarioInput>, InputError>,
+    ) -> Result<Self, InputError> {
         let mut top = file.table()?;
         let propagators = top.get_mut().remove("propagator");
         let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;
@@ -145,12 +163,13 @@ impl Launch {
         Ok(Self {
             text: file.text().into(),
             name: raw.name.get_ref().clone(),
-            scenarios: scenarios(file, path, &raw, scenario)?,
+            scenarios: scenarios(&raw)?,
             reference: reference.clone(),
             bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(file, bins))?,
             patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(file, patience))?,
             restart: raw.restart,
             cases,
+            substitutes: BTreeMap::new(),
         })
     }
 }
@@ -329,7 +348,7 @@ mod tests {
     fn accuracy_is_that_of_the_file_unless_a_case_has_its_own() {
         let accuracy = |text: &str| match load(text).unwrap().cases.remove(0).runs {
             Runs::BuiltIn { mut settings, .. } => settings.accuracy_mut().unwrap().0,
-            Runs::Command(command) => panic!("{command:?}"),
+            other => panic!("{other:?}"),
         };
         let of_file = GOOD.replace("[[propagator]]\nlabel = \"mc\"", "accuracy = 1e-9\n[[propagator]]\nlabel = \"mc\"");
         assert_eq!(accuracy(GOOD), Accuracy::Fine);

@@ -1,18 +1,23 @@
 //! `phasecloud`: the one command users get. It starts the processes of a run, looks after them, and prints what came out.
 
+mod attach;
 mod check;
 mod clean_command;
 mod cli;
 mod commands;
 mod domain_command;
 mod domains;
+mod graph;
 mod guard;
+mod live;
 mod manifest;
 mod member;
 mod new_command;
 mod node_command;
+mod observe;
 mod preflight;
-mod progress;
+mod recording;
+mod replay_command;
 mod report;
 mod results_folder;
 mod run;
@@ -39,6 +44,12 @@ fn main() -> ExitCode {
         Command::Serve(arguments) => serve_command::run(&arguments),
         Command::Submit(arguments) => submit_command::run(&arguments),
         Command::Clean => clean_command::run(),
+        Command::Replay(arguments) => replay_command::run(&arguments),
+        Command::Topics(target) => observe::topics::run(&target),
+        Command::Echo(arguments) => observe::echo::run(&arguments),
+        Command::Hz(arguments) => observe::hz::run(&arguments),
+        Command::Watch(arguments) => observe::watch::run(&arguments),
+        Command::Graph { launch_file } => graph::run(launch_file.as_deref()),
         Command::Validate { files } => validate(&files),
         Command::Check(arguments) => check::run(&arguments),
         Command::New(arguments) => new_command::run(&arguments),

@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::launch_file::{Launch, Runs};
+use crate::recording;
 
 /// The manifest.
 #[derive(Debug, Serialize)]
 pub struct Manifest<'a> {
     run_id: String,
+    configuration: String,
     started: String,
     versions: BTreeMap<&'static str, &'static str>,
     launch_file: &'a str,
@@ -42,6 +44,7 @@ pub fn write(
 ) -> Result<(), String> {
     let manifest = Manifest {
         run_id: format!("{run_id:012x}"),
+        configuration: recording::configuration(launch),
         started,
         versions: BTreeMap::from([
             ("phasecloud", env!("CARGO_PKG_VERSION")),
@@ -60,10 +63,28 @@ pub fn write(
     std::fs::write(&path, text + "\n").map_err(|e| format!("{}: {e}", path.display()))
 }
 
+/// What run `run_id` used and which of its cases failed, from the manifest in `folder`; `None` if it is not there.
+pub fn read(folder: &Path, run_id: &str) -> Option<(Launch, BTreeMap<String, String>)> {
+    #[derive(Deserialize)]
+    struct Read {
+        run_id: String,
+        launch_file: String,
+        scenarios: BTreeMap<String, String>,
+        failures: BTreeMap<String, String>,
+    }
+    let read: Read = serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).ok()?).ok()?;
+    let scenarios: Vec<_> = read.scenarios.into_iter().collect();
+    let launch = Launch::from_record(&read.launch_file, &scenarios).ok()?;
+    (read.run_id == run_id).then_some((launch, read.failures))
+}
+
 fn record(runs: &Runs) -> CaseRecord {
     match runs {
         Runs::BuiltIn { node, settings } => {
             CaseRecord { runs: vec![node.clone()], settings: settings.to_lines().unwrap_or_default() }
+        }
+        Runs::Recorded(file) => {
+            CaseRecord { runs: vec!["recorded".into(), file.display().to_string()], settings: Vec::new() }
         }
         Runs::Command(command) => CaseRecord { runs: command.clone(), settings: Vec::new() },
     }

@@ -7,7 +7,7 @@ use nodes::builtin::BuiltIn;
 use nodes::failure::Failure;
 use nodes::scenario::Source;
 use nodes::session::{ANY_SCENARIO, Session};
-use nodes::{comparator, estimator, recorder, scenario};
+use nodes::{comparator, estimator, player, recorder, scenario};
 
 use crate::BAD_INPUT;
 use crate::cli::NodeArguments;
@@ -20,6 +20,7 @@ enum Kind {
     Estimator,
     Comparator,
     Recorder,
+    Player,
 }
 
 /// Runs a node until it is asked to stop.
@@ -48,6 +49,7 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
         "estimator" => Kind::Estimator,
         "comparator" => Kind::Comparator,
         "recorder" => Kind::Recorder,
+        "player" => Kind::Player,
         name => {
             let text = arguments.settings.join("\n");
             let table = toml::Deserializer::parse(&text).map_err(|e| format!("--set: {}", e.message()))?;
@@ -58,7 +60,7 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
                     Kind::Propagator(settings)
                 }
                 None => {
-                    let others = "scenario, estimator, comparator, recorder";
+                    let others = "scenario, estimator, comparator, recorder, player";
                     return Err(format!(
                         "there is no kind \"{name}\"; there are {}, {others}",
                         BuiltIn::NAMES.join(", ")
@@ -97,7 +99,11 @@ fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Res
         Kind::Recorder => {
             let folder = arguments.out.ok_or_else(|| Failure::Refused("the recorder needs --out DIR".into()))?;
             std::fs::create_dir_all(&folder).map_err(|e| Failure::file(&folder, e))?;
-            recorder::run(&session, &folder)
+            recorder::run(&session, &folder, arguments.recording.as_deref())
+        }
+        Kind::Player => {
+            let file = arguments.recording.ok_or_else(|| Failure::Refused("a player needs --recording FILE".into()))?;
+            player::run(&session, &file)
         }
     };
     if let Err(failure) = &served

@@ -32,8 +32,8 @@ fn needed_bytes(launch: &Launch) -> u64 {
     let density_numbers = phi * e + phi + e;
     let numbers = |case: &Case| match &case.runs {
         Runs::BuiltIn { settings, .. } => settings.most_numbers(launch.bins) as u64,
-        // Nobody knows what a foreign program will ask for.
-        Runs::Command(_) => 0,
+        // Nobody knows what a foreign program will ask for, and a recorded case is checked where it is played.
+        Runs::Command(_) | Runs::Recorded(_) => 0,
     };
     let per_snapshot = launch.cases.iter().map(|case| numbers(case).saturating_add(density_numbers));
     let per_snapshot = per_snapshot.fold(0, u64::saturating_add);

@@ -10,10 +10,12 @@ use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Roster, Scenario, Status};
 use messages::wait::Signals;
 
+use crate::cli::Shown;
 use crate::commands::{Commands, SCENARIO_NODE, SERVICES};
-use crate::launch_file::{Case, Restart};
+use crate::launch_file::{Case, Launch, Restart, ScenarioInput};
 use crate::member::{MOST_RESTARTS, Member, STARTUP};
-use crate::progress::Progress;
+use crate::live::View;
+use crate::live::model::{Model, Stage};
 use crate::supervisor::{Ended, Supervisor};
 
 /// The launcher looks around at least this often.
@@ -55,7 +57,7 @@ pub struct Run<'a> {
     roster: Outlet<Roster>,
     scenarios: Inlet<Scenario>,
     domain: HeldDomain,
-    progress: Progress,
+    view: View,
     members: BTreeMap<String, Member>,
     all_ready: bool,
     cleaned: Instant,
@@ -80,7 +82,7 @@ impl<'a> Run<'a> {
         commands: Commands<'a>,
         snapshots: usize,
         in_all: Option<u32>,
-        quiet: bool,
+        shown: Shown,
         mut start_at: impl FnMut() -> Instant,
     ) -> Result<Self, Abort> {
         let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
@@ -98,7 +100,7 @@ impl<'a> Run<'a> {
             under_way: None,
             in_all,
             domain,
-            progress: Progress::new(labels(), quiet),
+            view: View::new(Model::new(labels().map(str::to_owned).collect(), stages(commands.launch, in_all)), shown),
             members: members.collect(),
             all_ready: false,
             cleaned: Instant::now(),
@@ -152,6 +154,7 @@ impl<'a> Run<'a> {
             return Err(Abort::Interrupted);
         }
         self.take_scenarios()?;
+        self.view.refresh();
         let ended = self.supervisor.newly_ended();
         // What a process said before it ended tells more than how it ended.
         self.take_reports()?;
@@ -209,7 +212,7 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         if may_restart && member.plan_restart(Instant::now()) {
-            self.progress.note(&format!("{name}: {status}; it is started again"));
+            self.view.note(&format!("{name}: {status}; it is started again"));
             return Ok(());
         }
         member.rest();
@@ -227,7 +230,9 @@ impl<'a> Run<'a> {
             let header = message.header();
             let (scenario, snapshots) = (header.scenario, header.snapshots);
             if self.under_way.as_ref().is_none_or(|known| known.scenario < scenario) {
-                self.under_way = Some(UnderWay { scenario, name: unpack(&header.name), snapshots });
+                let name = unpack(&header.name);
+                self.view.model_mut().set_stage(scenario, Stage { name: name.clone(), snapshots: snapshots.into() });
+                self.under_way = Some(UnderWay { scenario, name, snapshots });
                 // A service may have idled for long.
                 let now = Instant::now();
                 self.members.values_mut().for_each(|member| member.heard = now);
@@ -266,11 +271,12 @@ impl<'a> Run<'a> {
                 _ => {}
             }
         }
+        if header.phase != phase::FAILED {
+            self.view.report(header, [done, of], false);
+        }
         match header.phase {
             phase::READY => self.note_when_all_are_ready(),
             phase::WORKING => {
-                let name = self.current().map_or("", |known| &known.name);
-                self.progress.working(&node, name, done, of);
                 if is_current && node == "estimator" {
                     self.estimated = done;
                 }
@@ -284,7 +290,7 @@ impl<'a> Run<'a> {
                 if self.members.contains_key(&subject) {
                     self.fail(&subject, why)?;
                 } else {
-                    self.progress.error(&format!("{node}: {subject}: {why}"));
+                    self.view.error(&format!("{node}: {subject}: {why}"));
                 }
             }
             _ => {}
@@ -295,14 +301,14 @@ impl<'a> Run<'a> {
     fn note_when_all_are_ready(&mut self) {
         if !self.all_ready && self.members.values().all(|member| member.ready) {
             self.all_ready = true;
-            self.progress.note(&format!("{} processes are ready", self.members.len()));
+            self.view.note(&format!("{} processes are ready", self.members.len()));
         }
     }
 
     /// The recorder has written the scenario.
     fn begin_next_scenario(&mut self) -> Result<(), Abort> {
         if let Some(known) = self.current() {
-            self.progress.note(&format!("{} is recorded", known.name));
+            self.view.note(&format!("{} is recorded", known.name));
         }
         self.scenario += 1;
         (self.estimated, self.compared) = (0, false);
@@ -319,7 +325,7 @@ impl<'a> Run<'a> {
             return Err(Abort::Fatal(format!("{name}: {why}")));
         }
         if !self.has_failed(name) {
-            self.progress.error(&format!("{name}: {why}"));
+            self.view.fail(name, &why);
             self.failures.insert((self.scenario, name.to_owned()), why);
             self.publish_roster()?;
         }
@@ -355,7 +361,7 @@ impl<'a> Run<'a> {
         }
         let hindrance = self.hindrance();
         if self.members.values().all(is_silent) {
-            self.progress.error(&format!("{hindrance}: no sign of life for {} s", self.commands.launch.patience));
+            self.view.error(&format!("{hindrance}: no sign of life for {} s", self.commands.launch.patience));
             for member in self.members.values_mut() {
                 member.heard = now;
             }
@@ -390,4 +396,11 @@ impl<'a> Run<'a> {
         let entries: Vec<RosterEntry> = self.commands.launch.cases.iter().map(entry).collect();
         Ok(self.roster.send_items(header, &entries)?)
     }
+}
+
+/// The scenarios as far as progress goes: all of a run, none yet of a service.
+fn stages(launch: &Launch, in_all: Option<u32>) -> Vec<Stage> {
+    let stage =
+        |s: &ScenarioInput| Stage { name: s.content.name.clone(), snapshots: s.content.problem.times.len() as u64 };
+    launch.scenarios.iter().take(in_all.unwrap_or(0) as usize).map(stage).collect()
 }

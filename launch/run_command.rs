@@ -1,6 +1,7 @@
 //! `phasecloud run`: from the launch file to the results folder.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -9,81 +10,123 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::BAD_INPUT;
-use crate::cli::RunArguments;
+use crate::cli::{RunArguments, Shown};
 use crate::commands::Commands;
 use crate::domains::{self, OwnDomain};
-use crate::launch_file::Launch;
+use crate::launch_file::{Launch, Restart};
+use crate::live::json;
+use crate::recording::Draft;
 use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
-use crate::{manifest, preflight, report};
+use crate::{attach, manifest, preflight, report};
 
 /// The user asked to stop.
 pub const INTERRUPTED: u8 = 130;
 /// Longest delay of a start in a random order.
 const LONGEST_DELAY: Duration = Duration::from_millis(300);
 
+/// How a run is to be done.
+#[derive(Debug)]
+pub struct Order<'a> {
+    /// The results folder, if one is named.
+    pub out: Option<&'a Path>,
+    /// Where to keep every message, if anywhere.
+    pub record: Option<&'a Path>,
+    /// How much is said of it.
+    pub shown: Shown,
+    /// Seed of random times at which the processes are started, else all are started at once.
+    pub start_order: Option<u64>,
+}
+
 /// Runs a launch file from start to results folder.
 pub fn run(arguments: &RunArguments) -> ExitCode {
+    let launch = Launch::load(arguments.launch_file.as_deref(), arguments.scenario.as_deref());
+    let RunArguments { out, record, shown, start_order, .. } = arguments;
+    let order = Order { out: out.as_deref(), record: record.as_deref(), shown: *shown, start_order: *start_order };
+    execute(launch.map_err(|e| e.to_string()), &order)
+}
+
+/// Runs what has been read, or says why that could not be read.
+pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
     let run_id = domains::fresh_run_id();
-    let prepared = Launch::load(arguments.launch_file.as_deref(), arguments.scenario.as_deref())
-        .map_err(|e| e.to_string())
-        .and_then(|launch| {
-            preflight::check_shared_memory(&launch)?;
-            let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
-            Ok((launch, folder))
-        });
-    let (launch, folder) = match prepared {
-        Ok(prepared) => prepared,
-        Err(problem) => {
-            eprintln!("error: {problem}");
-            return ExitCode::from(BAD_INPUT);
+    let prepared = launch.and_then(|mut launch| {
+        if order.record.is_some() {
+            // What a process sends twice would be on the recording twice.
+            launch.restart = Restart::Never;
         }
+        preflight::check_shared_memory(&launch)?;
+        let folder = ResultsFolder::prepare(order.out, &launch.name, run_id)?;
+        let tape = order.record.map(|path| Draft::begin(path, &launch, run_id)).transpose();
+        let tape = tape.inspect_err(|_| folder.discard())?;
+        Ok((launch, folder, tape))
+    });
+    let (launch, folder, tape) = match prepared {
+        Ok(prepared) => prepared,
+        Err(problem) => return end_without_results(order, BAD_INPUT, &format!("error: {problem}")),
     };
-    match conduct(&launch, &folder, run_id, arguments) {
+    let outcome = conduct(&launch, &folder, tape.as_ref(), run_id, order);
+    let outcome = match tape {
+        Some(tape) if matches!(outcome, Err(Abort::Interrupted | Abort::Fatal(_))) => {
+            tape.discard();
+            outcome
+        }
+        Some(tape) => tape.publish().map_err(Abort::Unpublished).and(outcome),
+        None => outcome,
+    };
+    match outcome {
         Ok(failures) => {
-            if !arguments.quiet {
+            let exit_code = u8::from(!failures.is_empty());
+            if order.shown.json {
+                json::result(exit_code, &folder.path, &failures);
+            } else if !order.shown.quiet {
                 report::print(&launch, &folder.path);
                 println!("\nResults: {}", folder.path.display());
             }
             for (name, why) in &failures {
                 eprintln!("error: {name}: {why}");
             }
-            if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+            ExitCode::from(exit_code)
         }
         Err(Abort::Interrupted) => {
             folder.discard();
-            eprintln!("interrupted: nothing was written");
-            ExitCode::from(INTERRUPTED)
+            end_without_results(order, INTERRUPTED, "interrupted: nothing was written")
         }
         Err(Abort::Fatal(problem)) => {
             folder.discard();
-            eprintln!("error: {problem}; nothing was written");
-            ExitCode::FAILURE
+            end_without_results(order, 1, &format!("error: {problem}; nothing was written"))
         }
-        Err(Abort::Unpublished(problem)) => {
-            eprintln!("error: {problem}");
-            ExitCode::FAILURE
-        }
+        Err(Abort::Unpublished(problem)) => end_without_results(order, 1, &format!("error: {problem}")),
     }
+}
+
+fn end_without_results(order: &Order<'_>, exit_code: u8, problem: &str) -> ExitCode {
+    if order.shown.json {
+        json::no_result(exit_code, problem);
+    }
+    eprintln!("{problem}");
+    ExitCode::from(exit_code)
 }
 
 /// Conducts the run in a fresh domain, removes the domain, and publishes the results. Returns the failures by name.
 fn conduct(
     launch: &Launch,
     folder: &ResultsFolder,
+    tape: Option<&Draft>,
     run_id: u64,
-    arguments: &RunArguments,
+    order: &Order<'_>,
 ) -> Result<BTreeMap<String, String>, Abort> {
     let started = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
+    attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
     let scenarios = folder.keep_scenarios(launch).map_err(Abort::Fatal)?;
     let scenarios = scenarios.iter().flat_map(|file| ["--scenario".into(), file.display().to_string()]).collect();
-    let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), scenarios };
+    let tape = tape.map(|tape| tape.draft.clone());
+    let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape, scenarios };
     let snapshots = launch.scenarios.iter().map(|s| s.content.problem.times.len()).max().unwrap_or(1);
     let (failures, nodes) = {
         let in_all = Some(launch.scenarios.len() as u32);
-        let mut run = Run::begin(commands, snapshots, in_all, arguments.quiet, start_times(arguments.start_order))?;
+        let mut run = Run::begin(commands, snapshots, in_all, order.shown, start_times(order.start_order))?;
         let completed = run.conduct(|_, _| Ok(()));
         let nodes = run.end();
         completed?;

@@ -16,7 +16,7 @@ use crate::domains::{self, OwnDomain};
 use crate::launch_file::{Launch, ScenarioInput};
 use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
-use crate::{manifest, preflight};
+use crate::{attach, manifest, preflight};
 
 /// What a service has done so far.
 #[derive(Default)]
@@ -84,17 +84,18 @@ fn serve(
 ) -> Result<(), Abort> {
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
+    attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
     let scenarios = match &arguments.sweep {
         Some(file) => vec!["--sweep".into(), file.display().to_string()],
         None => vec!["--requests".into()],
     };
-    let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), scenarios };
+    let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape: None, scenarios };
     if arguments.sweep.is_none() {
         println!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
     }
     {
         let now = Instant::now();
-        let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.quiet, || now)?;
+        let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.shown, || now)?;
         let completed = run.conduct(|scenario, failures| {
             let failures = of_scenario(failures, scenario);
             tally.failed += failures.len();

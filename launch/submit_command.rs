@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use messages::domain::{Domain, Place};
+use messages::domain::Domain;
 use messages::layout::{MOST_SNAPSHOTS, StatusHeader, phase};
 use messages::port::{Inlet, Outlet, PortError};
 use messages::text::unpack;
@@ -15,9 +15,9 @@ use nodes::scenario::RECORDER;
 use nodes::scenario_file::{self, ScenarioFile};
 
 use crate::BAD_INPUT;
+use crate::attach::{self, Target};
 use crate::cli::SubmitArguments;
 use crate::commands::SCENARIO_NODE;
-use crate::domains;
 use crate::run_command::INTERRUPTED;
 
 /// Wait between two looks at whether the service is still there.
@@ -47,7 +47,7 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
-    match submit(&scenarios, arguments.run.as_deref()) {
+    match submit(&scenarios, &arguments.target) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(Trouble::Interrupted) => ExitCode::from(INTERRUPTED),
@@ -59,9 +59,9 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
 }
 
 /// Whether all scenarios have been recorded.
-fn submit(scenarios: &[ScenarioFile], run: Option<&str>) -> Result<bool, Trouble> {
+fn submit(scenarios: &[ScenarioFile], target: &Target) -> Result<bool, Trouble> {
     let signals = Signals::catch(&[]).map_err(|e| Trouble::Refused(format!("cannot catch signals: {e}")))?;
-    let place = the_one(domains::live(), run).map_err(Trouble::Refused)?;
+    let place = attach::find(target).map_err(Trouble::Refused)?.place;
     let domain = Domain::enter(&place, &format!("submit-{}", std::process::id()))?;
     let office = Office { signals, reports: domain.inlet()?, requests: domain.outlet(MOST_SNAPSHOTS)? };
     while office.reports.receive()?.is_some() {}
@@ -76,20 +76,6 @@ fn submit(scenarios: &[ScenarioFile], run: Option<&str>) -> Result<bool, Trouble
         }
     }
     Ok(all)
-}
-
-/// The domain that is meant.
-fn the_one(live: Vec<Place>, run: Option<&str>) -> Result<Place, String> {
-    let id = |place: &Place| place.root.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let meant: Vec<&Place> = live.iter().filter(|place| run.is_none_or(|run| id(place).starts_with(run))).collect();
-    match meant[..] {
-        [one] => Ok(one.clone()),
-        [] => Err("no service is running; start one with phasecloud serve".into()),
-        _ => {
-            let ids: Vec<String> = meant.into_iter().map(id).collect();
-            Err(format!("several runs are live, name one with --run: {}", ids.join(", ")))
-        }
-    }
 }
 
 struct Office {

@@ -120,7 +120,7 @@ fn the_documents_commands_give_the_bytes_of_a_run() {
     nodes.into_iter().for_each(Terminal::control_c);
     holder.control_c();
     assert_eq!(bench.domains(), [""; 0]);
-    assert!(bench.read("results/by-hand/moments.csv") == reference(&bench, CASES));
+    assert!(bench.read("results/by-hand/part-000000/moments.csv") == reference(&bench, CASES));
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn a_program_of_ones_own_needs_the_line_that_the_domain_prints() {
     holder.wait_for("recorder: scenario 0 done");
     terminals.into_iter().for_each(Terminal::control_c);
     holder.control_c();
-    let rows = bench.table("results/by-hand/moments.csv");
+    let rows = bench.table("results/by-hand/part-000000/moments.csv");
     assert_eq!(rows.iter().filter(|row| row["method"] == "mine").count(), 5);
 }
 

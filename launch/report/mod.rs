@@ -56,7 +56,7 @@ fn read_text<T: for<'de> Deserialize<'de>>(text: &str) -> Vec<T> {
 }
 
 /// A table whose first `names` columns are words and the others numbers.
-fn new_table(header: Vec<String>, names: usize) -> Table {
+pub fn new_table(header: Vec<String>, names: usize) -> Table {
     let mut table = Table::new();
     table.load_style(presets::ASCII_MARKDOWN);
     let columns = header.len();

@@ -18,6 +18,9 @@ pub const ROOT_VARIABLE: &str = "PHASECLOUD_ROOT";
 /// Environment variable that names the prefix.
 pub const PREFIX_VARIABLE: &str = "PHASECLOUD_PREFIX";
 
+/// Messages of a topic that a reader may hold at once.
+pub const MOST_HELD: usize = 4;
+
 /// Longest root and prefix together: with a slash, a number of 39 digits and `.event` they make the name of a Unix socket,
 /// which has at most 107 bytes.
 const LONGEST: usize = 107 - 1 - 39 - 6;
@@ -61,9 +64,18 @@ impl Place {
     /// # Errors
     /// The first file that cannot be removed.
     pub fn remove(&self) -> std::io::Result<()> {
-        for entry in std::fs::read_dir("/dev/shm")?.flatten() {
-            if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
-                remove_if_present(std::fs::remove_file(entry.path()))?;
+        // A folder that changes while it is listed may hide a file from the list: look until there is none.
+        loop {
+            let files: Vec<PathBuf> = std::fs::read_dir("/dev/shm")?
+                .flatten()
+                .filter(|entry| entry.file_name().to_string_lossy().starts_with(&self.prefix))
+                .map(|entry| entry.path())
+                .collect();
+            if files.is_empty() {
+                break;
+            }
+            for file in files {
+                remove_if_present(std::fs::remove_file(file))?;
             }
         }
         remove_if_present(std::fs::remove_dir_all(&self.root))
@@ -180,7 +192,7 @@ impl Domain {
             .enable_safe_overflow(T::LATCHED)
             .history_size(if T::LATCHED { 1 } else { depth })
             .subscriber_max_buffer_size(depth)
-            .subscriber_max_borrowed_samples(4)
+            .subscriber_max_borrowed_samples(MOST_HELD)
             .max_publishers(capacity.nodes())
             .max_subscribers(capacity.nodes())
             .max_nodes(capacity.nodes())

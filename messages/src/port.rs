@@ -38,7 +38,8 @@ pub struct PortError {
 }
 
 impl PortError {
-    pub(crate) fn new(action: &'static str, object: &str, cause: &dyn Debug) -> Self {
+    /// `action` on `object` failed because of `cause`.
+    pub fn new(action: &'static str, object: &str, cause: &dyn Debug) -> Self {
         Self { action, object: object.into(), cause: format!("{cause:?}") }
     }
 }

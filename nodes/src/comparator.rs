@@ -121,7 +121,8 @@ fn publish(
     };
     let mc_seconds = results.of(MONTE_CARLO).map(|headers| total_seconds(&headers));
     let reference = results.of(&roster.reference);
-    for (label, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
+    let cases = roster.cases.len();
+    for (done, (label, _)) in roster.cases.iter().enumerate().filter(|(_, (_, failed))| !failed) {
         let Some(case) = results.of(label) else { continue };
         for (case, reference) in case.iter().zip(reference.iter().flatten()) {
             let send = |kind, rows: &[f64]| {
@@ -135,6 +136,7 @@ fn publish(
         let numbers = effort(&case, mc_seconds);
         let header = ComparisonHeader { length: EFFORT_COLUMNS as u32, ..header(comparison::EFFORT, label) };
         outlet.send_items(header, &numbers)?;
+        session.working(assignment.scenario, done + 1, cases)?;
     }
     Ok(outlet.send_items(header(comparison::END, ""), &[])?)
 }

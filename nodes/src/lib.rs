@@ -19,6 +19,7 @@ pub mod kit;
 pub mod mc;
 pub mod method;
 mod newest;
+pub mod player;
 pub mod recorder;
 mod roomy;
 pub mod roster;

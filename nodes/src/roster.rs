@@ -36,6 +36,11 @@ impl Roster {
         !self.cases.is_empty()
     }
 
+    /// How many cases take part and have not failed.
+    pub fn alive(&self) -> usize {
+        self.cases.iter().filter(|(_, failed)| !failed).count()
+    }
+
     /// Whether there is a case `label`.
     pub fn takes_part(&self, label: &str) -> bool {
         self.cases.iter().any(|(name, _)| name == label)

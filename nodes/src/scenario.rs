@@ -111,7 +111,7 @@ impl Desk<'_> {
         let (header, items) = assignment.to_parts();
         let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
         outlet.send_items(header, &items)?;
-        self.session.accepted(position, name)?;
+        self.session.accepted(position, self.count, name)?;
         while !is_recorded(&self.reports, position)? {
             self.session.wait(&[&self.reports, outlet])?;
         }

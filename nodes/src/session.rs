@@ -92,12 +92,12 @@ impl Session {
         self.report(phase::WORKING, scenario, &self.name, "", [done as f64, of as f64])
     }
 
-    /// Tells everyone that scenario `name` has been published at position `scenario`.
+    /// Tells everyone that scenario `name` has been published at position `scenario` of `of`, or of who knows how many (0).
     ///
     /// # Errors
     /// [`Failure::Port`] if the message cannot be sent.
-    pub fn accepted(&self, scenario: u32, name: &str) -> Result<(), Failure> {
-        self.report(phase::WORKING, scenario, name, "", [0.0, 1.0])
+    pub fn accepted(&self, scenario: u32, of: u32, name: &str) -> Result<(), Failure> {
+        self.report(phase::WORKING, scenario, name, "", [f64::from(scenario), f64::from(of)])
     }
 
     /// Tells the launcher that the node has finished a scenario; the scenario node, that so many are all there are.

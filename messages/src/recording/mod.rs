@@ -121,7 +121,9 @@ mod tests {
         assert_eq!(recording.about(), "about");
         let (header, entry) = recording.messages::<Snapshot>().next().unwrap();
         assert_eq!((header.run_id, header.label), (7, pack("mc")));
-        assert_eq!(recording.items::<Snapshot>(entry).unwrap(), [1.0, -2.5]);
+        let mut items = vec![0.0; entry.items::<Snapshot>()];
+        recording.read::<Snapshot>(entry, &mut items).unwrap();
+        assert_eq!(items, [1.0, -2.5]);
         assert_eq!(recording.messages::<Status>().count(), 1);
     }
 

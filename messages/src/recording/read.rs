@@ -34,9 +34,9 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Length of the payload in bytes.
-    pub fn payload_bytes(&self) -> u64 {
-        self.payload_bytes
+    /// How many items the message has.
+    pub fn items<T: Topic>(&self) -> usize {
+        self.payload_bytes as usize / size_of::<T::Item>()
     }
 }
 
@@ -79,18 +79,16 @@ impl Recording {
         of_topic.map(|entry| (bytemuck::pod_read_unaligned(&entry.header), entry))
     }
 
-    /// The items of a message.
+    /// Reads the items of a message; `items` has [`Entry::items`] of them.
     ///
     /// # Errors
     /// [`RecordingError`] if the file can no longer be read, or `entry` belongs to another topic.
-    pub fn items<T: Topic>(&self, entry: &Entry) -> Result<Vec<T::Item>, RecordingError> {
+    pub fn read<T: Topic>(&self, entry: &Entry, items: &mut [T::Item]) -> Result<(), RecordingError> {
         let failed = |problem: &dyn std::fmt::Display| RecordingError::new(&self.path, entry.payload_at, problem);
-        if entry.topic != position::<T>() {
-            return Err(failed(&"the message belongs to another topic"));
+        if entry.topic != position::<T>() || items.len() != entry.items::<T>() {
+            return Err(failed(&"the message is of another topic or length"));
         }
-        let mut items = vec![T::Item::default(); entry.payload_bytes as usize / size_of::<T::Item>()];
-        self.file.read_exact_at(bytemuck::cast_slice_mut(&mut items), entry.payload_at).map_err(|e| failed(&e))?;
-        Ok(items)
+        self.file.read_exact_at(bytemuck::cast_slice_mut(items), entry.payload_at).map_err(|e| failed(&e))
     }
 }
 
@@ -112,7 +110,7 @@ fn checked(entry: Entry) -> Result<Entry, String> {
     };
     let sizes: Vec<u64> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
     match sizes[..] {
-        [header, item] if entry.header.len() as u64 == header && entry.payload_bytes % item == 0 => Ok(entry),
+        [header, item] if entry.header.len() as u64 == header && entry.payload_bytes.is_multiple_of(item) => Ok(entry),
         _ => Err(format!("a message of {} + {} bytes does not fit {line}", entry.header.len(), entry.payload_bytes)),
     }
 }

@@ -8,6 +8,7 @@ pub mod join;
 mod notes;
 mod rows;
 mod tables;
+mod tape;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,12 +17,14 @@ use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, compariso
 use messages::port::Message;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
+use messages::wait::Awaited;
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::newest::Newest;
 use crate::roster::Roster;
 use crate::session::Session;
+use tape::Tape;
 
 /// A density as it was published.
 #[derive(Debug)]
@@ -91,11 +94,16 @@ impl Recording {
         (snapshots.len() == self.assignment.problem.times.len()).then_some(snapshots)
     }
 
+    /// Labels of the cases that the comparator has finished.
+    fn compared(&self) -> impl Iterator<Item = String> {
+        let of_effort = self.comparisons.values().filter(|c| c.header.kind == comparison::EFFORT);
+        of_effort.map(|c| unpack(&c.header.label))
+    }
+
     /// Whether the comparator has finished and every density that it compared has arrived here too.
     fn is_complete(&self) -> bool {
-        let of_kind = |kind| self.comparisons.values().filter(move |c| c.header.kind == kind);
-        of_kind(comparison::END).next().is_some()
-            && of_kind(comparison::EFFORT).all(|c| self.case(&unpack(&c.header.label)).is_some())
+        self.comparisons.values().any(|c| c.header.kind == comparison::END)
+            && self.compared().all(|label| self.case(&label).is_some())
     }
 }
 
@@ -107,16 +115,18 @@ pub fn part(folder: &Path, scenario: u32) -> PathBuf {
     folder.join(format!("part-{scenario:06}"))
 }
 
-/// Records scenario after scenario, each into its [`part`] of `folder`, which exists.
+/// Records scenario after scenario, each into its [`part`] of `folder`, which exists, and every message onto `tape`, a
+/// recording that has been begun, if there is one.
 ///
 /// # Errors
 /// [`Failure::Stopped`] is the normal end; [`Failure::File`] if something cannot be written.
-pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
+pub fn run(session: &Session, folder: &Path, tape: Option<&Path>) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
     let densities = session.domain.inlet::<Density>()?;
     let comparisons = session.domain.inlet::<Comparison>()?;
     let passages = session.domain.inlet::<Passage>()?;
     let rosters = session.domain.inlet::<RosterTopic>()?;
+    let mut tape = tape.map(|path| Tape::open(session, path)).transpose()?;
     session.ready()?;
     let mut roster = Roster::default();
     let mut newest = Newest::default();
@@ -128,9 +138,17 @@ pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
                 current = Some(Recording::new(Assignment::read(&message)?));
             }
         }
+        if let Some(tape) = &mut tape {
+            tape.take_all()?;
+        }
         if let Some(recording) = &mut current {
+            let before = recording.densities.len();
             while let Some(message) = densities.receive()? {
                 recording.take_density(&message);
+            }
+            if recording.densities.len() > before {
+                let Assignment { scenario, problem, .. } = &recording.assignment;
+                session.working(*scenario, recording.densities.len(), roster.alive() * problem.times.len())?;
             }
             while let Some(message) = comparisons.receive()? {
                 recording.take_comparison(&message);
@@ -138,14 +156,22 @@ pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
             while let Some(message) = passages.receive()? {
                 recording.take_passage(&message);
             }
-            let scenario = recording.assignment.scenario;
-            if roster.scenario == scenario && recording.is_complete() {
+            let Assignment { scenario, scenarios: count, .. } = recording.assignment;
+            if roster.scenario == scenario
+                && recording.is_complete()
+                && tape.as_ref().is_none_or(|tape| tape.has_all(recording))
+            {
                 tables::write(recording, &roster, &part(folder, scenario))?;
+                if scenario + 1 == count {
+                    tape.take().map_or(Ok(()), Tape::finish)?;
+                }
                 session.done(scenario)?;
                 current = None;
                 continue;
             }
         }
-        session.wait(&[&scenarios, &densities, &comparisons, &passages, &rosters])?;
+        let mut ports: Vec<&dyn Awaited> = vec![&scenarios, &densities, &comparisons, &passages, &rosters];
+        ports.extend(tape.iter().flat_map(Tape::ports));
+        session.wait(&ports)?;
     }
 }

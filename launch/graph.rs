@@ -1,0 +1,53 @@
+//! `phasecloud graph`: who sends what to whom in a launch file, as a Mermaid flowchart.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use crate::BAD_INPUT;
+use crate::launch_file::{Case, Launch, Runs};
+
+/// Prints the graph of a launch file.
+pub fn run(launch_file: Option<&Path>) -> ExitCode {
+    match Launch::load(launch_file, None) {
+        Ok(launch) => {
+            print!("{}", mermaid(&launch));
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// Boxes are processes, arrows topics.
+fn mermaid(launch: &Launch) -> String {
+    let scenarios: Vec<&str> = launch.scenarios.iter().map(|s| s.content.name.as_str()).collect();
+    let mut text = format!("flowchart LR\n  scenario[\"scenario<br>{}\"]\n", scenarios.join(", "));
+    for (number, case) in launch.cases.iter().enumerate() {
+        text += &format!("  case{number}[\"{}\"]\n", title(case, launch));
+        text += &format!("  scenario -- scenario --> case{number}\n");
+        text += &format!("  case{number} -- snapshot --> estimator\n");
+        text += &format!("  case{number} -- passage --> recorder\n");
+    }
+    for service in ["estimator", "comparator", "recorder"] {
+        text += &format!("  scenario -- scenario --> {service}\n");
+    }
+    text += "  estimator -- density --> comparator\n  estimator -- density --> recorder\n";
+    text += "  comparator -- comparison --> recorder\n";
+    text += "  launcher -- roster --> comparator\n  launcher -- roster --> recorder\n";
+    text += "  everyone([every process]) -- status --> launcher\n  recorder -- status --> scenario\n";
+    text
+}
+
+/// Label, what runs, and whether all are compared with it.
+fn title(case: &Case, launch: &Launch) -> String {
+    let runs = match &case.runs {
+        Runs::BuiltIn { node, .. } => node.clone(),
+        Runs::Command(words) => words.join(" "),
+        Runs::Recorded(file) => file.display().to_string(),
+    };
+    let reference = if case.label == launch.reference { "<br>reference" } else { "" };
+    let escaped = runs.replace('&', "#amp;").replace('"', "#quot;").replace('<', "#lt;").replace('>', "#gt;");
+    format!("{}<br>{escaped}{reference}", case.label)
+}

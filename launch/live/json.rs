@@ -1,0 +1,72 @@
+//! A run as JSON: one object a line on standard output, events as they happen, the results at last.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::{Map, Value, json};
+
+use super::model::NodeState;
+
+/// Writes an object as a line. Whoever stops reading does not stop the run.
+pub fn line(object: &Value) {
+    let mut out = std::io::stdout().lock();
+    let _ = writeln!(out, "{object}").and_then(|()| out.flush());
+}
+
+/// How far a node is.
+pub fn progress(node: &NodeState, scenario: &str, now: Instant) {
+    line(&json!({
+        "event": "progress",
+        "node": node.name,
+        "phase": node.phase,
+        "scenario": scenario,
+        "done": node.done,
+        "of": node.of,
+        "per_second": node.per_second(now),
+        "seconds_left": node.seconds_left(now),
+    }));
+}
+
+/// A case cannot be completed.
+pub fn failure(name: &str, why: &str) {
+    line(&json!({"event": "failure", "node": name, "problem": why}));
+}
+
+/// The end of a run without results.
+pub fn no_result(exit_code: u8, problem: &str) {
+    line(&json!({"event": "result", "exit_code": exit_code, "problem": problem}));
+}
+
+/// The end of a run, with the tables in its results folder.
+pub fn result(exit_code: u8, folder: &Path, failures: &BTreeMap<String, String>) {
+    let tables = tables(folder);
+    let folder = folder.display().to_string();
+    line(&json!({
+        "event": "result", "exit_code": exit_code, "folder": folder, "failures": failures, "tables": tables,
+    }));
+}
+
+/// All CSV files of a folder: for each a list of rows, from column to value; numbers that are not finite become null.
+fn tables(folder: &Path) -> Map<String, Value> {
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut tables = Map::new();
+    for path in files.filter(|path| path.extension().is_some_and(|extension| extension == "csv")) {
+        let Ok(mut reader) = csv::Reader::from_path(&path) else { continue };
+        let heads = reader.headers().cloned().unwrap_or_default();
+        let row = |row: csv::StringRecord| -> Value {
+            heads.iter().map(str::to_owned).zip(row.iter().map(value)).collect::<Map<_, _>>().into()
+        };
+        let rows: Vec<Value> = reader.records().flatten().map(row).collect();
+        tables.insert(path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), rows.into());
+    }
+    tables
+}
+
+fn value(text: &str) -> Value {
+    match text.parse::<f64>() {
+        Ok(number) => number.into(),
+        Err(_) => text.into(),
+    }
+}

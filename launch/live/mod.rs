@@ -1,0 +1,151 @@
+//! A run as it goes: one line a node on a terminal, plain lines otherwise, or one JSON object a line.
+//!
+//! `phasecloud run` and `phasecloud watch` show the same: both feed a [`View`] with what arrives on the status topic.
+
+pub mod json;
+pub mod model;
+
+use std::collections::BTreeMap;
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use messages::layout::StatusHeader;
+
+use crate::cli::Shown;
+use model::{Model, NodeState, Phase};
+
+/// Without a terminal, a node's progress is told at most so often.
+const LINE_INTERVAL: Duration = Duration::from_secs(1);
+
+/// Shows how far a run is.
+pub struct View {
+    model: Model,
+    face: Face,
+}
+
+/// How it is shown.
+enum Face {
+    Quiet,
+    Lines(BTreeMap<String, (Instant, Phase)>),
+    Json,
+    Terminal(MultiProgress, Vec<ProgressBar>),
+}
+
+impl View {
+    /// Shows `model`; on standard error, but JSON on standard output.
+    pub fn new(model: Model, shown: Shown) -> Self {
+        let face = match shown {
+            Shown { quiet: true, .. } => Face::Quiet,
+            Shown { json: true, .. } => Face::Json,
+            _ if std::io::stderr().is_terminal() => {
+                let terminal = MultiProgress::new();
+                let bar = |node: &NodeState| {
+                    let bar = terminal.add(ProgressBar::new(0)).with_prefix(node.name.clone());
+                    match ProgressStyle::with_template("  {prefix:16} {bar:20} {wide_msg}") {
+                        Ok(style) => bar.with_style(style),
+                        Err(_) => bar,
+                    }
+                };
+                let bars = model.nodes().iter().map(bar).collect();
+                Face::Terminal(terminal, bars)
+            }
+            _ => Face::Lines(BTreeMap::new()),
+        };
+        let mut view = Self { model, face };
+        view.refresh();
+        view
+    }
+
+    /// What is shown.
+    pub fn model_mut(&mut self) -> &mut Model {
+        &mut self.model
+    }
+
+    /// Takes in a report; see [`Model::report`] for `history`.
+    pub fn report(&mut self, header: &StatusHeader, units: [u64; 2], history: bool) {
+        let now = Instant::now();
+        if let Some(node) = self.model.report(header, units, history, now).cloned() {
+            self.show(&node, now);
+        }
+        if let Some(node) = self.model.end_scenario(header).cloned() {
+            self.show(&node, now);
+        }
+        self.refresh();
+    }
+
+    /// A case has failed; that is told even when quiet.
+    pub fn fail(&mut self, name: &str, why: &str) {
+        self.model.fail(name);
+        match &self.face {
+            Face::Json => json::failure(name, why),
+            Face::Terminal(terminal, _) => terminal.suspend(|| eprintln!("error: {name}: {why}")),
+            _ => eprintln!("error: {name}: {why}"),
+        }
+        self.refresh();
+    }
+
+    /// Something went wrong that is no case's failure; that is told even when quiet.
+    pub fn error(&self, what: &str) {
+        match &self.face {
+            Face::Terminal(terminal, _) => terminal.suspend(|| eprintln!("error: {what}")),
+            _ => eprintln!("error: {what}"),
+        }
+    }
+
+    /// Something worth a line where there is nothing else to show it.
+    pub fn note(&self, line: &str) {
+        if let Face::Lines(_) = self.face {
+            eprintln!("{line}");
+        }
+    }
+
+    fn show(&mut self, node: &NodeState, now: Instant) {
+        let scenario = self.model.stage_name(node.scenario);
+        match &mut self.face {
+            Face::Json => json::progress(node, scenario, now),
+            Face::Lines(last) if matches!(node.phase, Phase::Working | Phase::Done) => {
+                let due = last.get(&node.name).is_none_or(|(told, phase)| {
+                    *phase != node.phase || now.saturating_duration_since(*told) >= LINE_INTERVAL
+                });
+                if due {
+                    eprintln!("{}: {}", node.name, describe(node, scenario, now));
+                    last.insert(node.name.clone(), (now, node.phase));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Draws anew what changes with time alone.
+    pub fn refresh(&mut self) {
+        let Face::Terminal(_, bars) = &self.face else { return };
+        let now = Instant::now();
+        for (node, bar) in self.model.nodes().iter().zip(bars) {
+            bar.set_length(node.of.max(1));
+            bar.set_position(node.done);
+            bar.set_message(describe(node, self.model.stage_name(node.scenario), now));
+        }
+    }
+}
+
+impl Drop for View {
+    fn drop(&mut self) {
+        if let Face::Terminal(terminal, _) = &self.face {
+            let _ = terminal.clear();
+        }
+    }
+}
+
+/// Phase, scenario, progress, rate and time left of a node, in words.
+fn describe(node: &NodeState, scenario: &str, now: Instant) -> String {
+    let mut text = node.phase.word().to_owned();
+    if matches!(node.phase, Phase::Working | Phase::Done) {
+        text += &format!(" {scenario} {}/{}", node.done, node.of);
+    }
+    if let (Some(rate), Some(left)) = (node.per_second(now), node.seconds_left(now)) {
+        let left = humantime::format_duration(Duration::from_secs(left.min(1e9).ceil() as u64));
+        text += &format!(", {rate:.1}/s, {left} left");
+    }
+    text
+}

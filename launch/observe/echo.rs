@@ -1,0 +1,200 @@
+//! `phasecloud echo`: the messages of a topic, field by field.
+//!
+//! A thread of its own takes the messages, so that a slow terminal delays nobody; what it cannot keep up with is counted.
+
+use std::io::Write;
+use std::process::ExitCode;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+use clap::Args;
+use messages::describe::{Described, Field, FieldKind, Value};
+use messages::domain::Place;
+use messages::payload::{Item, Shape};
+use messages::port::{Message, PortError};
+use messages::topic::{Topic, Visitor};
+use serde_json::{Map, json};
+
+use super::{End, follow, with_topic};
+use crate::attach::{self, Target};
+
+/// Rows of a payload that are shown.
+const FEW_ROWS: usize = 3;
+/// Messages that may wait to be printed.
+const WAITING: usize = 64;
+
+/// Arguments of `phasecloud echo`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  phasecloud echo status\n  phasecloud echo snapshot --count 1 --json --full")]
+pub struct EchoArguments {
+    /// The topic: scenario, snapshot, passage, density, comparison, status or roster
+    pub topic: String,
+    #[command(flatten)]
+    pub target: Target,
+    /// Show payloads whole instead of their first rows
+    #[arg(long)]
+    pub full: bool,
+    /// Print one JSON object a line
+    #[arg(long)]
+    pub json: bool,
+    /// End after so many messages
+    #[arg(long, value_name = "N")]
+    pub count: Option<usize>,
+}
+
+/// Prints the messages of a topic until the run ends.
+pub fn run(arguments: &EchoArguments) -> ExitCode {
+    let target = attach::find(&arguments.target);
+    super::exit(target.and_then(|run| with_topic(&arguments.topic, Echo { place: run.place, arguments })))
+}
+
+struct Echo<'a> {
+    place: Place,
+    arguments: &'a EchoArguments,
+}
+
+/// A message taken apart.
+struct Shown {
+    topic: &'static str,
+    header: Vec<(&'static Field, Value)>,
+    items: usize,
+    shape: Shape,
+    rows: Vec<Vec<Value>>,
+    /// Messages before this one that nobody had time to print.
+    missed: usize,
+}
+
+impl Visitor for Echo<'_> {
+    type Out = Result<End, PortError>;
+
+    fn visit<T: Topic>(&mut self) -> Self::Out {
+        let most = if self.arguments.full { usize::MAX } else { FEW_ROWS };
+        let (sender, receiver) = sync_channel(WAITING);
+        let place = self.place.clone();
+        std::thread::scope(|scope| {
+            let reader = scope.spawn(move || take::<T>(&place, most, sender));
+            let stopped = print_all(self.arguments, &receiver);
+            drop(receiver);
+            let end = reader.join().unwrap_or(Ok(End::Stopped))?;
+            Ok(stopped.unwrap_or(end))
+        })
+    }
+}
+
+/// Takes messages and passes them on.
+fn take<T: Topic>(place: &Place, most: usize, sender: SyncSender<Option<Shown>>) -> Result<End, PortError> {
+    use std::sync::mpsc::TrySendError::{Disconnected, Full};
+    let mut missed = 0;
+    follow::<T>(place, "echo", |message| {
+        let shown = message.map(|message| take_apart(&message, most, missed));
+        let is_message = shown.is_some();
+        match sender.try_send(shown) {
+            Ok(()) => missed = if is_message { 0 } else { missed },
+            Err(Full(_)) => missed += usize::from(is_message),
+            Err(Disconnected(_)) => return false,
+        }
+        true
+    })
+}
+
+fn take_apart<T: Topic>(message: &Message<T>, most: usize, missed: usize) -> Shown {
+    let bytes = bytemuck::bytes_of(message.header());
+    let header = T::Header::FIELDS.iter().filter_map(|field| Some((field, field.value(bytes)?))).collect();
+    let (shape, items) = (T::shape(message.header()), message.items());
+    let rows = if T::Item::FIELDS.is_empty() {
+        number_rows(bytemuck::cast_slice(bytemuck::cast_slice::<_, u8>(items)), shape, most)
+    } else {
+        let fields =
+            |item: &T::Item| T::Item::FIELDS.iter().filter_map(|field| field.value(bytemuck::bytes_of(item))).collect();
+        items.iter().take(most).map(fields).collect()
+    };
+    Shown { topic: T::NAME, header, items: items.len(), shape, rows, missed }
+}
+
+/// The first rows of a payload of numbers.
+fn number_rows(numbers: &[f64], shape: Shape, most: usize) -> Vec<Vec<Value>> {
+    let columns = shape.columns.len().max(1);
+    let count = numbers.len().div_ceil(columns);
+    let at = |row: usize, column: usize| if shape.by_column { column * count + row } else { row * columns + column };
+    let row =
+        |row| (0..columns).filter_map(|column| numbers.get(at(row, column))).map(|&x| Value::Real(vec![x])).collect();
+    (0..count.min(most)).map(row).collect()
+}
+
+/// Prints what comes; says why it ended before the messages did, if so.
+fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Shown>>) -> Option<End> {
+    let mut left = arguments.count.unwrap_or(usize::MAX);
+    let mut out = std::io::stdout().lock();
+    while left > 0 {
+        let Ok(shown) = receiver.recv() else { return None };
+        let Some(shown) = shown else { continue };
+        if shown.missed > 0 {
+            eprintln!("{} messages were not shown, they came too fast", shown.missed);
+        }
+        let text = if arguments.json { json_line(&shown) } else { block(&shown) };
+        if writeln!(out, "{text}").and_then(|()| out.flush()).is_err() {
+            return Some(End::Stopped);
+        }
+        left -= 1;
+    }
+    Some(End::Over)
+}
+
+/// A message in lines: a field each, then rows of the payload.
+fn block(shown: &Shown) -> String {
+    let mut text = format!("{}\n", shown.topic);
+    for (field, value) in &shown.header {
+        let unit = field.unit().map_or(String::new(), |unit| format!(" {unit}"));
+        text += &format!("  {:20} {}{unit}{}\n", field.name, words(field, value), code(field, value));
+    }
+    text += &format!("  payload              {} items", shown.items);
+    if !shown.shape.columns.is_empty() {
+        text += &format!(": {}", shown.shape.columns.join(", "));
+    }
+    for row in &shown.rows {
+        let cells: Vec<String> = row.iter().map(plain).collect();
+        text += &format!("\n    {}", cells.join("  "));
+    }
+    text
+}
+
+fn words(field: &Field, value: &Value) -> String {
+    match value {
+        // Runs are named in hexadecimal digits everywhere.
+        Value::Whole(number) if field.kind == FieldKind::U64 => format!("{number:012x}"),
+        other => plain(other),
+    }
+}
+
+fn plain(value: &Value) -> String {
+    match value {
+        Value::Whole(number) => number.to_string(),
+        Value::Real(numbers) => numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" "),
+        Value::Text(text) => text.clone(),
+    }
+}
+
+fn code(field: &Field, value: &Value) -> String {
+    let name = match value {
+        Value::Whole(number) => field.codes().and_then(|codes| codes.name_of(*number)),
+        _ => None,
+    };
+    name.map_or(String::new(), |name| format!(" ({name})"))
+}
+
+/// A message as one JSON object.
+fn json_line(shown: &Shown) -> String {
+    let value = |value: &Value| match value {
+        Value::Whole(number) => json!(number),
+        Value::Real(numbers) if numbers.len() == 1 => json!(numbers[0]),
+        Value::Real(numbers) => json!(numbers),
+        Value::Text(text) => json!(text),
+    };
+    let field = |(field, field_value): &(&Field, Value)| {
+        let shown = if field.kind == FieldKind::U64 { json!(words(field, field_value)) } else { value(field_value) };
+        (field.name.to_owned(), shown)
+    };
+    let header: Map<_, _> = shown.header.iter().map(field).collect();
+    let rows: Vec<Vec<_>> = shown.rows.iter().map(|row| row.iter().map(value).collect()).collect();
+    let payload = json!({"items": shown.items, "columns": shown.shape.columns, "rows": rows});
+    json!({"topic": shown.topic, "header": header, "payload": payload}).to_string()
+}

@@ -1,0 +1,132 @@
+//! `phasecloud watch`: attaches to a live run and shows what `phasecloud run` shows there.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use messages::layout::phase;
+use messages::observe::Observer;
+use messages::port::{Inlet, PortError};
+use messages::text::unpack;
+use messages::topic::{Roster, Scenario, Status};
+use messages::wait::Signals;
+
+use super::{End, TICK};
+use crate::attach::{self, LiveRun, Target};
+use crate::cli::Shown;
+use crate::domains;
+use crate::launch_file::Launch;
+use crate::live::model::{Model, Stage};
+use crate::live::{View, json};
+use crate::manifest;
+use crate::report;
+
+/// Reports that arrive so soon after attaching had been sent before.
+const HISTORY: Duration = Duration::from_millis(1500);
+/// How long the launcher may take to put the results where they belong after it has ended its processes.
+const TIDYING: Duration = Duration::from_secs(10);
+
+/// Arguments of `phasecloud watch`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  phasecloud run launch/paper.toml --quiet & phasecloud watch")]
+pub struct WatchArguments {
+    #[command(flatten)]
+    pub target: Target,
+    #[command(flatten)]
+    pub shown: Shown,
+}
+
+/// Watches a run until it ends, and prints its results.
+pub fn run(arguments: &WatchArguments) -> ExitCode {
+    let run = match attach::find(&arguments.target) {
+        Ok(run) => run,
+        Err(problem) => return super::fail(&problem, crate::BAD_INPUT),
+    };
+    match watch(&run, arguments.shown) {
+        Ok(End::Over) => conclude(&run, arguments.shown),
+        outcome => super::exit(Ok(outcome)),
+    }
+}
+
+fn watch(run: &LiveRun, shown: Shown) -> Result<End, PortError> {
+    let signals = Signals::catch(&[]).map_err(|e| PortError::new("catch", "signals", &e))?;
+    let observer = Observer::enter(&run.place, "watch")?;
+    let scenarios: Inlet<Scenario> = observer.inlet()?;
+    let rosters: Inlet<Roster> = observer.inlet()?;
+    let reports: Inlet<Status> = observer.inlet()?;
+    let attached = Instant::now();
+    let mut stages: Vec<Stage> = Vec::new();
+    let mut view: Option<View> = None;
+    loop {
+        let over = !domains::is_live(&run.place);
+        while let Some(message) = scenarios.receive()? {
+            let header = message.header();
+            stages.push(Stage { name: unpack(&header.name), snapshots: header.snapshots.into() });
+            if let Some(view) = &mut view {
+                view.model_mut().stages.clone_from(&stages);
+            }
+        }
+        while let Some(message) = rosters.receive()? {
+            let cases: Vec<_> = message.items().iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect();
+            let labels = || cases.iter().map(|(label, _)| label.clone()).collect();
+            let view = view.get_or_insert_with(|| View::new(Model::new(labels(), stages.clone()), shown));
+            for (label, _) in cases.iter().filter(|(_, failed)| *failed) {
+                view.model_mut().fail(label);
+            }
+        }
+        // Reports wait in their buffer until it is known whose they are.
+        if let Some(view) = &mut view {
+            while let Some(message) = reports.receive()? {
+                let header = message.header();
+                let units = [message.items().first(), message.items().get(1)].map(|u| u.copied().unwrap_or(0.0) as u64);
+                match header.phase {
+                    phase::FAILED => view.fail(&unpack(&header.subject), &unpack(&header.text)),
+                    _ => view.report(header, units, attached.elapsed() < HISTORY),
+                }
+            }
+            view.refresh();
+        }
+        if signals.stop_requested() {
+            return Ok(End::Stopped);
+        }
+        if over {
+            drop((scenarios, rosters, reports, observer));
+            domains::remove_remains(&run.place);
+            return Ok(End::Over);
+        }
+        signals.wait(&[&scenarios, &rosters, &reports], TICK)?;
+    }
+}
+
+/// Prints the results once they are where they belong.
+fn conclude(run: &LiveRun, shown: Shown) -> ExitCode {
+    let Some(notice) = &run.notice else { return ExitCode::SUCCESS };
+    let ended = Instant::now();
+    loop {
+        if let Some((launch, failures)) = manifest::read(&notice.results, &run.id()) {
+            let exit_code = u8::from(!failures.is_empty());
+            print(&launch, &notice.results, exit_code, &failures, shown);
+            return ExitCode::from(exit_code);
+        }
+        if ended.elapsed() > TIDYING {
+            return super::fail(&format!("{} has ended without results", run.title()), 1);
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+fn print(
+    launch: &Launch,
+    results: &Path,
+    exit_code: u8,
+    failures: &std::collections::BTreeMap<String, String>,
+    shown: Shown,
+) {
+    if shown.json {
+        json::result(exit_code, results, failures);
+    } else if !shown.quiet {
+        report::print(launch, results);
+        println!("\nResults: {}", results.display());
+    }
+}

@@ -1,0 +1,115 @@
+//! Writes `docs/messages.md` from the layouts themselves: `cargo run -p phasecloud-messages --example messages_doc`.
+//!
+//! What cannot be read off a layout, who waits for whom and why, stands in `messages_doc.md` beside this file.
+
+use std::fmt::Write;
+
+use messages::describe::{Codes, Described, Field, plain};
+use messages::domain::MOST_HELD;
+use messages::layout::{
+    ALL_CODES, DENSITY_HEAD, DISTANCE_COLUMNS, EFFORT_COLUMNS, ERROR_COLUMNS, MOST_SNAPSHOTS, PASSAGE_COLUMNS,
+    PASSAGE_TIMES, RosterEntry, SCENARIO_COLUMNS, kind,
+};
+use messages::payload::{self, Item};
+use messages::port::{JOINED, OBSERVER, PATIENCE, READER, SENT};
+use messages::topic::{Capacity, Status, Topic, Visitor, for_each};
+
+/// A run without propagators.
+const ANY_CAPACITY: Capacity = Capacity { propagators: 0, snapshots: 1 };
+
+fn main() {
+    print!("{}", document());
+}
+
+/// The whole document.
+pub fn document() -> String {
+    let onlookers = ANY_CAPACITY.nodes();
+    let words = [
+        ("{SENT}", SENT.as_value().to_string()),
+        ("{JOINED}", JOINED.as_value().to_string()),
+        ("{PATIENCE}", PATIENCE.as_secs().to_string()),
+        ("{OBSERVER}", OBSERVER.to_owned()),
+        ("{READER}", READER.to_owned()),
+        ("{MOST_HELD}", MOST_HELD.to_string()),
+        ("{MOST_SNAPSHOTS}", MOST_SNAPSHOTS.to_string()),
+        ("{ONLOOKERS}", onlookers.to_string()),
+        ("{STATUS_DEPTH}", Status::depth(&ANY_CAPACITY).to_string()),
+        ("{topics}", topics()),
+        ("{headers}", headers()),
+        ("{codes}", ALL_CODES.map(codes).concat()),
+        ("{payloads}", payloads()),
+        ("`SCENARIO_COLUMNS`", SCENARIO_COLUMNS.to_string()),
+        ("`PASSAGE_COLUMNS`", PASSAGE_COLUMNS.to_string()),
+        ("`ERROR_COLUMNS`", ERROR_COLUMNS.to_string()),
+        ("`DISTANCE_COLUMNS`", DISTANCE_COLUMNS.to_string()),
+        ("`EFFORT_COLUMNS`", EFFORT_COLUMNS.to_string()),
+        ("`DENSITY_HEAD`", DENSITY_HEAD.to_string()),
+    ];
+    let text = include_str!("messages_doc.md").to_owned();
+    words.iter().fold(text, |text, (word, value)| text.replace(word, value.trim_end()))
+}
+
+fn topics() -> String {
+    struct Row;
+    impl Visitor for Row {
+        type Out = String;
+        fn visit<T: Topic>(&mut self) -> String {
+            let reader = if T::NEEDS_READER { "must be read" } else { "may be unread" };
+            let depth = T::DEPTH.replace("capacity.", "");
+            format!("| `{}` | {} | {depth} | {reader} |\n", T::NAME, plain(T::DOC))
+        }
+    }
+    format!("| topic | what | depth | |\n|---|---|---|---|\n{}", for_each(&mut Row).concat())
+}
+
+fn headers() -> String {
+    struct Section;
+    impl Visitor for Section {
+        type Out = String;
+        fn visit<T: Topic>(&mut self) -> String {
+            layout::<T::Header>(&format!("`{}`, items `{}`", T::NAME, T::Item::NAME))
+        }
+    }
+    for_each(&mut Section).concat() + &layout::<RosterEntry>("an item of `phasecloud/roster`")
+}
+
+fn layout<T: Described>(of: &str) -> String {
+    let mut text = format!("### {}\n\n{of}, {} bytes. {}\n\n", T::TYPE_NAME, size_of::<T>(), plain(T::DOC));
+    text += "| offset | field | type | unit | meaning |\n|---|---|---|---|---|\n";
+    for field @ Field { name, kind, offset, doc } in T::FIELDS {
+        let unit = field.unit().unwrap_or_default();
+        let _ = writeln!(text, "| {offset} | `{name}` | {kind} | {unit} | {} |", plain(doc));
+    }
+    text + "\n"
+}
+
+fn codes(codes: &Codes) -> String {
+    let mut text =
+        format!("### `{}`\n\n{}\n\n| code | name | meaning |\n|---|---|---|\n", codes.name, plain(codes.doc));
+    let mut sorted = codes.codes.to_vec();
+    sorted.sort_by_key(|code| code.value);
+    for code in sorted {
+        let _ = writeln!(text, "| {} | `{}` | {} |", code.value, code.name, plain(code.doc));
+    }
+    text + "\n"
+}
+
+fn payloads() -> String {
+    let mut text = String::from("| payload | order | columns |\n|---|---|---|\n");
+    let mut row = |name: &str, order: &str, columns: &[&str]| {
+        let _ = writeln!(text, "| {name} | {order} | {} |", columns.join(", "));
+    };
+    row("scenario", "a row a snapshot", &payload::SCENARIO);
+    for code in kind::CODES.codes {
+        let columns = payload::snapshot_columns(code.value).unwrap_or_default();
+        row(&format!("snapshot of kind `{}`", code.name), "column after column", columns);
+    }
+    row("passage", &format!("a row a time, {PASSAGE_TIMES} times"), &payload::PASSAGE);
+    row("density", "`phi` outermost", &["joint density [1/rad], marginal of phi [1/rad], marginal of e"]);
+    row("comparison of moments", "a row a quantity", &payload::ERRORS);
+    row("comparison of densities", "a row each for joint, phi, e", &payload::DISTANCES);
+    row("comparison of effort", "one row", &payload::EFFORT);
+    row("status", "one row", &payload::STATUS);
+    let _ = writeln!(text, "\nA snapshot of kind `DENSITY` has {DENSITY_HEAD} numbers before its joint density.");
+    text
+}
