@@ -68,7 +68,7 @@ impl View {
         if let Some(node) = self.model.report(header, units, history, now).cloned() {
             self.show(&node, now);
         }
-        if let Some(node) = self.model.end_scenario(header).cloned() {
+        for node in self.model.end_scenario(header) {
             self.show(&node, now);
         }
         self.refresh();

@@ -171,17 +171,21 @@ impl Model {
         Some(node)
     }
 
-    /// Notes that a scenario has been finished, which its recorder says, and with it that scenario's publisher.
-    pub fn end_scenario(&mut self, header: &StatusHeader) -> Option<&NodeState> {
+    /// Notes that a scenario is finished, which the recorder's report says: then all have done their part, whether their own
+    /// reports have arrived or not. Returns whom that changed.
+    pub fn end_scenario(&mut self, header: &StatusHeader) -> Vec<NodeState> {
         if header.phase != phase::DONE || unpack(&header.node) != RECORDER {
-            return None;
+            return Vec::new();
         }
-        let node = self.nodes.iter_mut().find(|node| node.name == SCENARIO_NODE)?;
-        node.done = u64::from(header.scenario) + 1;
-        if node.done >= node.of {
-            node.phase = Phase::Done;
-        }
-        Some(node)
+        let under_way = |node: &&mut NodeState| matches!(node.phase, Phase::Working | Phase::Ready);
+        let end = |node: &mut NodeState| {
+            node.done = if node.name == SCENARIO_NODE { u64::from(header.scenario) + 1 } else { node.of };
+            if node.done >= node.of {
+                node.phase = Phase::Done;
+            }
+            node.clone()
+        };
+        self.nodes.iter_mut().filter(under_way).map(end).collect()
     }
 
     /// Notes that a case cannot be finished.
