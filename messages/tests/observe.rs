@@ -42,7 +42,7 @@ fn an_observer_that_never_looks_holds_nobody_up_and_readers_still_get_everything
         outlet.send_items(StatusHeader::default(), &[number as f64, 0.0]).unwrap();
         assert_eq!(reader.receive().unwrap().expect("the reader gets every message").items()[0], number as f64);
     }
-    assert!(started.elapsed() < messages::port::PATIENCE, "nobody waited for the observer");
+    assert!(started.elapsed() < messages::domain::PATIENCE, "nobody waited for the observer");
     let seen = std::iter::from_fn(|| asleep.receive().unwrap()).count();
     assert_eq!(seen, depth, "the observer has what its buffer held and misses the rest");
 }
