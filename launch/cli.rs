@@ -22,6 +22,8 @@ pub struct Cli {
 pub enum Command {
     /// Run the cases of a launch file on its scenarios and compare them
     Run(RunArguments),
+    /// Make the report and the figures of a results folder anew, or lay several runs side by side
+    Report(ReportArguments),
     /// Check launch files without starting anything
     #[command(after_help = "Example:\n  phasecloud validate launch/paper.toml my-launch.toml")]
     Validate {
@@ -49,6 +51,23 @@ pub struct RunArguments {
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
+    /// Write tables only, neither report.html nor figures; `phasecloud report DIR` makes them later
+    #[arg(long)]
+    pub no_report: bool,
+}
+
+/// Arguments of `phasecloud report`.
+#[derive(Debug, Args)]
+#[command(after_help = "One folder: writes DIR/report.html and DIR/figures/*.svg, or only one page with --out.\n\
+    Several folders: writes one page with a column a run to --out, or to report.html in the current folder.\n\n\
+    Examples:\n  phasecloud report results/paper\n  phasecloud report results/before results/after --out compared.html")]
+pub struct ReportArguments {
+    /// Results folders
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    /// The page to write
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `phasecloud node`.

@@ -8,6 +8,7 @@ mod node_command;
 mod preflight;
 mod progress;
 mod report;
+mod report_command;
 mod results_folder;
 mod run_command;
 mod supervisor;
@@ -25,6 +26,7 @@ const BAD_INPUT: u8 = 2;
 fn main() -> ExitCode {
     match Cli::parse().command.unwrap_or(Command::Run(RunArguments::default())) {
         Command::Run(arguments) => run_command::run(&arguments),
+        Command::Report(arguments) => report_command::run(&arguments),
         Command::Validate { files } => validate(&files),
         Command::Node(arguments) => node_command::run(arguments),
     }

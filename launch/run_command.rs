@@ -20,7 +20,7 @@ use crate::launch_file::{Case, Launch, Runs};
 use crate::progress::Progress;
 use crate::results_folder::ResultsFolder;
 use crate::supervisor::Supervisor;
-use crate::{manifest, preflight, report};
+use crate::{manifest, preflight, report, report_command};
 
 /// The user asked to stop.
 const INTERRUPTED: u8 = 130;
@@ -67,7 +67,7 @@ pub fn run(arguments: &RunArguments) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
-    let outcome = conduct(&launch, &folder, run_id, arguments.quiet);
+    let outcome = conduct(&launch, &folder, run_id, arguments);
     match outcome {
         Ok(failures) => {
             if !arguments.quiet {
@@ -101,13 +101,13 @@ fn conduct(
     launch: &Launch,
     folder: &ResultsFolder,
     run_id: u64,
-    quiet: bool,
+    arguments: &RunArguments,
 ) -> Result<BTreeMap<String, String>, Abort> {
     let started = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
     let (failures, nodes) = {
-        let mut run = Run::begin(launch, folder, run_id, &own.place, quiet)?;
+        let mut run = Run::begin(launch, folder, run_id, &own.place, arguments.quiet)?;
         let completed = run.conduct();
         let nodes = run.end();
         completed?;
@@ -115,8 +115,20 @@ fn conduct(
     };
     drop(own);
     let written = manifest::write(&folder.draft, launch, run_id, started, &nodes, &failures);
-    written.and_then(|()| folder.publish()).map_err(Abort::Unpublished)?;
+    written.map_err(Abort::Unpublished)?;
+    if !arguments.no_report {
+        draw_report(&folder.draft);
+    }
+    folder.publish().map_err(Abort::Unpublished)?;
     Ok(failures)
+}
+
+/// Makes the report. The results are worth keeping without one.
+fn draw_report(draft: &Path) {
+    match report_command::make(draft) {
+        Ok(missing) => report_command::warn(&missing),
+        Err(problem) => eprintln!("warning: no report: {problem}"),
+    }
 }
 
 /// A run under way.
