@@ -66,6 +66,7 @@ fn subject(folder: &Path) -> Result<Subject, String> {
         let content = scenario_file::load(file).map_err(|e| e.to_string())?;
         Ok(Scenario { name: content.name, problem: content.problem })
     };
-    let name = folder.file_name().map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into_owned());
+    let name =
+        folder.file_name().map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into_owned());
     Ok(Subject { folder: folder.into(), name, scenarios: files.iter().map(load).collect::<Result<_, String>>()? })
 }

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use crate::drawings::{
-    accuracy, cloud_evolution, difference, effort, first_passage, joint_density, marginals, moment_errors, phase_portrait,
+    accuracy, cloud_evolution, difference, effort, first_passage, joint_density, marginals, moment_errors,
+    phase_portrait,
 };
 use crate::figure::{DrawError, Figure};
 use crate::scene::Scene;
@@ -36,7 +37,7 @@ struct Plan<'a> {
 const SEPARATE: &str = "A row a snapshot; the colour scale of a row ends at the peak of the reference, so the cases can be \
                         compared along it. Corresponds to Figs. 4, 11 and 15 of Sun et al. (2022).";
 const DIFFERENCES: &str = "Orange: the density is too high, purple: too low. Each map has a scale of its own; mind the numbers \
-                           beside it. Differences below a hundredth of a map's largest are left blank. Not in Sun et al. (2022).";
+                           beside it. Not in Sun et al. (2022).";
 
 fn plans<'a>(scene: &'a Scene<'a>) -> Vec<Plan<'a>> {
     let job = |draw: fn(&Scene<'_>) -> Result<Figure, DrawError>| -> Job<'a> { Box::new(move || draw(scene)) };

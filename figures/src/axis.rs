@@ -76,7 +76,11 @@ impl Axis {
         match &self.labels {
             Labels::Decimals(decimals) => {
                 let text = format!("{tick:.decimals$}");
-                if text.trim_start_matches(['-', '0', '.']).is_empty() { text.replace('-', "") } else { text.replace('-', "−") }
+                if text.trim_start_matches(['-', '0', '.']).is_empty() {
+                    text.replace('-', "")
+                } else {
+                    text.replace('-', "−")
+                }
             }
             Labels::Powers => {
                 let is_plain = self.ticks.iter().all(|tick| (-2.01..4.0).contains(tick));
@@ -120,7 +124,7 @@ impl ValueFormatter<f64> for Axis {
 }
 
 /// `10^logarithm`, written out or as a power.
-fn power_label(logarithm: f64, is_plain: bool) -> String {
+pub(crate) fn power_label(logarithm: f64, is_plain: bool) -> String {
     let power = (logarithm + 1e-9).floor() as i64;
     let mantissa = 10f64.powf(logarithm - power as f64).round();
     if is_plain {
@@ -160,7 +164,10 @@ mod tests {
     #[test]
     fn ticks_are_round_numbers_inside_the_range() {
         let axis = Axis::linear("", -0.31..0.62, 5);
-        assert_eq!(axis.ticks.iter().map(|&t| axis.tick_label(t)).collect::<Vec<_>>(), ["−0.2", "0.0", "0.2", "0.4", "0.6"]);
+        assert_eq!(
+            axis.ticks.iter().map(|&t| axis.tick_label(t)).collect::<Vec<_>>(),
+            ["−0.2", "0.0", "0.2", "0.4", "0.6"]
+        );
         let axis = Axis::logarithmic("", 2e-7, 0.3, 4);
         assert_eq!(axis.ticks.iter().map(|&t| axis.tick_label(t)).collect::<Vec<_>>(), ["10⁻⁶", "10⁻⁴", "10⁻²"]);
         let axis = Axis::logarithmic("", 0.4, 3.0, 4);

@@ -16,12 +16,10 @@ use plotters_backend::{
 };
 
 use crate::palette::Ink;
+use crate::text::{text_width, with_subscripts};
 
 /// Backend units a pixel.
 pub const SCALE: u32 = 10;
-
-/// Between these two characters text is set as a subscript.
-pub const SUBSCRIPT: [char; 2] = ['\u{E000}', '\u{E001}'];
 
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
@@ -191,7 +189,11 @@ impl DrawingBackend for SvgBackend<'_> {
         fill: bool,
     ) -> Drawn {
         let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)];
-        if fill { self.fill_polygon(corners, style) } else { self.draw_path(corners.into_iter().chain([(x0, y0)]), style) }
+        if fill {
+            self.fill_polygon(corners, style)
+        } else {
+            self.draw_path(corners.into_iter().chain([(x0, y0)]), style)
+        }
     }
 
     fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, path: I, style: &S) -> Drawn {
@@ -228,11 +230,12 @@ impl DrawingBackend for SvgBackend<'_> {
             HPos::Right => "end",
         };
         // From the named edge of the letters to their base line.
-        let down = size * match style.anchor().v_pos {
-            VPos::Top => 0.76,
-            VPos::Center => 0.34,
-            VPos::Bottom => -0.24,
-        };
+        let down = size
+            * match style.anchor().v_pos {
+                VPos::Top => 0.76,
+                VPos::Center => 0.34,
+                VPos::Bottom => -0.24,
+            };
         let quarter_turns = match style.transform() {
             FontTransform::None => 0,
             FontTransform::Rotate90 => 1,
@@ -262,33 +265,5 @@ impl DrawingBackend for SvgBackend<'_> {
     fn blit_bitmap(&mut self, _: BackendCoord, _: (u32, u32), _: &[u8]) -> Drawn {
         // Pictures are drawn with `picture`, at their own resolution.
         Ok(())
-    }
-}
-
-/// Width of `text` at font size `size`, rather too much than too little: no font is at hand to measure it.
-pub fn text_width(text: &str, size: f64) -> f64 {
-    let em = |letter: char| match letter {
-        'i' | 'j' | 'l' | 't' | 'f' | 'I' | '.' | ',' | ':' | ' ' | '\'' | '|' => 0.33,
-        'm' | 'w' | 'M' | 'W' | '%' => 0.92,
-        'A'..='Z' => 0.72,
-        letter if SUBSCRIPT.contains(&letter) => 0.0,
-        _ => 0.6,
-    };
-    size * text.chars().map(em).sum::<f64>()
-}
-
-/// Marks `text` as a subscript of `base`.
-pub fn subscript(base: &str, text: &str) -> String {
-    format!("{base}{}{text}{}", SUBSCRIPT[0], SUBSCRIPT[1])
-}
-
-fn with_subscripts(text: &str) -> Markup {
-    // Base and subscript in turn.
-    html! {
-        @for (i, part) in text.split(SUBSCRIPT).enumerate().filter(|(_, part)| !part.is_empty()) {
-            @if i == 0 { (part) }
-            @else if i % 2 == 1 { tspan dy="0.25em" font-size="76%" { (part) } }
-            @else { tspan dy="-0.19em" { (part) } }
-        }
     }
 }

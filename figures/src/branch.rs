@@ -23,7 +23,8 @@ pub fn visible(axis: &Axis, marginal: &[f64]) -> Range<f64> {
 
 /// The axis that keeps all `clouds` (intervals of the solar angle, on any branch) whole.
 pub fn common(clouds: &[Range<f64>]) -> Range<f64> {
-    let is_free = |cut: f64| clouds.iter().all(|cloud| fold(cut, cloud.start) >= cloud.end.min(cloud.start + TAU) - 1e-9);
+    let is_free =
+        |cut: f64| clouds.iter().all(|cloud| fold(cut, cloud.start) >= cloud.end.min(cloud.start + TAU) - 1e-9);
     let ends = clouds.iter().map(|cloud| fold(cloud.end, 0.0));
     let gap_after = |end: f64| {
         let starts = clouds.iter().map(|cloud| fold(cloud.start, end) - end);
@@ -39,7 +40,10 @@ pub fn common(clouds: &[Range<f64>]) -> Range<f64> {
                 let shift = shift_into(&(centre - PI..centre + PI), cloud);
                 cloud.start + shift..cloud.end + shift
             };
-            clouds.iter().map(near).fold(centre - PI..centre + PI, |all, cloud| all.start.min(cloud.start)..all.end.max(cloud.end))
+            clouds
+                .iter()
+                .map(near)
+                .fold(centre - PI..centre + PI, |all, cloud| all.start.min(cloud.start)..all.end.max(cloud.end))
         }
     }
 }

@@ -17,7 +17,7 @@ pub enum Scale {
     Linear(f64),
     /// Densities from a thousandth of this peak to the peak, viridis, by the logarithm; transparent below.
     Logarithmic(f64),
-    /// Differences from minus to plus this limit, purple to orange; transparent where nearly 0.
+    /// Differences from minus to plus this limit, purple to orange, fading where small.
     Difference(f64),
 }
 
@@ -32,13 +32,24 @@ impl Scale {
         }
     }
 
+    /// Opacity of a shade: differences fade into the page, be it light or dark, where they are small.
+    fn opacity(self, shade: usize) -> u8 {
+        match self {
+            Self::Linear(_) | Self::Logarithmic(_) => u8::MAX,
+            Self::Difference(_) => {
+                let distance = (2.0 * shade as f64 / (SHADES - 1) as f64 - 1.0).abs();
+                (255.0 * (2.0 * distance).min(1.0)).round() as u8
+            }
+        }
+    }
+
     /// Palette entry of a value.
     fn shade(self, value: f64) -> u8 {
         let position = match self {
             Self::Linear(peak) | Self::Logarithmic(peak) if !(value >= LEAST * peak && peak > 0.0) => return 0,
             Self::Linear(peak) => value / peak,
             Self::Logarithmic(peak) => 1.0 - (value / peak).log10() / LEAST.log10(),
-            Self::Difference(limit) if value.abs() < 1e-2 * limit || !(limit > 0.0 && value.is_finite()) => return 0,
+            Self::Difference(limit) if !(limit > 0.0 && value.is_finite()) => return 0,
             Self::Difference(limit) => 0.5 + 0.5 * value / limit,
         };
         1 + (position.clamp(0.0, 1.0) * (SHADES - 1) as f64).round() as u8
@@ -78,7 +89,7 @@ fn encode(pixels: &[u8], width: usize, height: usize, scale: Scale) -> Result<St
     encoder.set_color(png::ColorType::Indexed);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_palette(palette);
-    encoder.set_trns(vec![0]);
+    encoder.set_trns([0].into_iter().chain((0..SHADES).map(|shade| scale.opacity(shade))).collect::<Vec<u8>>());
     encoder.set_compression(png::Compression::Fast);
     let mut writer = encoder.write_header().map_err(failed)?;
     writer.write_image_data(pixels).map_err(failed)?;

@@ -61,7 +61,8 @@ pub fn contour(force: Force, level: f64) -> Vec<Vec<Point>> {
     pieces.extend(begin.map(|start| start..HIGHEST));
     let points = |piece: std::ops::Range<f64>| {
         let point = |k: usize| {
-            let e = 0.5 * (piece.start + piece.end) - 0.5 * (piece.end - piece.start) * (PI * k as f64 / POINTS as f64).cos();
+            let e = 0.5 * (piece.start + piece.end)
+                - 0.5 * (piece.end - piece.start) * (PI * k as f64 / POINTS as f64).cos();
             (cosine(e).clamp(-1.0, 1.0).acos(), e)
         };
         (0..=POINTS).map(point).collect()

@@ -2,11 +2,11 @@
 
 use plotters::style::text_anchor::{HPos, VPos};
 
-use crate::backend::text_width;
 use crate::elements::{Element, Point};
 use crate::figure::DrawError;
 use crate::palette::Ink;
 use crate::panel::{Panel, SMALL, text_style};
+use crate::text::text_width;
 
 /// A rectangle in pixels: left, top, right, bottom.
 type Box4 = [f64; 4];

@@ -3,11 +3,12 @@
 use plotters::prelude::Text;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use crate::backend::{Area, Stroke, text_width};
+use crate::backend::{Area, Stroke};
 use crate::elements::{Element, Point};
 use crate::figure::DrawError;
 use crate::palette::{Ink, Marker, Pen};
 use crate::panel::{TEXT, text_style, units};
+use crate::text::text_width;
 
 /// What an entry shows before its words.
 #[derive(Debug, Clone, Copy)]

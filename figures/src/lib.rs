@@ -20,3 +20,4 @@ pub mod panel;
 pub mod report;
 pub mod results;
 pub mod scene;
+pub mod text;

@@ -110,15 +110,8 @@ pub fn dark_rules() -> Markup {
 }
 
 /// Dashes and gaps \[px\] of the series, in turn.
-const DASHES: [&[f64]; 7] = [
-    &[6.0, 3.0],
-    &[2.0, 2.0],
-    &[9.0, 3.0, 2.0, 3.0],
-    &[12.0, 4.0],
-    &[5.0, 2.0, 1.5, 2.0, 1.5, 2.0],
-    &[3.0, 5.0],
-    &[],
-];
+const DASHES: [&[f64]; 7] =
+    [&[6.0, 3.0], &[2.0, 2.0], &[9.0, 3.0, 2.0, 3.0], &[12.0, 4.0], &[5.0, 2.0, 1.5, 2.0, 1.5, 2.0], &[3.0, 5.0], &[]];
 
 /// A small outline that marks a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -181,7 +174,33 @@ impl Pen {
 
     /// The pen of the `series`-th other case.
     pub fn of(series: usize) -> Self {
+        // Colours and dashes repeat together after a while; markers go on then.
         let stroke = Stroke { ink: Ink::Series(series), width: 1.6, dashes: DASHES[series % DASHES.len()] };
-        Self { stroke, marker: Marker::of(series), filled: false }
+        Self { stroke, marker: Marker::of(series + series / (SERIES * DASHES.len())), filled: false }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_colour_is_recognised_and_recoloured_in_the_dark() {
+        let rules = dark_rules().0;
+        let series = (0..SERIES).map(Ink::Series);
+        for ink in [Ink::Text, Ink::Faint, Ink::Grid, Ink::Paper].into_iter().chain(series) {
+            assert_eq!(Ink::from_rgb(ink.rgb()), ink);
+            assert!(rules.contains(&format!(".{}{{fill:", ink.fill_class())), "{ink:?}");
+        }
+    }
+
+    #[test]
+    fn as_many_cases_as_a_run_may_have_are_drawn_in_ways_of_their_own() {
+        let look = |series: usize| {
+            let pen = Pen::of(series);
+            (pen.stroke.ink.hex(), format!("{:?} {:?}", pen.stroke.dashes, pen.marker))
+        };
+        let looks: std::collections::BTreeSet<_> = (0..64).map(look).collect();
+        assert_eq!(looks.len(), 64);
     }
 }

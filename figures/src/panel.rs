@@ -1,21 +1,25 @@
 //! A panel: one pair of axes with what is drawn between them.
 
 use plotters::chart::{ChartBuilder, ChartContext};
-use plotters::prelude::{Cartesian2d, CoordTranslate, Color, IntoFont, RGBColor, Text};
+use plotters::prelude::{Cartesian2d, Color, CoordTranslate, IntoFont, RGBColor, Text};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters_backend::BackendColor;
 use plotters::style::{FontFamily, FontStyle, ShapeStyle, TextStyle};
+use plotters_backend::BackendColor;
 
 use crate::axis::{Axis, Labels};
-use crate::backend::{Area, SCALE, SvgBackend, text_width};
+use crate::backend::{Area, SCALE, SvgBackend};
 use crate::elements::{Element, Point, Window};
 use crate::figure::DrawError;
 use crate::palette::Ink;
+use crate::text::text_width;
 
 /// Size of text \[px\].
 pub const TEXT: f64 = 12.0;
 /// Size of the labels at ticks \[px\].
 pub const SMALL: f64 = 11.0;
+
+/// Width of a colour bar \[px\].
+const BAR: f64 = 16.0;
 
 type Coordinates = Cartesian2d<Axis, Axis>;
 
@@ -31,8 +35,8 @@ pub struct Panel<'a, 'b> {
 pub struct Surroundings<'t> {
     /// Words above it.
     pub title: &'t str,
-    /// Whether the labels of the vertical axis are on the right.
-    pub labels_on_the_right: bool,
+    /// Whether it is a colour bar: narrow, with the labels on the right.
+    pub is_bar: bool,
     /// Whether to leave the lines of the grid out.
     pub without_grid: bool,
 }
@@ -74,7 +78,7 @@ impl<'a, 'b> Panel<'a, 'b> {
             Labels::None => 4.0,
             _ => 10.0 + SMALL + if x.label.is_empty() { 0.0 } else { TEXT + 1.0 },
         };
-        let left = if around.labels_on_the_right { 0.0 } else { beside };
+        let left = if around.is_bar { 0.0 } else { beside };
         let above = if around.title.is_empty() { 8.0 } else { TEXT + 9.0 };
         if !around.title.is_empty() {
             let place = ((units(left + 4.0)) as i32, units(3.0) as i32);
@@ -83,13 +87,14 @@ impl<'a, 'b> Panel<'a, 'b> {
         let mut builder = ChartBuilder::on(area);
         builder.margin_top(units(above)).margin_right(units(8.0)).margin_left(units(4.0)).margin_bottom(units(3.0));
         builder.x_label_area_size(units(below));
-        match around.labels_on_the_right {
-            true => builder.right_y_label_area_size(units(beside)),
+        match around.is_bar {
+            true => builder.right_y_label_area_size(area.dim_in_pixel().0.saturating_sub(units(12.0 + BAR))),
             false => builder.y_label_area_size(units(beside)),
         };
         let mut chart = builder.build_cartesian_2d(x.clone(), y.clone())?;
         let labels = text_style(SMALL, Ink::Text, HPos::Center, VPos::Top);
-        let grid = if around.without_grid { ShapeStyle::from(colour(Ink::Grid).mix(0.0)) } else { line(Ink::Grid, 0.8) };
+        let grid =
+            if around.without_grid { ShapeStyle::from(colour(Ink::Grid).mix(0.0)) } else { line(Ink::Grid, 0.8) };
         let is_bare = |axis: &Axis| axis.labels == Labels::None;
         let mut mesh = chart.configure_mesh();
         mesh.light_line_style(colour(Ink::Grid).mix(0.0)).bold_line_style(grid).axis_style(line(Ink::Text, 1.0));

@@ -132,9 +132,8 @@ impl<'a> Scene<'a> {
 
     /// Where the cloud is visible at each snapshot: ranges of `phi` \[rad\] and of `e`.
     pub fn clouds(&self) -> Vec<(Range<f64>, Range<f64>)> {
-        let range = |d: &Density| {
-            (branch::visible(&d.grid.phi, &d.marginal_phi), branch::visible(&d.grid.e, &d.marginal_e))
-        };
+        let range =
+            |d: &Density| (branch::visible(&d.grid.phi, &d.marginal_phi), branch::visible(&d.grid.e, &d.marginal_e));
         self.yardstick().map_or(&[][..], |method| method.densities).iter().map(range).collect()
     }
 

@@ -14,7 +14,10 @@ const SLOPE: Stroke = Stroke { ink: Ink::Faint, width: 1.2, dashes: &[] };
 
 /// Draws it.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
-    let mut key: Vec<Entry> = scene.others().map(|m| (Sample::Marker(m.pen.marker, m.pen.stroke, m.pen.filled), m.label.to_owned())).collect();
+    let mut key: Vec<Entry> = scene
+        .others()
+        .map(|m| (Sample::Marker(m.pen.marker, m.pen.stroke, m.pen.filled), m.label.to_owned()))
+        .collect();
     let sampled = scene.monte_carlo().map(|(mc, _)| mc);
     key.extend(sampled.map(|mc| (Sample::Line(SLOPE), format!("N^(−1/2) through {}", mc.label))));
     let costs: [(&str, fn(&Method<'_>) -> f64); 2] = [
@@ -26,7 +29,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let caption = format!(
         "Each marker is a case; lower left is better. Above the largest relative error of the two means and standard deviations \
          after t = 0, below the largest total variation distance of the joint density, both against {}. A mixture counts five \
-         sigma points a component. Not in Sun et al. (2022).",
+         sigma points a component, also those that neighbours share. Not in Sun et al. (2022).",
         scene.reference
     );
     let title = "Accuracy against effort";
@@ -37,8 +40,13 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
             let is_shown = |(x, y): &Point| *x > 0.0 && *y > ROUNDING && x.is_finite() && y.is_finite();
             let points: Vec<Point> = scene.others().map(place).filter(is_shown).collect();
             let axis = |label: &str, of: fn(&Point) -> f64, count| {
-                let (low, high) = points.iter().map(of).fold((f64::INFINITY, 0.0), |(low, high), v| (v.min(low), v.max(high)));
-                if low < f64::INFINITY { Axis::logarithmic(label, 0.5 * low, 2.0 * high, count) } else { Axis::logarithmic(label, 0.1, 10.0, count) }
+                let (low, high) =
+                    points.iter().map(of).fold((f64::INFINITY, 0.0), |(low, high), v| (v.min(low), v.max(high)));
+                if low < f64::INFINITY {
+                    Axis::logarithmic(label, 0.5 * low, 2.0 * high, count)
+                } else {
+                    Axis::logarithmic(label, 0.1, 10.0, count)
+                }
             };
             let (x, y) = (axis(x_label, |p| p.0, 5), axis(y_label, |p| p.1, 6));
             let panel = Panel::new(area, &x, &y, Surroundings::default())?;

@@ -46,7 +46,8 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     Figure::draw(&scene.figure_name("cloud-evolution"), "Evolution of the cloud", &caption, (760, 430), &key, |area| {
         let e = e_axis(0.0..(1.08 * highest).min(1.0), 8);
         let panel = Panel::new(area, &phi_axis(phi.clone(), 7), &e, Surroundings::default())?;
-        let bounds = levels.iter().flat_map(|level| mirrored(&hamiltonian::contour(scene.problem.force, *level), &phi, BOUND));
+        let bounds =
+            levels.iter().flat_map(|level| mirrored(&hamiltonian::contour(scene.problem.force, *level), &phi, BOUND));
         panel.draw(&bounds.chain([line]).collect::<Vec<_>>())?;
         let markers = samples.iter().zip(&clouds).enumerate().map(|(index, (points, (cloud, _)))| {
             let centre = 0.5 * (cloud.start + cloud.end) + shift_into(&phi, cloud);

@@ -17,7 +17,12 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figu
     let subtrahend = subtrahend(scene).ok_or_else(|| DrawError(format!("{} has no results", scene.reference)))?;
     let (other, _) = snapshot(scene, subtrahend, index)?;
     if density.grid != other.grid {
-        return Err(DrawError(format!("{} and {} have different bins at {}", method.label, subtrahend.label, at_time(t))));
+        return Err(DrawError(format!(
+            "{} and {} have different bins at {}",
+            method.label,
+            subtrahend.label,
+            at_time(t)
+        )));
     }
     let difference: Vec<f64> = density.joint.iter().zip(&other.joint).map(|(p, q)| p - q).collect();
     let limit = difference.iter().map(|d| d.abs()).fold(0.0, f64::max);
@@ -27,8 +32,8 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figu
     let share = if other.peak() > 0.0 { 100.0 * limit / other.peak() } else { f64::NAN };
     let caption = format!(
         "Orange: too high, purple: too low. Each map has a scale of its own; the largest difference here is {share:.2} % of the \
-         peak of {}. Differences below a hundredth of the largest are left blank.",
+         peak of {}.",
         subtrahend.label
     );
-    map(&name, [&title, &heading, &caption], density, &difference, Scale::Difference(limit), "difference [1/rad]")
+    map(&name, [&title, &heading, &caption], density, &difference, Scale::Difference(limit), "difference")
 }

@@ -3,13 +3,14 @@
 use plotters::style::text_anchor::{HPos, VPos};
 
 use crate::axis::Axis;
-use crate::backend::{Stroke, subscript};
+use crate::backend::Stroke;
 use crate::elements::Element;
 use crate::figure::{DrawError, Figure};
 use crate::legend::{Entry, Sample};
 use crate::palette::{Ink, Marker};
 use crate::panel::{Panel, SMALL, Surroundings, text_style};
 use crate::scene::{Method, Scene};
+use crate::text::subscript;
 
 const ROW: u32 = 28;
 const PROPAGATION: Ink = Ink::Series(0);
@@ -61,17 +62,27 @@ pub fn draw_normalised(scenes: &[Scene<'_>]) -> Result<Figure, DrawError> {
             labels.push(method.label);
         }
     }
-    let is_normalised = scenes.iter().flat_map(|scene| &scene.methods).any(|m| m.effort.is_some_and(|e| e.ratio_to_mc.is_finite()));
-    let value = |method: &Method<'_>| method.effort.map(|e| if is_normalised { e.ratio_to_mc } else { e.t_cal_s }).filter(|v| *v > 0.0);
+    let is_normalised =
+        scenes.iter().flat_map(|scene| &scene.methods).any(|m| m.effort.is_some_and(|e| e.ratio_to_mc.is_finite()));
+    let value = |method: &Method<'_>| {
+        method.effort.map(|e| if is_normalised { e.ratio_to_mc } else { e.t_cal_s }).filter(|v| *v > 0.0)
+    };
     let values = || scenes.iter().flat_map(|scene| scene.methods.iter().filter_map(value));
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
     if !low.is_finite() {
         return Err(DrawError("no case has an effort".into()));
     }
     let stroke = |scene: usize| Stroke { ink: Ink::Series(scene), width: 1.8, dashes: &[] };
-    let key: Vec<Entry> = scenes.iter().enumerate().map(|(k, scene)| (Sample::Marker(Marker::of(k), stroke(k), false), scene.name.to_owned())).collect();
+    let key: Vec<Entry> = scenes
+        .iter()
+        .enumerate()
+        .map(|(k, scene)| (Sample::Marker(Marker::of(k), stroke(k), false), scene.name.to_owned()))
+        .collect();
     let (label, title) = if is_normalised {
-        (format!("effort relative to mc, {} / {}", subscript("t", "cal"), subscript("t", "cal-MC")), "Normalised effort")
+        (
+            format!("effort relative to mc, {} / {}", subscript("t", "cal"), subscript("t", "cal-MC")),
+            "Normalised effort",
+        )
     } else {
         ("CPU time [s]".to_owned(), "Effort")
     };

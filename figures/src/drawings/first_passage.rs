@@ -1,13 +1,13 @@
 //! The probability that the eccentricity has ever reached its critical value, against time, with its interval.
 
 use crate::axis::Axis;
-use crate::backend::subscript;
 use crate::elements::{Element, Point};
 use crate::figure::{DrawError, Figure};
 use crate::legend::{Entry, Sample};
 use crate::panel::{Panel, Surroundings};
 use crate::results::PassageRow;
 use crate::scene::{Method, Scene};
+use crate::text::subscript;
 
 /// An interval narrower than this is an exact method's own error estimate.
 const NARROW: f64 = 1e-6;
@@ -33,7 +33,11 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     Figure::draw(&scene.figure_name("first-passage"), &title, &caption, (760, 340), &key, |area| {
         let x = Axis::linear("time t [yr]", 0.0..end, 8);
         let label = format!("P(e has reached {})", subscript("e", "cri"));
-        let highest = curves.iter().flat_map(|m| &m.passage).map(|row| row.high.max(row.prob_reached_critical_e)).fold(1e-12, f64::max);
+        let highest = curves
+            .iter()
+            .flat_map(|m| &m.passage)
+            .map(|row| row.high.max(row.prob_reached_critical_e))
+            .fold(1e-12, f64::max);
         let y = Axis::linear(&label, -0.03 * highest..1.05 * highest, 5);
         let panel = Panel::new(area, &x, &y, Surroundings::default())?;
         let band = |m: &&&Method<'_>| {

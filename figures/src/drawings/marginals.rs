@@ -29,7 +29,8 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError>
         "Left the solar angle, on the branch that keeps the cloud whole, right the eccentricity; a row a snapshot.{} Corresponds \
          to Figs. 5, 12 and 16 of Sun et al. (2022).",
         match band {
-            Some((mc, _)) => format!(" The band is {SIGMAS} binomial standard deviations of a bin's count about {}.", mc.label),
+            Some((mc, _)) =>
+                format!(" The band is {SIGMAS} binomial standard deviations of a bin's count about {}.", mc.label),
             None => String::new(),
         }
     );

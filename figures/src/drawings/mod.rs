@@ -5,10 +5,11 @@ use std::ops::Range;
 use density::grid::Axis as Bins;
 
 use crate::axis::Axis;
-use crate::backend::{Stroke, subscript};
+use crate::backend::Stroke;
 use crate::elements::{Element, Point};
 use crate::palette::{Ink, Marker};
 use crate::scene::Scene;
+use crate::text::subscript;
 
 pub mod accuracy;
 pub mod cloud_evolution;
@@ -37,14 +38,19 @@ fn e_axis(range: Range<f64>, ticks: usize) -> Axis {
 /// The line of the critical eccentricity and its name.
 fn critical(scene: &Scene<'_>, phi: &Range<f64>) -> (Element, String) {
     let e = scene.problem.critical_e;
-    (Element::curve(vec![(phi.start, e), (phi.end, e)], CRITICAL), format!("critical eccentricity {} = {e}", subscript("e", "cri")))
+    (
+        Element::curve(vec![(phi.start, e), (phi.end, e)], CRITICAL),
+        format!("critical eccentricity {} = {e}", subscript("e", "cri")),
+    )
 }
 
 /// A curve in `phi` with its mirror image, wherever it meets `range`.
 fn mirrored(pieces: &[Vec<Point>], range: &Range<f64>, stroke: Stroke) -> Vec<Element> {
     let turns = ((range.start / TURN).floor() as i32 - 1)..=((range.end / TURN).ceil() as i32 + 1);
     let copies = turns.flat_map(|turn| [1.0, -1.0].map(|sign| (sign, f64::from(turn) * TURN)));
-    let moved = |(sign, shift): (f64, f64)| pieces.iter().map(move |piece| piece.iter().map(|&(phi, e)| (sign * phi + shift, e)).collect());
+    let moved = |(sign, shift): (f64, f64)| {
+        pieces.iter().map(move |piece| piece.iter().map(|&(phi, e)| (sign * phi + shift, e)).collect())
+    };
     let is_seen = |points: &Vec<Point>| points.iter().any(|(phi, _)| range.contains(phi));
     copies.flat_map(moved).filter(is_seen).map(|points| Element::curve(points, stroke)).collect()
 }

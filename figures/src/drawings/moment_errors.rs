@@ -1,7 +1,6 @@
 //! Relative errors of means and standard deviations against time (Figs. 6, 13, 17), with the sampling error of Monte Carlo.
 
 use crate::axis::Axis;
-use crate::backend::subscript;
 use crate::elements::{Element, Point};
 use crate::figure::{DrawError, Figure};
 use crate::legend::{Entry, Sample};
@@ -9,6 +8,7 @@ use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings};
 use crate::results::MomentsRow;
 use crate::scene::{Method, Scene};
+use crate::text::subscript;
 
 /// What is compared: its name in `errors.csv`, its letter, its index.
 pub const QUANTITIES: [(&str, &str, &str); 4] =
@@ -32,8 +32,10 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
             None => String::new(),
         }
     );
-    let curves: Vec<Vec<Vec<Point>>> = QUANTITIES.iter().map(|(name, ..)| scene.others().map(|m| errors(scene, m, name)).collect()).collect();
-    let limits: Vec<Vec<Point>> = (0..QUANTITIES.len()).map(|k| sampled.map_or(Vec::new(), |(mc, _)| sampling_limit(mc, k))).collect();
+    let curves: Vec<Vec<Vec<Point>>> =
+        QUANTITIES.iter().map(|(name, ..)| scene.others().map(|m| errors(scene, m, name)).collect()).collect();
+    let limits: Vec<Vec<Point>> =
+        (0..QUANTITIES.len()).map(|k| sampled.map_or(Vec::new(), |(mc, _)| sampling_limit(mc, k))).collect();
     let all = || curves.iter().flatten().chain(&limits).flatten().map(|(_, error)| *error);
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let end = scene.times.last().copied().unwrap_or(1.0);
@@ -43,14 +45,23 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         for (k, area) in area.split_evenly((2, 2)).iter().enumerate() {
             let (_, letter, index) = QUANTITIES[k];
             let label = format!("relative error of {}", subscript(letter, index));
-            let y = if low.is_finite() { Axis::logarithmic(&label, 0.5 * low, 2.0 * high, 7) } else { Axis::logarithmic(&label, 1e-6, 1.0, 7) };
+            let y = if low.is_finite() {
+                Axis::logarithmic(&label, 0.5 * low, 2.0 * high, 7)
+            } else {
+                Axis::logarithmic(&label, 1e-6, 1.0, 7)
+            };
             let panel = Panel::new(area, &x, &y, Surroundings::default())?;
             let to_log = |points: &[Point]| points.iter().map(|&(t, error)| (t, error.log10())).collect::<Vec<_>>();
-            let floor = |points: &[Point]| points.iter().map(|&(t, error)| (t, y.range.start, error.log10())).collect::<Vec<_>>();
+            let floor = |points: &[Point]| {
+                points.iter().map(|&(t, error)| (t, y.range.start, error.log10())).collect::<Vec<_>>()
+            };
             let mut elements = vec![Element::band(&floor(&limits[k]), BAND)];
-            elements.extend(curves[k].iter().zip(scene.others()).map(|(points, m)| Element::curve(to_log(points), m.pen.stroke)));
+            elements.extend(
+                curves[k].iter().zip(scene.others()).map(|(points, m)| Element::curve(to_log(points), m.pen.stroke)),
+            );
             panel.draw(&elements)?;
-            let markers = curves[k].iter().zip(scene.others()).map(|(points, m)| Element::markers_of(to_log(points), &m.pen));
+            let markers =
+                curves[k].iter().zip(scene.others()).map(|(points, m)| Element::markers_of(to_log(points), &m.pen));
             panel.draw_over(&markers.collect::<Vec<_>>())?;
         }
         Ok(())

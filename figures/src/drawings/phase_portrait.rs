@@ -6,7 +6,7 @@ use density::dynamics::Force;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::{CONTOUR, TURN, critical, e_axis, mirrored, phi_axis};
-use crate::backend::{Stroke, subscript, text_width};
+use crate::backend::Stroke;
 use crate::elements::{Element, Point};
 use crate::figure::{DrawError, Figure};
 use crate::hamiltonian::{self, Stationary};
@@ -14,6 +14,7 @@ use crate::legend::Sample;
 use crate::palette::{Ink, Marker};
 use crate::panel::{Panel, Surroundings, TEXT, bold, text_style};
 use crate::scene::Scene;
+use crate::text::{subscript, text_width};
 
 const DIVIDING: Stroke = Stroke { ink: Ink::Text, width: 1.6, dashes: &[] };
 const POINT: Stroke = Stroke { ink: Ink::Series(0), width: 1.8, dashes: &[] };
@@ -96,7 +97,12 @@ fn levels(force: Force, highest: f64) -> Vec<f64> {
 
 /// A number for each sub-domain and the place in each of its closed parts that is farthest from its borders, from the marked
 /// points and from the frame. Parts that reach the upper end of the axis go on to e = 1 and are not numbered.
-fn sub_domain_labels(scene: &Scene<'_>, panel: &Panel<'_, '_>, dividing: &[f64], marked: &[Point]) -> Vec<(usize, Point)> {
+fn sub_domain_labels(
+    scene: &Scene<'_>,
+    panel: &Panel<'_, '_>,
+    dividing: &[f64],
+    marked: &[Point],
+) -> Vec<(usize, Point)> {
     /// Letters need this much room above and below, and twice as much on either side \[px\].
     const ROOM: f64 = 9.0;
     let [left, top, right, bottom] = panel.frame();

@@ -38,7 +38,9 @@ pub fn of(drawn: &Drawn<'_>, place: &str) -> Vec<Block> {
             section(&key("diagnostics"), "What the methods say of themselves", tables::diagnostics(scene)),
         ]);
         let shown = groups.iter().filter(|group| !group.figures.is_empty() || !group.missing.is_empty());
-        blocks.extend(shown.map(|group| section(&key(&format!("figures-{}", group.key)), group.heading, figures(group, place, scene.methods.len()))));
+        blocks.extend(shown.map(|group| {
+            section(&key(&format!("figures-{}", group.key)), group.heading, figures(group, place, scene.methods.len()))
+        }));
     }
     blocks.push(chapter("across", "All scenarios", html! {}));
     blocks.push(section("across-effort", drawn.across.heading, figures(&drawn.across, place, 1)));
@@ -60,7 +62,7 @@ fn figures(group: &Group, place: &str, cases: usize) -> Markup {
     html! {
         @if small { p { (group.text) } }
         @for missing in &group.missing { p.warning { "Not drawn: " (missing) "." } }
-        div.small[small] style=[small.then(|| format!("--cases:{}", columns.max(1)))] {
+        div.small[small] .pairs[group.key == "joint"] style=[small.then(|| format!("--cases:{}", columns.max(1)))] {
             @for figure in &group.figures { (figure.to_page(place, small)) }
         }
     }

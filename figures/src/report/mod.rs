@@ -66,7 +66,9 @@ pub fn write(subject: &Subject) -> Result<Vec<String>, FolderError> {
     let folder = subject.folder.join(FIGURES);
     std::fs::create_dir_all(&folder).map_err(|e| FolderError::new(&folder, e))?;
     let figures: Vec<_> = drawn.groups().flat_map(|group| &group.figures).collect();
-    figures.par_iter().try_for_each(|figure| write_file(&folder.join(format!("{}.svg", figure.name)), &figure.to_file()))?;
+    figures
+        .par_iter()
+        .try_for_each(|figure| write_file(&folder.join(format!("{}.svg", figure.name)), &figure.to_file()))?;
     write_file(&subject.folder.join(PAGE), &page::of_one(&drawn).into_string())?;
     Ok(missing(&drawn))
 }
@@ -76,8 +78,10 @@ pub fn write(subject: &Subject) -> Result<Vec<String>, FolderError> {
 /// # Errors
 /// [`FolderError`] names the file that is missing, damaged or cannot be written.
 pub fn write_side_by_side(subjects: &[Subject], page: &Path) -> Result<Vec<String>, FolderError> {
-    let results: Vec<Results> = subjects.iter().map(|subject| Results::read(&subject.folder)).collect::<Result<_, _>>()?;
-    let drawn: Vec<Drawn<'_>> = subjects.iter().zip(&results).map(|(subject, results)| Drawn::new(subject, results)).collect();
+    let results: Vec<Results> =
+        subjects.iter().map(|subject| Results::read(&subject.folder)).collect::<Result<_, _>>()?;
+    let drawn: Vec<Drawn<'_>> =
+        subjects.iter().zip(&results).map(|(subject, results)| Drawn::new(subject, results)).collect();
     write_file(page, &page::of_several(&drawn).into_string())?;
     Ok(drawn.iter().flat_map(missing).collect())
 }

@@ -4,7 +4,11 @@ use maud::{Markup, html};
 
 /// A value with five decimals, as the tables of the paper.
 pub fn plain(value: f64) -> Markup {
-    if value.is_nan() { html! { "–" } } else { html! { (format!("{value:.5}").replace('-', "−")) } }
+    if value.is_nan() {
+        html! { "–" }
+    } else {
+        html! { (format!("{value:.5}").replace('-', "−")) }
+    }
 }
 
 /// A small number: two digits and a power of ten.
@@ -31,7 +35,11 @@ pub fn probability(p: f64) -> Markup {
 
 /// Seconds of CPU time.
 pub fn seconds(value: f64) -> Markup {
-    if value.is_nan() { html! { "–" } } else { html! { (format!("{value:.4}")) } }
+    if value.is_nan() {
+        html! { "–" }
+    } else {
+        html! { (format!("{value:.4}")) }
+    }
 }
 
 /// A count with its digits in groups of three.

@@ -20,15 +20,9 @@ pub fn of_one(drawn: &Drawn<'_>) -> Markup {
 
 /// The page of several runs, a column each.
 pub fn of_several(runs: &[Drawn<'_>]) -> Markup {
-    let columns: Vec<Vec<Block>> = runs.iter().enumerate().map(|(k, run)| blocks::of(run, &format!("run{k}-"))).collect();
-    let mut union: Vec<&Block> = Vec::new();
-    for block in columns.iter().flatten() {
-        match union.iter().any(|known| known.key == block.key) {
-            true => {}
-            // Behind the last one before it that is known.
-            false => union.push(block),
-        }
-    }
+    let columns: Vec<Vec<Block>> =
+        runs.iter().enumerate().map(|(k, run)| blocks::of(run, &format!("run{k}-"))).collect();
+    let union = united(&columns);
     let body = html! {
         @for block in &union {
             section id=(block.key) {
@@ -49,6 +43,24 @@ pub fn of_several(runs: &[Drawn<'_>]) -> Markup {
     };
     let names: Vec<&str> = runs.iter().map(|run| run.name).collect();
     page(&format!("phasecloud: {}", names.join(" beside ")), "wide", &union, &body)
+}
+
+/// The blocks of all runs, one of each key; those that only a later run has follow what they follow there.
+fn united(columns: &[Vec<Block>]) -> Vec<&Block> {
+    let mut union: Vec<&Block> = Vec::new();
+    for column in columns {
+        let mut place = 0;
+        for block in column {
+            match union.iter().position(|known| known.key == block.key) {
+                Some(known) => place = known + 1,
+                None => {
+                    union.insert(place, block);
+                    place += 1;
+                }
+            }
+        }
+    }
+    union
 }
 
 fn heading(block: &Block) -> Markup {

@@ -49,8 +49,10 @@ pub fn summary(drawn: &Drawn<'_>) -> Markup {
 fn verdict(scene: &Scene<'_>) -> String {
     let errors = scene.others().map(|method| (method.label, worst_moment(scene, method)));
     let best = errors.filter(|(_, error)| error.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1));
-    best.map_or(String::new(), |(label, error)| format!("In {} the moments of {label} are closest: off by at most {:.2} %.", scene.name, 100.0 * error))
-        .replace("at most 0.00 %", "less than 0.01 %")
+    best.map_or(String::new(), |(label, error)| {
+        format!("In {} the moments of {label} are closest: off by at most {:.2} %.", scene.name, 100.0 * error)
+    })
+    .replace("at most 0.00 %", "less than 0.01 %")
 }
 
 /// Warnings and remarks as sentences.
@@ -152,4 +154,3 @@ fn bins(scene: &Scene<'_>) -> String {
     let grid = scene.yardstick().and_then(|yardstick| yardstick.densities.first()).map(|density| density.grid);
     grid.map_or(String::new(), |grid| format!("{} × {}", grid.phi.bins, grid.e.bins))
 }
-

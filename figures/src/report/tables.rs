@@ -86,7 +86,8 @@ pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
 /// Total variation of the joint density at each time.
 pub fn distances(scene: &Scene<'_>) -> Markup {
     let value = |method: &Method<'_>, t: f64, density: &str, measure: &str| {
-        let rows = scene.results.distances.iter().filter(|row| row.scenario == scene.name && row.method == method.label);
+        let rows =
+            scene.results.distances.iter().filter(|row| row.scenario == scene.name && row.method == method.label);
         let mut rows = rows.filter(|row| row.t_yr == t && row.density == density && row.measure == measure);
         rows.next().map_or(f64::NAN, |row| row.value)
     };
@@ -151,7 +152,10 @@ fn meaning(diagnostic: &str) -> &str {
 pub fn diagnostics(scene: &Scene<'_>) -> Markup {
     let mut worst: Vec<(&str, &str, f64, f64)> = Vec::new();
     for row in scene.results.diagnostics.iter().filter(|row| row.scenario == scene.name && row.value.is_finite()) {
-        match worst.iter_mut().find(|(method, name, ..)| (*method, *name) == (row.method.as_str(), row.diagnostic.as_str())) {
+        match worst
+            .iter_mut()
+            .find(|(method, name, ..)| (*method, *name) == (row.method.as_str(), row.diagnostic.as_str()))
+        {
             Some(known) if known.2 < row.value => (known.2, known.3) = (row.value, row.t_yr),
             Some(_) => {}
             None => worst.push((&row.method, &row.diagnostic, row.value, row.t_yr)),
