@@ -76,7 +76,7 @@ impl Figure {
     /// one run apart from those of another; a `brief` figure shows no more than its title below.
     pub fn to_page(&self, place: &str, brief: bool) -> Markup {
         html! {
-            figure id={ (place) (self.name) } {
+            figure.flat[self.size.1 < self.size.0] id={ (place) (self.name) } {
                 (self.svg(place, None, &html! {}))
                 figcaption {
                     @if brief { (self.title) } @else { b { (self.title) "." } " " (self.caption) }

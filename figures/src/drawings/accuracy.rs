@@ -12,6 +12,11 @@ use crate::scene::{Method, Scene};
 
 const SLOPE: Stroke = Stroke { ink: Ink::Faint, width: 1.2, dashes: &[] };
 
+/// What a case costs.
+type Cost = fn(&Method<'_>) -> f64;
+/// How far it is off.
+type Inaccuracy = fn(&Scene<'_>, &Method<'_>) -> f64;
+
 /// Draws it.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let mut key: Vec<Entry> = scene
@@ -20,11 +25,11 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         .collect();
     let sampled = scene.monte_carlo().map(|(mc, _)| mc);
     key.extend(sampled.map(|mc| (Sample::Line(SLOPE), format!("N^(−1/2) through {}", mc.label))));
-    let costs: [(&str, fn(&Method<'_>) -> f64); 2] = [
+    let costs: [(&str, Cost); 2] = [
         ("trajectories propagated", |m| m.effort.map_or(f64::NAN, |effort| effort.trajectories)),
         ("CPU time [s]", |m| m.effort.map_or(f64::NAN, |effort| effort.t_cal_s)),
     ];
-    let quantities: [(&str, fn(&Scene<'_>, &Method<'_>) -> f64); 2] =
+    let quantities: [(&str, Inaccuracy); 2] =
         [("worst relative error", worst_moment), ("worst total variation", worst_distance)];
     let caption = format!(
         "Each marker is a case; lower left is better. Above the largest relative error of the two means and standard deviations \

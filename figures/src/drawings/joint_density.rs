@@ -132,7 +132,7 @@ fn colour_bar(area: &Area<'_>, label: &str, scale: Scale) -> Result<(), DrawErro
 
 /// The end of a scale in units of a power of ten, and how that power is written.
 fn unit(end: f64) -> (f64, String) {
-    if !(end > 0.0) || (0.02..5000.0).contains(&end) {
+    if end <= 0.0 || !end.is_finite() || (0.02..5000.0).contains(&end) {
         return (end, "1".to_owned());
     }
     let power = end.log10().floor();

@@ -62,7 +62,7 @@ fn figures(group: &Group, place: &str, cases: usize) -> Markup {
     html! {
         @if small { p { (group.text) } }
         @for missing in &group.missing { p.warning { "Not drawn: " (missing) "." } }
-        div.small[small] .pairs[group.key == "joint"] style=[small.then(|| format!("--cases:{}", columns.max(1)))] {
+        div.small[small] .pairs[group.key == "joint"] style=[small.then(|| format!("--cases:{}", columns.clamp(1, 6)))] {
             @for figure in &group.figures { (figure.to_page(place, small)) }
         }
     }

@@ -44,7 +44,7 @@ pub fn seconds(value: f64) -> Markup {
 
 /// A count with its digits in groups of three.
 pub fn count(value: f64) -> Markup {
-    if !(value >= 0.0 && value < 1e15) {
+    if !(0.0..1e15).contains(&value) {
         return html! { "–" };
     }
     let digits = format!("{value:.0}");

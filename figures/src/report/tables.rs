@@ -75,7 +75,7 @@ pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
                 } }
                 @if has_passages {
                     td { @if let Some(row) = last { (probability(row.prob_reached_critical_e)) } @else { "–" } }
-                    td { @if let Some(row) = last.filter(|row| has_interval(&row)) { (plain(row.low)) " to " (plain(row.high)) } @else { "–" } }
+                    td { @if let Some(row) = last.filter(|row| has_interval(row)) { (plain(row.low)) " to " (plain(row.high)) } @else { "–" } }
                 }
             } } }
         }
@@ -101,7 +101,7 @@ pub fn distances(scene: &Scene<'_>) -> Markup {
     let table = html! {
         table {
             caption { "Distances from the density of " (scene.reference) ", 0 for the same density, 1 for densities that have nothing in common; distances.csv has more." }
-            thead { tr { th scope="col" { "case" } th scope="col" { "distance" } (time_heads(scene)) } }
+            thead { tr { th scope="col" { "case" } th.left scope="col" { "distance" } (time_heads(scene)) } }
             @for method in scene.others() { tbody {
                 @for (k, (density, measure, name)) in measures.iter().enumerate() { tr {
                     @if k == 0 { th scope="rowgroup" rowspan=(measures.len()) { (method.label) } }
