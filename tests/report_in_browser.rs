@@ -30,7 +30,7 @@ node = "dee"
 samples = 961
 
 [[propagator]]
-label = "gmm-ut-as-printed"
+label = "gmm-ut-as-printed-with-longname" # as long as a label may be
 node = "gmm-ut"
 mode = "as-printed"
 "#;

@@ -223,7 +223,7 @@ impl DrawingBackend for SvgBackend<'_> {
     }
 
     fn draw_text<T: BackendTextStyle>(&mut self, text: &str, style: &T, (x, y): BackendCoord) -> Drawn {
-        let size = style.size() / f64::from(SCALE);
+        let size = style.size().round() / f64::from(SCALE);
         let anchor = match style.anchor().h_pos {
             HPos::Left => "start",
             HPos::Center => "middle",

@@ -81,8 +81,11 @@ impl<'a, 'b> Panel<'a, 'b> {
         let left = if around.is_bar { 0.0 } else { beside };
         let above = if around.title.is_empty() { 8.0 } else { TEXT + 9.0 };
         if !around.title.is_empty() {
+            // It may reach over a colour bar beside the panel, not out of the figure.
+            let room = f64::from(area.dim_in_pixel().0) / f64::from(SCALE) + 66.0 - left;
+            let size = TEXT * (room / (1.05 * text_width(around.title, TEXT))).min(1.0);
             let place = ((units(left + 4.0)) as i32, units(3.0) as i32);
-            area.draw(&Text::new(around.title, place, bold(text_style(TEXT, Ink::Text, HPos::Left, VPos::Top))))?;
+            area.draw(&Text::new(around.title, place, bold(text_style(size, Ink::Text, HPos::Left, VPos::Top))))?;
         }
         let mut builder = ChartBuilder::on(area);
         builder.margin_top(units(above)).margin_right(units(8.0)).margin_left(units(4.0)).margin_bottom(units(3.0));
