@@ -50,6 +50,8 @@ pub enum Command {
         /// The launch file [default: that of `phasecloud run`]
         launch_file: Option<PathBuf>,
     },
+    /// Make the report and the figures of a results folder anew, or lay several runs side by side
+    Report(ReportArguments),
     /// Check launch files without starting anything
     #[command(after_help = "Example:\n  phasecloud validate launch/paper.toml my-launch.toml")]
     Validate {
@@ -90,6 +92,9 @@ pub struct RunArguments {
     /// Keep every message of the run in this new file, for `phasecloud replay`
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Write tables only, neither report.html nor figures; `phasecloud report DIR` makes them later
+    #[arg(long)]
+    pub no_report: bool,
     #[command(flatten)]
     pub shown: Shown,
     /// Start all processes at random times that follow from this seed, to show that the order does not matter
@@ -194,6 +199,20 @@ pub struct DomainArguments {
     /// Scenario files that the scenario node will publish
     #[arg(long = "scenario", value_name = "FILE", required = true)]
     pub scenarios: Vec<PathBuf>,
+}
+
+/// Arguments of `phasecloud report`.
+#[derive(Debug, Args)]
+#[command(after_help = "One folder: writes DIR/report.html and DIR/figures/*.svg, or only one page with --out.\n\
+    Several folders: writes one page with a column a run to --out, or to report.html in the current folder.\n\n\
+    Examples:\n  phasecloud report results/paper\n  phasecloud report results/before results/after --out compared.html")]
+pub struct ReportArguments {
+    /// Results folders
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    /// The page to write
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `phasecloud node`.

@@ -61,10 +61,8 @@ fn prepare(arguments: &DomainArguments) -> Result<(OwnDomain, Capacity), String>
     let snapshots = |file: &PathBuf| scenario_file::load(file).map(|scenario| scenario.problem.times.len());
     let snapshots: Vec<usize> =
         arguments.scenarios.iter().map(snapshots).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
-    let capacity = Capacity {
-        propagators: arguments.labels.len(),
-        snapshots: snapshots.into_iter().max().unwrap_or(1),
-    };
+    let capacity =
+        Capacity { propagators: arguments.labels.len(), snapshots: snapshots.into_iter().max().unwrap_or(1) };
     domains::sweep();
     Ok((OwnDomain::claim_named(&arguments.name)?, capacity))
 }
@@ -91,7 +89,8 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
         while let Some(report) = reports.receive().map_err(failed)? {
             let header = *report.header();
             eprintln!("{}", describe(&header, report.items()));
-            let is_recorded = header.phase == phase::DONE && unpack(&header.node) == RECORDER && header.scenario == scenario;
+            let is_recorded =
+                header.phase == phase::DONE && unpack(&header.node) == RECORDER && header.scenario == scenario;
             if is_recorded {
                 // The next scenario is a new chance.
                 (scenario, fallen) = (scenario + 1, BTreeSet::new());

@@ -121,8 +121,7 @@ pub fn live() -> Vec<Place> {
 fn places() -> Vec<Place> {
     let folder = home();
     let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten();
-    let mut places: Vec<Place> =
-        entries.map(|entry| place_in(&folder, &entry.file_name().to_string_lossy())).collect();
+    let mut places: Vec<Place> = entries.map(|entry| place_in(&folder, &entry.file_name().to_string_lossy())).collect();
     places.sort_by(|a, b| a.root.cmp(&b.root));
     places
 }

@@ -19,6 +19,7 @@ mod preflight;
 mod recording;
 mod replay_command;
 mod report;
+mod report_command;
 mod results_folder;
 mod run;
 mod run_command;
@@ -50,6 +51,7 @@ fn main() -> ExitCode {
         Command::Hz(arguments) => observe::hz::run(&arguments),
         Command::Watch(arguments) => observe::watch::run(&arguments),
         Command::Graph { launch_file } => graph::run(launch_file.as_deref()),
+        Command::Report(arguments) => report_command::run(&arguments),
         Command::Validate { files } => validate(&files),
         Command::Check(arguments) => check::run(&arguments),
         Command::New(arguments) => new_command::run(&arguments),

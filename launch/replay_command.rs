@@ -50,7 +50,13 @@ pub struct ReplayArguments {
 pub fn run(arguments: &ReplayArguments) -> ExitCode {
     match prepare(arguments) {
         Ok(launch) => {
-            let order = Order { out: arguments.out.as_deref(), record: None, shown: arguments.shown, start_order: None };
+            let order = Order {
+                out: arguments.out.as_deref(),
+                record: None,
+                report: true,
+                shown: arguments.shown,
+                start_order: None,
+            };
             run_command::execute(Ok(launch), &order)
         }
         Err(problem) => {

@@ -13,9 +13,9 @@ use messages::wait::Signals;
 use crate::cli::Shown;
 use crate::commands::{Commands, SCENARIO_NODE, SERVICES};
 use crate::launch_file::{Case, Launch, Restart, ScenarioInput};
-use crate::member::{MOST_RESTARTS, Member, STARTUP};
 use crate::live::View;
 use crate::live::model::{Model, Stage};
+use crate::member::{MOST_RESTARTS, Member, STARTUP};
 use crate::supervisor::{Ended, Supervisor};
 
 /// The launcher looks around at least this often.

@@ -18,7 +18,7 @@ use crate::live::json;
 use crate::recording::Draft;
 use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
-use crate::{attach, manifest, preflight, report};
+use crate::{attach, manifest, preflight, report, report_command};
 
 /// The user asked to stop.
 pub const INTERRUPTED: u8 = 130;
@@ -32,6 +32,8 @@ pub struct Order<'a> {
     pub out: Option<&'a Path>,
     /// Where to keep every message, if anywhere.
     pub record: Option<&'a Path>,
+    /// Whether the results get a report and figures.
+    pub report: bool,
     /// How much is said of it.
     pub shown: Shown,
     /// Seed of random times at which the processes are started, else all are started at once.
@@ -41,8 +43,14 @@ pub struct Order<'a> {
 /// Runs a launch file from start to results folder.
 pub fn run(arguments: &RunArguments) -> ExitCode {
     let launch = Launch::load(arguments.launch_file.as_deref(), arguments.scenario.as_deref());
-    let RunArguments { out, record, shown, start_order, .. } = arguments;
-    let order = Order { out: out.as_deref(), record: record.as_deref(), shown: *shown, start_order: *start_order };
+    let RunArguments { out, record, no_report, shown, start_order, .. } = arguments;
+    let order = Order {
+        out: out.as_deref(),
+        record: record.as_deref(),
+        report: !no_report,
+        shown: *shown,
+        start_order: *start_order,
+    };
     execute(launch.map_err(|e| e.to_string()), &order)
 }
 
@@ -135,8 +143,20 @@ fn conduct(
     drop(own);
     join(&folder.draft, launch.scenarios.len() as u32).map_err(|e| Abort::Fatal(e.to_string()))?;
     let written = manifest::write(&folder.draft, launch, run_id, started, &nodes, &failures);
-    written.and_then(|()| folder.publish()).map_err(Abort::Unpublished)?;
+    written.map_err(Abort::Unpublished)?;
+    if order.report {
+        draw_report(&folder.draft);
+    }
+    folder.publish().map_err(Abort::Unpublished)?;
     Ok(failures)
+}
+
+/// Makes the report. The results are worth keeping without one.
+fn draw_report(draft: &Path) {
+    match report_command::make(draft) {
+        Ok(missing) => report_command::warn(&missing),
+        Err(problem) => eprintln!("warning: no report: {problem}"),
+    }
 }
 
 /// When the processes are started: at once, or at random times that follow from a seed.

@@ -159,6 +159,34 @@ fn the_python_examples_keep_all_rules() {
 }
 
 #[test]
+fn the_notebook_redraws_a_figure_from_a_results_folder() {
+    let Some(python) = interpreter() else { return };
+    let bench = Bench::new();
+    bench.run_well(&bench.launch_file("four", common::FOUR_CASES), "out");
+    let notebook = |method: &str, picture: &str| {
+        let mut command = Command::new(python);
+        command.arg("-B").arg(kit().join("results.py")).arg(bench.path("out")).arg(method).arg(bench.path(picture));
+        command.env("MPLCONFIGDIR", bench.path("matplotlib")).output().unwrap()
+    };
+    let output = notebook("dee-961", "picture.png");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let printed = text(&output.stdout);
+    let rows: Vec<_> = bench.table("out/moments.csv").into_iter().filter(|row| row["method"] == "dee-961").collect();
+    assert_eq!(rows.len(), 5);
+    for row in rows {
+        let mean = format!("{:.5}", row["mean_e"].parse::<f64>().unwrap());
+        assert!(printed.contains(&mean), "{mean} in {printed}");
+        let mass = format!("{:.4} of the probability", row["mass_on_grid"].parse::<f64>().unwrap());
+        assert!(printed.contains(&mass), "{mass} in {printed}");
+    }
+    let (width, height, colours) = common::picture(&bench.read("picture.png"));
+    assert!(width > 1000 && height > 200 && colours.len() > 200, "{width} x {height}, {} colours", colours.len());
+
+    let unknown = notebook("no-such-case", "other.png");
+    assert!(!unknown.status.success() && text(&unknown.stderr).contains("there are"), "{}", text(&unknown.stderr));
+}
+
+#[test]
 fn an_exception_in_a_python_propagator_is_named() {
     let Some(python) = interpreter() else { return };
     let bench = Bench::new();

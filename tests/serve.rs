@@ -99,7 +99,10 @@ fn a_service_answers_requests_also_after_a_process_was_killed_and_ends_on_reques
         let process = of_runs_below(&bench.path("")).into_iter().find(|process| process.label == victim).unwrap();
         signal(&process, Signal::KILL);
     }
-    let bad = bench.write("bad.toml", &common::SCENARIO_1.replace("radiation = 0.15", "radiation = 3.0").replace("0.40921", "0.0"));
+    let bad = bench.write(
+        "bad.toml",
+        &common::SCENARIO_1.replace("radiation = 0.15", "radiation = 3.0").replace("0.40921", "0.0"),
+    );
     let output = submit(&bench, &bad);
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("left the domain"), "{}", text(&output.stderr));
@@ -145,7 +148,15 @@ fn a_service_does_not_grow() {
     request(10);
     let measure = || {
         let held: Vec<_> = processes.iter().map(|process| holdings(process.pid)).collect();
-        (held, shared_memory(&run_id), std::fs::read_dir("/dev/shm").unwrap().flatten().filter(|f| f.file_name().to_string_lossy().contains(&run_id)).count())
+        (
+            held,
+            shared_memory(&run_id),
+            std::fs::read_dir("/dev/shm")
+                .unwrap()
+                .flatten()
+                .filter(|f| f.file_name().to_string_lossy().contains(&run_id))
+                .count(),
+        )
     };
     let (before, shared_before, files_before) = measure();
     let served = number("PHASECLOUD_SERVED", 40);

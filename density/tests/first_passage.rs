@@ -83,7 +83,10 @@ fn passages_read_off_the_integrators_series_are_those_that_are_searched_for() {
         for (from, to) in [(0.0, 0.3 * end), (0.3 * end, 0.35 * end), (0.35 * end, end)] {
             flow.advance_watching(&mut x1, &mut x2, (from, to), critical_e, &mut read_off).unwrap();
         }
-        assert_eq!(searched.iter().filter(|t| t.is_finite()).count(), read_off.iter().filter(|t| t.is_finite()).count());
+        assert_eq!(
+            searched.iter().filter(|t| t.is_finite()).count(),
+            read_off.iter().filter(|t| t.is_finite()).count()
+        );
         for (a, b) in searched.iter().zip(&read_off).filter(|(a, _)| a.is_finite()) {
             // Near a peak the time is as uncertain as the root of the state's error, 1e-12.
             assert!((a - b).abs() < 1e-5, "{number} {critical_e}: {a} {b}");

@@ -6,12 +6,13 @@ use std::fmt::Write;
 
 use messages::describe::{Codes, Described, Field, plain};
 use messages::domain::MOST_HELD;
+use messages::domain::PATIENCE;
 use messages::layout::{
     ALL_CODES, DENSITY_HEAD, DISTANCE_COLUMNS, EFFORT_COLUMNS, ERROR_COLUMNS, MOST_SNAPSHOTS, PASSAGE_COLUMNS,
     PASSAGE_TIMES, RosterEntry, SCENARIO_COLUMNS, kind,
 };
 use messages::payload::{self, Item};
-use messages::port::{JOINED, OBSERVER, PATIENCE, READER, SENT};
+use messages::port::{JOINED, OBSERVER, READER, SENT};
 use messages::topic::{Capacity, Status, Topic, Visitor, for_each};
 
 /// A run without propagators.
@@ -54,7 +55,7 @@ fn topics() -> String {
     impl Visitor for Row {
         type Out = String;
         fn visit<T: Topic>(&mut self) -> String {
-            let reader = if T::NEEDS_READER { "must be read" } else { "may be unread" };
+            let reader = if T::LATCHED { "latched" } else { "kept" };
             let depth = T::DEPTH.replace("capacity.", "");
             format!("| `{}` | {} | {depth} | {reader} |\n", T::NAME, plain(T::DOC))
         }

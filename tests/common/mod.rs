@@ -114,3 +114,15 @@ pub fn shared_memory_of(run_id: &str) -> Vec<String> {
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
+
+/// Width, height and colours (with how often each occurs) of a PNG file.
+pub fn picture(file: &[u8]) -> (u32, u32, std::collections::HashMap<[u8; 3], usize>) {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut pixels).unwrap();
+    let mut colours = std::collections::HashMap::new();
+    for pixel in pixels[..frame.buffer_size()].chunks_exact(frame.color_type.samples()) {
+        *colours.entry([pixel[0], pixel[1], pixel[2]]).or_insert(0) += 1;
+    }
+    (frame.width, frame.height, colours)
+}

@@ -1,6 +1,6 @@
 //! The rows of the tables of a results folder, and how messages become rows.
 
-use messages::layout::{DISTANCE_COLUMNS, DensityHeader, ERROR_COLUMNS, PASSAGE_COLUMNS, diagnostic};
+use messages::layout::{DISTANCE_COLUMNS, DensityHeader, ERROR_COLUMNS, PASSAGE_COLUMNS, diagnostic, kind};
 use messages::text::unpack;
 use serde::Serialize;
 
@@ -65,6 +65,7 @@ pub(super) struct EffortRow<'a> {
     t_int_s: f64,
     t_cal_s: f64,
     ratio_to_mc: f64,
+    trajectories: f64,
 }
 
 /// A row of `first_passage.csv`: the probability that `e` has ever reached its critical value by `t_yr`, with a 95 % interval
@@ -152,10 +153,25 @@ pub(super) fn distances<'a>(scenario: &'a str, method: &'a str, recorded: &Recor
     distances.chain([row("joint", "mass_outside_grid", missing)]).collect()
 }
 
-pub(super) fn effort<'a>(scenario: &'a str, method: &'a str, recorded: &RecordedComparison) -> Vec<EffortRow<'a>> {
+/// Trajectories behind a density: its samples or characteristics, or the five sigma points of each component of a mixture
+/// (shared ones counted for each); NaN of a method that follows none.
+pub(super) fn trajectories(header: &DensityHeader) -> f64 {
+    match header.kind {
+        kind::SAMPLES | kind::CHARACTERISTICS => f64::from(header.rows),
+        kind::MIXTURE => 5.0 * f64::from(header.rows),
+        _ => f64::NAN,
+    }
+}
+
+pub(super) fn effort<'a>(
+    scenario: &'a str,
+    method: &'a str,
+    recorded: &RecordedComparison,
+    trajectories: f64,
+) -> Vec<EffortRow<'a>> {
     match recorded.values[..] {
         [t_prop_s, t_int_s, t_cal_s, ratio_to_mc] => {
-            vec![EffortRow { scenario, method, t_prop_s, t_int_s, t_cal_s, ratio_to_mc }]
+            vec![EffortRow { scenario, method, t_prop_s, t_int_s, t_cal_s, ratio_to_mc, trajectories }]
         }
         _ => Vec::new(),
     }

@@ -90,6 +90,8 @@ impl Tables {
         let scenario = &recording.assignment.name;
         for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
             let Some(case) = recording.case(method) else { continue };
+            // Mixtures may have other numbers of components later; what was propagated are those of the first snapshot.
+            let trajectories = case.first().map_or(f64::NAN, |first| rows::trajectories(&first.header));
             for density in case {
                 self.moments.write([rows::moments(scenario, method, &density.header)])?;
                 self.diagnostics.write(rows::diagnostics(scenario, method, &density.header))?;
@@ -105,7 +107,7 @@ impl Tables {
                 match recorded.header.kind {
                     comparison::MOMENTS => self.errors.write(rows::errors(scenario, method, recorded))?,
                     comparison::DISTANCES => self.distances.write(rows::distances(scenario, method, recorded))?,
-                    comparison::EFFORT => self.effort.write(rows::effort(scenario, method, recorded))?,
+                    comparison::EFFORT => self.effort.write(rows::effort(scenario, method, recorded, trajectories))?,
                     _ => {}
                 }
             }

@@ -1,0 +1,99 @@
+//! All figures of a run, in the order of the report.
+
+use rayon::prelude::*;
+
+use crate::drawings::{
+    accuracy, cloud_evolution, difference, effort, first_passage, joint_density, marginals, moment_errors,
+    phase_portrait,
+};
+use crate::figure::{DrawError, Figure};
+use crate::scene::Scene;
+
+/// Figures that belong together.
+#[derive(Debug)]
+pub struct Group {
+    /// The part of a name that stays the same from run to run.
+    pub key: &'static str,
+    /// Its heading.
+    pub heading: &'static str,
+    /// What is to be known of all of its figures; empty if their captions say it.
+    pub text: &'static str,
+    /// The figures; a group with a text has many small ones side by side.
+    pub figures: Vec<Figure>,
+    /// Which figures could not be drawn, and why.
+    pub missing: Vec<String>,
+}
+
+type Job<'a> = Box<dyn Fn() -> Result<Figure, DrawError> + Send + Sync + 'a>;
+
+/// What a group is to hold.
+struct Plan<'a> {
+    key: &'static str,
+    heading: &'static str,
+    text: &'static str,
+    jobs: Vec<Job<'a>>,
+}
+
+const SEPARATE: &str = "A row a snapshot; the colour scale of a row ends at the peak of the reference, so the cases can be \
+                        compared along it. Corresponds to Figs. 4, 11 and 15 of Sun et al. (2022).";
+const DIFFERENCES: &str = "Orange: the density is too high, purple: too low. Each map has a scale of its own; mind the numbers \
+                           beside it. Not in Sun et al. (2022).";
+
+fn plans<'a>(scene: &'a Scene<'a>) -> Vec<Plan<'a>> {
+    let job = |draw: fn(&Scene<'_>) -> Result<Figure, DrawError>| -> Job<'a> { Box::new(move || draw(scene)) };
+    let every = |draw: fn(&Scene<'_>, &crate::scene::Method<'_>) -> Result<Figure, DrawError>, with_reference: bool| {
+        let methods = scene.methods.iter().filter(move |m| with_reference || m.label != scene.reference);
+        methods.map(|method| -> Job<'a> { Box::new(move || draw(scene, method)) }).collect::<Vec<_>>()
+    };
+    let indices = || 0..scene.times.len();
+    let separate = indices().flat_map(|index| {
+        scene.methods.iter().map(move |m| -> Job<'a> { Box::new(move || joint_density::draw_one(scene, m, index)) })
+    });
+    let subtracted = difference::subtrahend(scene).map(|subtrahend| subtrahend.label);
+    let differences = indices().flat_map(move |index| {
+        let others = scene.methods.iter().filter(move |m| subtracted.is_some_and(|label| label != m.label));
+        others.map(move |m| -> Job<'a> { Box::new(move || difference::draw(scene, m, index)) })
+    });
+    let passage = scene.methods.iter().any(|m| !m.passage.is_empty()).then(|| job(first_passage::draw));
+    let compared = |draw| if scene.others().next().is_some() { vec![job(draw)] } else { Vec::new() };
+    let plan = |key, heading, text, jobs| Plan { key, heading, text, jobs };
+    vec![
+        plan("dynamics", "The flow and the cloud", "", vec![job(phase_portrait::draw), job(cloud_evolution::draw)]),
+        plan("passage", "First passage", "", passage.into_iter().collect()),
+        plan("moment-errors", "Errors of the moments", "", compared(moment_errors::draw)),
+        plan("accuracy", "Accuracy against effort", "", compared(accuracy::draw)),
+        plan("effort-shares", "Where the effort goes", "", vec![job(effort::draw_shares)]),
+        plan("joint", "Joint densities, all snapshots in one frame", "", every(joint_density::draw_all, true)),
+        plan("separate", "Joint densities, each snapshot by itself", SEPARATE, separate.collect()),
+        plan("differences", "Differences of the joint densities", DIFFERENCES, differences.collect()),
+        plan("marginals", "Marginal densities", "", every(marginals::draw, false)),
+    ]
+}
+
+/// Draws all figures of a scenario, on all threads.
+pub fn of_scene(scene: &Scene<'_>) -> Vec<Group> {
+    plans(scene).into_par_iter().map(finish).collect()
+}
+
+/// Draws the figure that compares the scenarios of the run.
+pub fn of_run(scenes: &[Scene<'_>]) -> Group {
+    finish(Plan {
+        key: "effort",
+        heading: "Effort of the cases",
+        text: "",
+        jobs: vec![Box::new(|| effort::draw_normalised(scenes))],
+    })
+}
+
+fn finish(plan: Plan<'_>) -> Group {
+    let Plan { key, heading, text, jobs } = plan;
+    let drawn: Vec<Result<Figure, DrawError>> = jobs.into_par_iter().map(|job| job()).collect();
+    let (mut figures, mut missing) = (Vec::new(), Vec::new());
+    for result in drawn {
+        match result {
+            Ok(figure) => figures.push(figure),
+            Err(error) => missing.push(format!("{heading}: {error}")),
+        }
+    }
+    Group { key, heading, text, figures, missing }
+}

@@ -1,0 +1,90 @@
+//! The stretch of the solar angle that a figure shows: the circle cut open where no cloud is.
+//!
+//! The densities of a scenario come each on the branch that keeps its own cloud whole. In a figure of several snapshots the
+//! clouds share an axis: `[0, 2π)` as in the paper if no cloud crosses 0, else `[-π, π)`, else the circle cut open in the
+//! middle of the widest gap between clouds. If the clouds together cover the circle, the axis is as long as they need.
+
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+use density::angle::fold;
+use density::grid::Axis;
+
+/// Bins below this share of the peak do not count as cloud: they are not visible in any figure either.
+const VISIBLE: f64 = 1e-3;
+
+/// The part of `axis` where a marginal density is visible.
+pub fn visible(axis: &Axis, marginal: &[f64]) -> Range<f64> {
+    let least = VISIBLE * marginal.iter().copied().fold(0.0, f64::max);
+    let first = marginal.iter().position(|&p| p >= least).unwrap_or(0);
+    let last = marginal.iter().rposition(|&p| p >= least).unwrap_or(axis.bins.saturating_sub(1));
+    axis.edge(first)..axis.edge(last + 1)
+}
+
+/// The axis that keeps all `clouds` (intervals of the solar angle, on any branch) whole.
+pub fn common(clouds: &[Range<f64>]) -> Range<f64> {
+    let is_free =
+        |cut: f64| clouds.iter().all(|cloud| fold(cut, cloud.start) >= cloud.end.min(cloud.start + TAU) - 1e-9);
+    let ends = clouds.iter().map(|cloud| fold(cloud.end, 0.0));
+    let gap_after = |end: f64| {
+        let starts = clouds.iter().map(|cloud| fold(cloud.start, end) - end);
+        (end, starts.fold(TAU, f64::min))
+    };
+    let gaps = ends.filter(|&end| is_free(end)).map(gap_after);
+    let widest = gaps.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(end, width)| fold(end + 0.5 * width, -PI));
+    match [Some(0.0), Some(-PI), widest].into_iter().flatten().find(|&cut| is_free(cut)) {
+        Some(cut) => cut..cut + TAU,
+        None => {
+            let centre = clouds.first().map_or(PI, |cloud| 0.5 * (cloud.start + cloud.end));
+            let near = |cloud: &Range<f64>| {
+                let shift = shift_into(&(centre - PI..centre + PI), cloud);
+                cloud.start + shift..cloud.end + shift
+            };
+            clouds
+                .iter()
+                .map(near)
+                .fold(centre - PI..centre + PI, |all, cloud| all.start.min(cloud.start)..all.end.max(cloud.end))
+        }
+    }
+}
+
+/// By how many turns \[rad\] `cloud` must be moved to lie on `axis`, its middle at least.
+pub fn shift_into(axis: &Range<f64>, cloud: &Range<f64>) -> f64 {
+    let middle = 0.5 * (cloud.start + cloud.end);
+    let around = 0.5 * (axis.start + axis.end) - PI;
+    fold(middle, around) - middle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axis_is_the_papers_unless_a_cloud_crosses_its_end() {
+        assert_eq!(common(&[1.0..2.0, 3.0..6.2]), 0.0..TAU);
+        assert_eq!(common(&[TAU + 1.0..TAU + 2.0]), 0.0..TAU);
+        assert_eq!(common(&[-0.5..0.5, 1.0..2.0]), -PI..PI);
+        assert_eq!(common(&[TAU - 0.5..TAU + 0.5]), -PI..PI);
+    }
+
+    #[test]
+    fn clouds_across_both_ends_are_cut_in_the_widest_gap() {
+        let axis = common(&[-0.5..0.5, 3.0..3.5]);
+        assert!((axis.start - (-1.6415926)).abs() < 1e-6 || (axis.start - 1.75).abs() < 1e-6, "{axis:?}");
+        for cloud in [-0.5..0.5, 3.0..3.5] {
+            let shift = shift_into(&axis, &cloud);
+            assert!(cloud.start + shift >= axis.start && cloud.end + shift <= axis.end, "{axis:?} {cloud:?}");
+        }
+    }
+
+    #[test]
+    fn clouds_that_cover_the_circle_get_a_longer_axis() {
+        let clouds = [0.5..4.0, 3.0..7.0];
+        let axis = common(&clouds);
+        assert!(axis.end - axis.start >= TAU);
+        for cloud in clouds {
+            let shift = shift_into(&axis, &cloud);
+            assert!(cloud.start + shift >= axis.start - 1e-12 && cloud.end + shift <= axis.end + 1e-12, "{axis:?}");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Arrays as pictures: one pixel a bin, in a perceptually uniform or a diverging colour scale, transparent where there is
+//! nothing to show.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use colorous::Gradient;
+
+use crate::figure::DrawError;
+
+/// Colours of a picture; palette entry 0 is transparent.
+const SHADES: usize = 255;
+
+/// How values become colours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scale {
+    /// Densities from 0 to this peak, viridis, transparent below a thousandth of it.
+    Linear(f64),
+    /// Densities from a thousandth of this peak to the peak, viridis, by the logarithm; transparent below.
+    Logarithmic(f64),
+    /// Differences from minus to plus this limit, purple to orange, fading where small.
+    Difference(f64),
+}
+
+/// Smallest density shown, as a share of the peak.
+pub const LEAST: f64 = 1e-3;
+
+impl Scale {
+    fn gradient(self) -> Gradient {
+        match self {
+            Self::Linear(_) | Self::Logarithmic(_) => colorous::VIRIDIS,
+            Self::Difference(_) => colorous::PURPLE_ORANGE,
+        }
+    }
+
+    /// Opacity of a shade: differences fade into the page, be it light or dark, where they are small.
+    fn opacity(self, shade: usize) -> u8 {
+        match self {
+            Self::Linear(_) | Self::Logarithmic(_) => u8::MAX,
+            Self::Difference(_) => {
+                let distance = (2.0 * shade as f64 / (SHADES - 1) as f64 - 1.0).abs();
+                (255.0 * (2.0 * distance).min(1.0)).round() as u8
+            }
+        }
+    }
+
+    /// Palette entry of a value.
+    fn shade(self, value: f64) -> u8 {
+        let position = match self {
+            Self::Linear(peak) | Self::Logarithmic(peak) if !(value >= LEAST * peak && peak > 0.0) => return 0,
+            Self::Linear(peak) => value / peak,
+            Self::Logarithmic(peak) => 1.0 - (value / peak).log10() / LEAST.log10(),
+            Self::Difference(limit) if !(limit > 0.0 && value.is_finite()) => return 0,
+            Self::Difference(limit) => 0.5 + 0.5 * value / limit,
+        };
+        1 + (position.clamp(0.0, 1.0) * (SHADES - 1) as f64).round() as u8
+    }
+}
+
+/// The picture of an array over `(phi, e)`, `phi` outermost, as the address of an image; `phi` runs to the right, `e` up.
+///
+/// # Errors
+/// If the array does not have `phi_bins` x `e_bins` elements.
+pub fn picture(values: &[f64], phi_bins: usize, e_bins: usize, scale: Scale) -> Result<String, DrawError> {
+    if values.len() != phi_bins * e_bins || values.is_empty() {
+        return Err(DrawError(format!("an array of {} elements is not {phi_bins} x {e_bins}", values.len())));
+    }
+    let columns: Vec<&[f64]> = values.chunks_exact(e_bins).collect();
+    let rows = (0..e_bins).rev();
+    let pixels: Vec<u8> = rows.flat_map(|j| columns.iter().map(move |column| scale.shade(column[j]))).collect();
+    encode(&pixels, phi_bins, e_bins, scale)
+}
+
+/// The colours of a scale from its lower to its upper end, upwards.
+///
+/// # Errors
+/// If the picture cannot be made.
+pub fn ramp(scale: Scale) -> Result<String, DrawError> {
+    let pixels: Vec<u8> = (0..SHADES).rev().map(|shade| 1 + shade as u8).collect();
+    encode(&pixels, 1, SHADES, scale)
+}
+
+fn encode(pixels: &[u8], width: usize, height: usize, scale: Scale) -> Result<String, DrawError> {
+    let failed = |error: png::EncodingError| DrawError(format!("a picture cannot be made: {error}"));
+    let gradient = scale.gradient();
+    let shades = (0..SHADES).map(|shade| gradient.eval_continuous(shade as f64 / (SHADES - 1) as f64));
+    let palette: Vec<u8> = [0; 3].into_iter().chain(shades.flat_map(colorous::Color::into_array)).collect();
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(palette);
+    encoder.set_trns([0].into_iter().chain((0..SHADES).map(|shade| scale.opacity(shade))).collect::<Vec<u8>>());
+    encoder.set_compression(png::Compression::Fast);
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(pixels).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(format!("data:image/png;base64,{}", STANDARD.encode(file)))
+}

@@ -1,0 +1,39 @@
+//! Where a case is off: its joint density minus the exact one.
+
+use super::at_time;
+use super::joint_density::{map, snapshot};
+use crate::colour_map::Scale;
+use crate::figure::{DrawError, Figure};
+use crate::scene::{Method, Scene};
+
+/// The case that others are subtracted from: the exact one, or else the reference.
+pub fn subtrahend<'s, 'a>(scene: &'s Scene<'a>) -> Option<&'s Method<'a>> {
+    scene.method(scene.exact.unwrap_or(scene.reference))
+}
+
+/// One snapshot of a case.
+pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figure, DrawError> {
+    let (density, t) = snapshot(scene, method, index)?;
+    let subtrahend = subtrahend(scene).ok_or_else(|| DrawError(format!("{} has no results", scene.reference)))?;
+    let (other, _) = snapshot(scene, subtrahend, index)?;
+    if density.grid != other.grid {
+        return Err(DrawError(format!(
+            "{} and {} have different bins at {}",
+            method.label,
+            subtrahend.label,
+            at_time(t)
+        )));
+    }
+    let difference: Vec<f64> = density.joint.iter().zip(&other.joint).map(|(p, q)| p - q).collect();
+    let limit = difference.iter().map(|d| d.abs()).fold(0.0, f64::max);
+    let name = scene.figure_name(&format!("difference-{}-{index}", method.label));
+    let heading = format!("{} − {}, {}", method.label, subtrahend.label, at_time(t));
+    let title = format!("Joint density of {} minus {} at {}", method.label, subtrahend.label, at_time(t));
+    let share = if other.peak() > 0.0 { 100.0 * limit / other.peak() } else { f64::NAN };
+    let caption = format!(
+        "Orange: too high, purple: too low. Each map has a scale of its own; the largest difference here is {share:.2} % of the \
+         peak of {}.",
+        subtrahend.label
+    );
+    map(&name, [&title, &heading, &caption], density, &difference, Scale::Difference(limit), "difference")
+}

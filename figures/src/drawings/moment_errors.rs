@@ -1,0 +1,90 @@
+//! Relative errors of means and standard deviations against time (Figs. 6, 13, 17), with the sampling error of Monte Carlo.
+
+use crate::axis::Axis;
+use crate::elements::{Element, Point};
+use crate::figure::{DrawError, Figure};
+use crate::legend::{Entry, Sample};
+use crate::palette::Ink;
+use crate::panel::{Panel, Surroundings};
+use crate::results::MomentsRow;
+use crate::scene::{Method, Scene};
+use crate::text::subscript;
+
+/// What is compared: its name in `errors.csv`, its letter, its index.
+pub const QUANTITIES: [(&str, &str, &str); 4] =
+    [("mean_phi", "μ", "φ"), ("std_phi", "σ", "φ"), ("mean_e", "μ", "e"), ("std_e", "σ", "e")];
+const SIGMAS: f64 = 1.96;
+const BAND: Ink = Ink::Series(0);
+/// Errors below this are rounding.
+pub(super) const ROUNDING: f64 = 1e-12;
+
+/// Draws it.
+pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
+    let sampled = scene.monte_carlo();
+    let mut key: Vec<Entry> = scene.others().map(|m| (Sample::Case(m.pen), m.label.to_owned())).collect();
+    key.extend(sampled.map(|(mc, _)| (Sample::Band(BAND), format!("below the 95 % sampling error of {}", mc.label))));
+    let caption = format!(
+        "Errors of means and standard deviations, relative to {}; on a logarithmic axis, without errors below {ROUNDING:e}.{} \
+         Corresponds to Figs. 6, 13 and 17 of Sun et al. (2022), which are relative to Monte Carlo.",
+        scene.reference,
+        match sampled {
+            Some((mc, _)) => format!(" The band ends at {SIGMAS} standard errors of {}.", mc.label),
+            None => String::new(),
+        }
+    );
+    let curves: Vec<Vec<Vec<Point>>> =
+        QUANTITIES.iter().map(|(name, ..)| scene.others().map(|m| errors(scene, m, name)).collect()).collect();
+    let limits: Vec<Vec<Point>> =
+        (0..QUANTITIES.len()).map(|k| sampled.map_or(Vec::new(), |(mc, _)| sampling_limit(mc, k))).collect();
+    let all = || curves.iter().flatten().chain(&limits).flatten().map(|(_, error)| *error);
+    let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    let end = scene.times.last().copied().unwrap_or(1.0);
+    let x = Axis::linear("time t [yr]", -0.04 * end..1.04 * end, 6);
+    let title = "Relative errors of the moments";
+    Figure::draw(&scene.figure_name("moment-errors"), title, &caption, (760, 520), &key, |area| {
+        for (k, area) in area.split_evenly((2, 2)).iter().enumerate() {
+            let (_, letter, index) = QUANTITIES[k];
+            let label = format!("relative error of {}", subscript(letter, index));
+            let y = if low.is_finite() {
+                Axis::logarithmic(&label, 0.5 * low, 2.0 * high, 7)
+            } else {
+                Axis::logarithmic(&label, 1e-6, 1.0, 7)
+            };
+            let panel = Panel::new(area, &x, &y, Surroundings::default())?;
+            let to_log = |points: &[Point]| points.iter().map(|&(t, error)| (t, error.log10())).collect::<Vec<_>>();
+            let floor = |points: &[Point]| {
+                points.iter().map(|&(t, error)| (t, y.range.start, error.log10())).collect::<Vec<_>>()
+            };
+            let mut elements = vec![Element::band(&floor(&limits[k]), BAND)];
+            elements.extend(
+                curves[k].iter().zip(scene.others()).map(|(points, m)| Element::curve(to_log(points), m.pen.stroke)),
+            );
+            panel.draw(&elements)?;
+            let markers =
+                curves[k].iter().zip(scene.others()).map(|(points, m)| Element::markers_of(to_log(points), &m.pen));
+            panel.draw_over(&markers.collect::<Vec<_>>())?;
+        }
+        Ok(())
+    })
+}
+
+/// Time and relative error, where there is one above rounding.
+pub(super) fn errors(scene: &Scene<'_>, method: &Method<'_>, quantity: &str) -> Vec<Point> {
+    let rows = scene.results.errors.iter().filter(|row| row.scenario == scene.name && row.method == method.label);
+    let rows = rows.filter(|row| row.quantity == quantity && row.rel_error.is_finite() && row.rel_error > ROUNDING);
+    rows.map(|row| (row.t_yr, row.rel_error)).collect()
+}
+
+/// Time and the relative error that sampling explains.
+fn sampling_limit(mc: &Method<'_>, quantity: usize) -> Vec<Point> {
+    let limit = |row: &&MomentsRow| {
+        let [value, error] = [
+            [row.mean_phi_rad, row.se_mean_phi_rad],
+            [row.std_phi_rad, row.se_std_phi_rad],
+            [row.mean_e, row.se_mean_e],
+            [row.std_e, row.se_std_e],
+        ][quantity];
+        (row.t_yr, SIGMAS * error / value.abs())
+    };
+    mc.moments.iter().map(limit).filter(|(_, error)| error.is_finite() && *error > ROUNDING).collect()
+}

@@ -1,0 +1,166 @@
+//! The phase portrait (Fig. 1): contours of the Hamiltonian, stationary points, sub-domains, the critical eccentricity.
+
+use std::ops::Range;
+
+use density::dynamics::Force;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::{CONTOUR, TURN, critical, e_axis, mirrored, phi_axis};
+use crate::backend::Stroke;
+use crate::elements::{Element, Point};
+use crate::figure::{DrawError, Figure};
+use crate::hamiltonian::{self, Stationary};
+use crate::legend::Sample;
+use crate::palette::{Ink, Marker};
+use crate::panel::{Panel, Surroundings, TEXT, bold, text_style};
+use crate::scene::Scene;
+use crate::text::{subscript, text_width};
+
+const DIVIDING: Stroke = Stroke { ink: Ink::Text, width: 1.6, dashes: &[] };
+const POINT: Stroke = Stroke { ink: Ink::Series(0), width: 1.8, dashes: &[] };
+const MEAN: Stroke = Stroke { ink: Ink::Series(3), width: 2.0, dashes: &[] };
+/// Contours drawn.
+const LEVELS: usize = 15;
+
+/// Draws it.
+pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
+    let force = scene.problem.force;
+    let phi = scene.phi_range();
+    let highest = scene.clouds().iter().map(|(_, e)| e.end).fold(0.9, f64::max).min(0.99);
+    let e = 0.0..highest;
+    let dividing = hamiltonian::dividing_levels(force);
+    let points = hamiltonian::stationary_points(force);
+    let (line, line_name) = critical(scene, &phi);
+    let key = [
+        (Sample::Line(CONTOUR), "constant Hamiltonian H".to_owned()),
+        (Sample::Line(DIVIDING), "border of a sub-domain (SubD)".to_owned()),
+        (Sample::Line(super::CRITICAL), line_name),
+        (Sample::Marker(Marker::Circle, POINT, true), "centre".to_owned()),
+        (Sample::Marker(Marker::Cross, POINT, false), "saddle".to_owned()),
+        (Sample::Marker(Marker::Plus, MEAN, false), "initial mean".to_owned()),
+    ];
+    let mean = &scene.problem.initial;
+    let start = mean.mean_phi + crate::branch::shift_into(&phi, &(mean.mean_phi..mean.mean_phi));
+    let of_kind = |is_centre: bool| -> Vec<Point> {
+        points.iter().filter(|p| p.is_centre == is_centre).flat_map(|p| copies(p, &phi)).collect()
+    };
+    let levels = levels(force, highest);
+    let contours = |level: &f64, stroke| mirrored(&hamiltonian::contour(force, *level), &phi, stroke);
+    let caption = format!(
+        "Contours of the Hamiltonian for C = {} and W = {}; satellites move along them. Thick contours pass through e = 0 and \
+         through the saddles and divide the plane into sub-domains, numbered by ascending H. φ and φ + 2π are the same. \
+         Corresponds to Fig. 1 of Sun et al. (2022), whose points P1 and P4 are e = 0 and the saddle.",
+        force.radiation, force.oblateness
+    );
+    Figure::draw(&scene.figure_name("phase-portrait"), "Phase portrait", &caption, (760, 430), &key, |area| {
+        let panel = Panel::new(area, &phi_axis(phi.clone(), 7), &e_axis(e.clone(), 9), Surroundings::default())?;
+        let thin = levels.iter().flat_map(|level| contours(level, CONTOUR));
+        let thick = dividing.iter().flat_map(|level| contours(level, DIVIDING));
+        panel.draw(&thin.chain(thick).chain([line]).collect::<Vec<_>>())?;
+        let markers = [
+            Element::markers(of_kind(true), Marker::Circle, 4.0, POINT, true),
+            Element::markers(of_kind(false), Marker::Cross, 4.5, POINT, false),
+            Element::markers(vec![(start, mean.mean_e)], Marker::Plus, 5.5, MEAN, false),
+        ];
+        panel.draw_over(&markers)?;
+        let obstacles: Vec<Point> =
+            of_kind(true).into_iter().chain(of_kind(false)).chain([(start, mean.mean_e)]).collect();
+        for (number, place) in sub_domain_labels(scene, &panel, &dividing, &obstacles) {
+            let text = subscript("SubD", &number.to_string());
+            let (x, y) = panel.pixels(place);
+            let half = 0.5 * text_width(&text, TEXT) + 2.0;
+            let (corner, opposite) = (panel.point(x - half, y - 8.0), panel.point(x + half, y + 10.0));
+            panel.draw_over(&[Element::block(corner, opposite, Ink::Paper, 0.85)])?;
+            panel.write(&text, place, bold(text_style(TEXT, Ink::Text, HPos::Center, VPos::Center)))?;
+        }
+        Ok(())
+    })
+}
+
+/// A stationary point on every turn that the axis shows.
+fn copies(point: &Stationary, phi: &Range<f64>) -> Vec<Point> {
+    let first = ((phi.start - point.phi) / TURN).ceil() as i32;
+    let places = (first..).map(|turn| point.phi + f64::from(turn) * TURN).take_while(|at| *at <= phi.end + 1e-9);
+    places.map(|at| (at, point.e)).collect()
+}
+
+/// Levels that divide the plane shown into parts of about the same area.
+fn levels(force: Force, highest: f64) -> Vec<f64> {
+    const SIDE: usize = 40;
+    let middle = |i: usize| (i as f64 + 0.5) / SIDE as f64;
+    let mut values: Vec<f64> = (0..SIDE * SIDE)
+        .map(|k| hamiltonian::at(force, std::f64::consts::PI * middle(k / SIDE), highest * middle(k % SIDE)))
+        .collect();
+    values.sort_by(f64::total_cmp);
+    (0..LEVELS).filter_map(|k| values.get((2 * k + 1) * values.len() / (2 * LEVELS)).copied()).collect()
+}
+
+/// A number for each sub-domain and the place in each of its closed parts that is farthest from its borders, from the marked
+/// points and from the frame. Parts that reach the upper end of the axis go on to e = 1 and are not numbered.
+fn sub_domain_labels(
+    scene: &Scene<'_>,
+    panel: &Panel<'_, '_>,
+    dividing: &[f64],
+    marked: &[Point],
+) -> Vec<(usize, Point)> {
+    /// Letters need this much room above and below, and twice as much on either side \[px\].
+    const ROOM: f64 = 9.0;
+    let [left, top, right, bottom] = panel.frame();
+    let place = |k: usize| {
+        let (i, j) = (k / ROWS, k % ROWS);
+        let x = left + (right - left) * (i as f64 + 0.5) / COLUMNS as f64;
+        (x, top + (bottom - top) * (j as f64 + 0.5) / ROWS as f64)
+    };
+    let domain = |k: usize| {
+        let (x, y) = place(k);
+        let (phi, e) = panel.point(x, y);
+        let level = hamiltonian::at(scene.problem.force, phi, e);
+        dividing.iter().filter(|divider| level > **divider).count()
+    };
+    let domains: Vec<usize> = (0..COLUMNS * ROWS).map(domain).collect();
+    let marked: Vec<(f64, f64)> = marked.iter().map(|point| panel.pixels(*point)).collect();
+    let critical = panel.pixels((0.0, scene.problem.critical_e)).1;
+    // Words are wider than high: distances along x count half.
+    let distance = |a: (f64, f64), b: (f64, f64)| (0.5 * (a.0 - b.0)).hypot(a.1 - b.1);
+    let room = |k: usize| {
+        let at = place(k);
+        let others = (0..domains.len()).filter(|&other| domains[other] != domains[k]);
+        let others = others.map(|other| distance(at, place(other)));
+        let frame = [0.5 * (at.0 - left), 0.5 * (right - at.0), at.1 - top, bottom - at.1, (at.1 - critical).abs()];
+        others.chain(marked.iter().map(|&m| distance(at, m))).chain(frame).fold(f64::INFINITY, f64::min)
+    };
+    let best = |part: Vec<usize>| {
+        let roomiest = part.into_iter().map(|k| (k, room(k))).max_by(|a, b| a.1.total_cmp(&b.1));
+        roomiest.filter(|(_, room)| *room > ROOM).map(|(k, _)| (domains[k] + 1, panel.point(place(k).0, place(k).1)))
+    };
+    parts(&domains).into_iter().filter(|part| part.iter().all(|k| k % ROWS > 0)).filter_map(best).collect()
+}
+
+/// Columns of the lattice on which places for labels are looked for.
+const COLUMNS: usize = 48;
+/// Its rows, from the top.
+const ROWS: usize = 36;
+
+/// The connected parts of equal numbers on the lattice.
+fn parts(domains: &[usize]) -> Vec<Vec<usize>> {
+    let mut is_taken = vec![false; domains.len()];
+    let mut parts = Vec::new();
+    for seed in 0..domains.len() {
+        let (mut part, mut open) = (Vec::new(), vec![seed]);
+        while let Some(k) = open.pop() {
+            if is_taken[k] || domains[k] != domains[seed] {
+                continue;
+            }
+            is_taken[k] = true;
+            part.push(k);
+            open.extend((k % ROWS > 0).then(|| k - 1));
+            open.extend((k % ROWS < ROWS - 1).then(|| k + 1));
+            open.extend(k.checked_sub(ROWS));
+            open.extend((k + ROWS < domains.len()).then_some(k + ROWS));
+        }
+        if !part.is_empty() {
+            parts.push(part);
+        }
+    }
+    parts
+}

@@ -1,0 +1,167 @@
+//! Contours of the Hamiltonian in the `(phi, e)` plane, its stationary points and sub-domains.
+//!
+//! On a contour `H = h` the solar angle follows from the eccentricity in closed form,
+//!
+//! ```text
+//! cos(phi) = (h - s - (W/3)/s³) / (C e)      s = sqrt(1 - e²)
+//! ```
+//!
+//! so contours are drawn piece by piece between the eccentricities where the right side passes ±1, with points that crowd
+//! where the curve turns.
+
+use std::f64::consts::PI;
+
+use density::dynamics::{Force, State};
+
+use crate::elements::Point;
+
+/// Eccentricities at which pieces of a contour are looked for.
+const NODES: usize = 480;
+/// Points of a piece.
+const POINTS: usize = 40;
+/// Eccentricities drawn at most.
+const HIGHEST: f64 = 0.995;
+
+/// The Hamiltonian at `(phi, e)`.
+pub fn at(force: Force, phi: f64, e: f64) -> f64 {
+    force.hamiltonian(State::from_polar(phi, e))
+}
+
+/// The pieces of the contour `H = level` with `phi` in `[0, π]`; its mirror images in `phi` belong to it too.
+pub fn contour(force: Force, level: f64) -> Vec<Vec<Point>> {
+    if force.radiation < 1e-9 {
+        return level_circles(force, level);
+    }
+    let cosine = |e: f64| {
+        let s = (1.0 - e * e).sqrt();
+        (level - s - force.oblateness / (3.0 * s.powi(3))) / (force.radiation * e)
+    };
+    let is_on = |e: f64| cosine(e).abs() <= 1.0;
+    let mut nodes: Vec<f64> = (0..=NODES).map(|i| 1e-6 + (HIGHEST - 1e-6) * i as f64 / NODES as f64).collect();
+    // Contours turn sharply in a saddle; a piece ends there.
+    let stationary = stationary_points(force);
+    let corners: Vec<f64> = stationary.iter().filter(|p| (p.level - level).abs() < 1e-9).map(|p| p.e).collect();
+    nodes.retain(|e| corners.iter().all(|corner| (e - corner).abs() > 1e-5));
+    nodes.extend(corners.iter().flat_map(|corner| [corner - 1e-6, *corner, corner + 1e-6]));
+    nodes.sort_by(f64::total_cmp);
+    let is_on = |e: f64| is_on(e) && !corners.contains(&e);
+    let mut pieces = Vec::new();
+    let mut begin = nodes.first().copied().filter(|e| is_on(*e));
+    for pair in nodes.windows(2) {
+        let &[low, high] = pair else { continue };
+        match (is_on(low), is_on(high), begin) {
+            (false, true, _) => begin = Some(border(is_on, low, high)),
+            (true, false, Some(start)) => {
+                pieces.push(start..border(is_on, high, low));
+                begin = None;
+            }
+            _ => {}
+        }
+    }
+    pieces.extend(begin.map(|start| start..HIGHEST));
+    let points = |piece: std::ops::Range<f64>| {
+        let point = |k: usize| {
+            let e = 0.5 * (piece.start + piece.end)
+                - 0.5 * (piece.end - piece.start) * (PI * k as f64 / POINTS as f64).cos();
+            (cosine(e).clamp(-1.0, 1.0).acos(), e)
+        };
+        (0..=POINTS).map(point).collect()
+    };
+    pieces.into_iter().map(points).collect()
+}
+
+/// The last place towards `outside` where `is_on` still holds; it holds at `inside`.
+fn border(is_on: impl Fn(f64) -> bool, outside: f64, inside: f64) -> f64 {
+    let (mut outside, mut inside) = (outside, inside);
+    for _ in 0..48 {
+        let middle = outside.midpoint(inside);
+        if is_on(middle) { inside = middle } else { outside = middle }
+    }
+    inside
+}
+
+/// Without radiation pressure contours are circles of constant eccentricity.
+fn level_circles(force: Force, level: f64) -> Vec<Vec<Point>> {
+    let excess = |e: f64| at(force, 0.0, e) - level;
+    let node = |i: usize| HIGHEST * i as f64 / NODES as f64;
+    let crossings = (0..NODES).filter(|&i| excess(node(i)) * excess(node(i + 1)) <= 0.0);
+    crossings.map(|i| 0.5 * (node(i) + node(i + 1))).map(|e| vec![(0.0, e), (PI, e)]).collect()
+}
+
+/// A stationary point of the flow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stationary {
+    /// Solar angle: 0 or π \[rad\].
+    pub phi: f64,
+    /// Eccentricity.
+    pub e: f64,
+    /// Whether contours around it are closed (a centre); else they cross in it (a saddle).
+    pub is_centre: bool,
+    /// Its Hamiltonian.
+    pub level: f64,
+}
+
+/// The stationary points of the flow.
+pub fn stationary_points(force: Force) -> Vec<Stationary> {
+    let point = |state: State| {
+        let curvature = |x1: f64, x2: f64| {
+            let h = 1e-4;
+            let moved = |sign: f64| {
+                let moved = State { x1: state.x1 + sign * h * x1, x2: state.x2 + sign * h * x2 };
+                force.hamiltonian(moved)
+            };
+            (moved(1.0) - 2.0 * moved(0.0) + moved(-1.0)) / (h * h)
+        };
+        Stationary {
+            phi: state.solar_angle(),
+            e: state.eccentricity(),
+            // The Hamiltonian is even in x1, so its second derivatives do not mix.
+            is_centre: curvature(1.0, 0.0) * curvature(0.0, 1.0) > 0.0,
+            level: force.hamiltonian(state),
+        }
+    };
+    force.stationary_points().into_iter().filter(|state| state.eccentricity() < HIGHEST).map(point).collect()
+}
+
+/// Levels of the Hamiltonian that divide the plane into sub-domains, ascending: of `e = 0`, where the `(phi, e)` plane has a
+/// kink, and of the saddles.
+pub fn dividing_levels(force: Force) -> Vec<f64> {
+    let saddles = stationary_points(force).into_iter().filter(|point| !point.is_centre).map(|point| point.level);
+    let mut levels: Vec<f64> = saddles.chain([at(force, 0.0, 0.0)]).filter(|level| level.is_finite()).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+    levels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
+
+    #[test]
+    fn every_point_of_a_contour_has_its_level() {
+        for level in [0.98, 1.05, 1.1364, 1.151, 1.3] {
+            let pieces = contour(PAPER, level);
+            assert!(!pieces.is_empty(), "{level}");
+            for &(phi, e) in pieces.iter().flatten() {
+                assert!((at(PAPER, phi, e) - level).abs() < 1e-9, "{level} {phi} {e}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_papers_portrait_has_two_centres_a_saddle_and_three_sub_domains() {
+        let points = stationary_points(PAPER);
+        assert_eq!(points.iter().map(|p| p.is_centre).collect::<Vec<_>>(), [true, true, false]);
+        let levels = dividing_levels(PAPER);
+        assert!((levels[0] - 1.1364033).abs() < 1e-6 && (levels[1] - 1.150996).abs() < 1e-6, "{levels:?}");
+    }
+
+    #[test]
+    fn without_radiation_pressure_contours_have_constant_eccentricity() {
+        let force = Force { radiation: 0.0, oblateness: 0.0 };
+        let pieces = contour(force, 0.8);
+        assert!(pieces.iter().flatten().all(|&(_, e)| (e - 0.6).abs() < 2e-3), "{pieces:?}");
+    }
+}

@@ -1,0 +1,23 @@
+//! The figures and the report of a results folder: files in, files out; knows no process and no topic.
+//!
+//! [`results::Results`] reads the folder, [`drawings`] draws one kind of figure a file, [`report`] writes the page.
+//! plotters lays out areas, coordinates and ticks; [`backend`] turns what it draws into SVG elements.
+
+pub mod atlas;
+pub mod axis;
+pub mod backend;
+pub mod branch;
+pub mod colour_map;
+pub mod densities;
+pub mod drawings;
+pub mod elements;
+pub mod figure;
+pub mod hamiltonian;
+pub mod labels;
+pub mod legend;
+pub mod palette;
+pub mod panel;
+pub mod report;
+pub mod results;
+pub mod scene;
+pub mod text;

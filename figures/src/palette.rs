@@ -1,0 +1,206 @@
+//! Colours that stay apart for colour-blind readers, each with a counterpart for dark screens.
+//!
+//! The hues of the curves are those of Okabe & Ito (*Color Universal Design*, 2008), darkened where they would be too pale
+//! on white. A case is told by its colour, its dashes and its marker together, so colour is never the only cue.
+
+use maud::{Markup, PreEscaped, html};
+
+use crate::backend::Stroke;
+
+/// A colour of the palette.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ink {
+    /// Axes, labels, and the reference.
+    Text,
+    /// What should stand back: contours, secondary labels.
+    Faint,
+    /// Lines of the grid.
+    Grid,
+    /// The background.
+    Paper,
+    /// The colour of a series.
+    Series(usize),
+}
+
+/// Light and dark of text, faint, grid and paper, then of the series.
+const COLOURS: [[(u8, u8, u8); 2]; 10] = [
+    [(0x1c, 0x21, 0x27), (0xe8, 0xea, 0xed)],
+    [(0x6b, 0x74, 0x7e), (0x9b, 0xa6, 0xb1)],
+    [(0xdf, 0xe3, 0xe7), (0x35, 0x3c, 0x45)],
+    [(0xff, 0xff, 0xff), PAPER_DARK],
+    [(0x00, 0x72, 0xb2), (0x5c, 0xb8, 0xec)],
+    [(0xd5, 0x5e, 0x00), (0xf4, 0x91, 0x45)],
+    [(0x00, 0x8f, 0x68), (0x2f, 0xcb, 0x9c)],
+    [(0xa8, 0x42, 0x83), (0xe4, 0x94, 0xc6)],
+    [(0x86, 0x6a, 0x00), (0xe4, 0xc2, 0x35)],
+    [(0x56, 0x4f, 0xc8), (0xa3, 0x9d, 0xf8)],
+];
+const SERIES: usize = COLOURS.len() - FIRST_SERIES;
+/// Position of the first series.
+const FIRST_SERIES: usize = 4;
+/// The background of a dark page.
+pub const PAPER_DARK: (u8, u8, u8) = (0x15, 0x19, 0x1e);
+
+const CLASSES: [[&str; 2]; COLOURS.len()] = [
+    ["s-text ", "f-text"],
+    ["s-faint ", "f-faint"],
+    ["s-grid ", "f-grid"],
+    ["s-paper ", "f-paper"],
+    ["s-0 ", "f-0"],
+    ["s-1 ", "f-1"],
+    ["s-2 ", "f-2"],
+    ["s-3 ", "f-3"],
+    ["s-4 ", "f-4"],
+    ["s-5 ", "f-5"],
+];
+
+impl Ink {
+    fn position(self) -> usize {
+        match self {
+            Self::Text => 0,
+            Self::Faint => 1,
+            Self::Grid => 2,
+            Self::Paper => 3,
+            Self::Series(series) => FIRST_SERIES + series % SERIES,
+        }
+    }
+
+    /// Red, green and blue on white.
+    pub fn rgb(self) -> (u8, u8, u8) {
+        COLOURS[self.position()][0]
+    }
+
+    /// As SVG writes it.
+    pub fn hex(self) -> String {
+        hex(self.rgb())
+    }
+
+    /// The colour of the palette with these components; text if there is none.
+    pub fn from_rgb(rgb: (u8, u8, u8)) -> Self {
+        match COLOURS.iter().position(|[light, _]| *light == rgb) {
+            Some(1) => Self::Faint,
+            Some(2) => Self::Grid,
+            Some(3) => Self::Paper,
+            Some(series @ FIRST_SERIES..) => Self::Series(series - FIRST_SERIES),
+            _ => Self::Text,
+        }
+    }
+
+    /// Class of what is stroked with it, with a blank after it.
+    pub fn stroke_class(self) -> &'static str {
+        CLASSES[self.position()][0]
+    }
+
+    /// Class of what is filled with it.
+    pub fn fill_class(self) -> &'static str {
+        CLASSES[self.position()][1]
+    }
+}
+
+fn hex((r, g, b): (u8, u8, u8)) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+/// Style rules that recolour inline figures for a dark screen.
+pub fn dark_rules() -> Markup {
+    let rules = COLOURS.iter().zip(CLASSES).map(|([_, dark], [stroke, fill])| {
+        format!(".{}{{stroke:{dark}}}.{fill}{{fill:{dark}}}", stroke.trim(), dark = hex(*dark))
+    });
+    html! { (PreEscaped(rules.collect::<String>())) }
+}
+
+/// Dashes and gaps \[px\] of the series, in turn.
+const DASHES: [&[f64]; 7] =
+    [&[6.0, 3.0], &[2.0, 2.0], &[9.0, 3.0, 2.0, 3.0], &[12.0, 4.0], &[5.0, 2.0, 1.5, 2.0, 1.5, 2.0], &[3.0, 5.0], &[]];
+
+/// A small outline that marks a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Marker {
+    /// ○
+    Circle,
+    /// □
+    Square,
+    /// △
+    Triangle,
+    /// ◇
+    Diamond,
+    /// ×
+    Cross,
+    /// +
+    Plus,
+    /// ▽
+    Wedge,
+}
+
+impl Marker {
+    const ALL: [Self; 7] =
+        [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Cross, Self::Plus, Self::Wedge];
+
+    /// The marker of a series.
+    pub fn of(series: usize) -> Self {
+        Self::ALL[series % Self::ALL.len()]
+    }
+
+    /// Its outline as relative path data, `r` px in half width.
+    pub fn outline(self, r: f64) -> String {
+        let d = 2.0 * r;
+        match self {
+            Self::Circle => format!("m{r} 0a{r} {r} 0 1 1 -{d} 0a{r} {r} 0 1 1 {d} 0z"),
+            Self::Square => format!("m-{r} -{r}h{d}v{d}h-{d}z"),
+            Self::Triangle => format!("m0 -{r}l{r} {d}h-{d}z"),
+            Self::Diamond => format!("m0 -{r}l{r} {r}l-{r} {r}l-{r} -{r}z"),
+            Self::Cross => format!("m-{r} -{r}l{d} {d}m0 -{d}l-{d} {d}"),
+            Self::Plus => format!("m-{r} 0h{d}m-{r} -{r}v{d}"),
+            Self::Wedge => format!("m0 {r}l{r} -{d}h-{d}z"),
+        }
+    }
+}
+
+/// How a case is drawn in every figure.
+#[derive(Debug, Clone, Copy)]
+pub struct Pen {
+    /// Its line.
+    pub stroke: Stroke,
+    /// Its marker.
+    pub marker: Marker,
+    /// Whether the marker is filled.
+    pub filled: bool,
+}
+
+impl Pen {
+    /// The pen of the reference: solid, in the colour of the text.
+    pub const REFERENCE: Self =
+        Self { stroke: Stroke { ink: Ink::Text, width: 1.3, dashes: &[] }, marker: Marker::Circle, filled: true };
+
+    /// The pen of the `series`-th other case.
+    pub fn of(series: usize) -> Self {
+        // Colours and dashes repeat together after a while; markers go on then.
+        let stroke = Stroke { ink: Ink::Series(series), width: 1.6, dashes: DASHES[series % DASHES.len()] };
+        Self { stroke, marker: Marker::of(series + series / (SERIES * DASHES.len())), filled: false }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_colour_is_recognised_and_recoloured_in_the_dark() {
+        let rules = dark_rules().0;
+        let series = (0..SERIES).map(Ink::Series);
+        for ink in [Ink::Text, Ink::Faint, Ink::Grid, Ink::Paper].into_iter().chain(series) {
+            assert_eq!(Ink::from_rgb(ink.rgb()), ink);
+            assert!(rules.contains(&format!(".{}{{fill:", ink.fill_class())), "{ink:?}");
+        }
+    }
+
+    #[test]
+    fn as_many_cases_as_a_run_may_have_are_drawn_in_ways_of_their_own() {
+        let look = |series: usize| {
+            let pen = Pen::of(series);
+            (pen.stroke.ink.hex(), format!("{:?} {:?}", pen.stroke.dashes, pen.marker))
+        };
+        let looks: std::collections::BTreeSet<_> = (0..64).map(look).collect();
+        assert_eq!(looks.len(), 64);
+    }
+}

@@ -1,0 +1,69 @@
+//! A report as a list of blocks. Blocks of several runs with the same key are laid side by side.
+
+use maud::{Markup, html};
+
+use super::{Drawn, run, tables};
+use crate::atlas::Group;
+
+/// A part of the report under a heading.
+pub struct Block {
+    /// The same in every run that has such a part; also its address in the page.
+    pub key: String,
+    /// Its heading.
+    pub heading: String,
+    /// Whether it begins a chapter.
+    pub is_chapter: bool,
+    /// What is in it.
+    pub content: Markup,
+}
+
+/// The blocks of a run. `place` keeps the addresses of one run apart from those of another.
+pub fn of(drawn: &Drawn<'_>, place: &str) -> Vec<Block> {
+    let results = drawn.results;
+    let mut blocks = vec![
+        chapter("summary", "Summary", run::summary(drawn)),
+        section("warnings", "Warnings and remarks", run::remarks(drawn)),
+        chapter("run", "What was run", run::what_was_run(results)),
+        section("scenarios", "Scenarios", run::scenarios(drawn)),
+    ];
+    for (scene, groups) in &drawn.scenes {
+        let key = |part: &str| format!("{}-{part}", scene.name);
+        let has_passages = scene.methods.iter().any(|method| !method.passage.is_empty());
+        blocks.extend([
+            chapter(&key("results"), &format!("Results of {}", scene.name), html! {}),
+            section(&key("moments"), "Moments", tables::moments(scene)),
+            section(&key("probabilities"), "Critical eccentricity", tables::probabilities(scene, has_passages)),
+            section(&key("distances"), "Distances of the densities", tables::distances(scene)),
+            section(&key("effort"), "Effort", tables::effort(scene)),
+            section(&key("diagnostics"), "What the methods say of themselves", tables::diagnostics(scene)),
+        ]);
+        let shown = groups.iter().filter(|group| !group.figures.is_empty() || !group.missing.is_empty());
+        blocks.extend(shown.map(|group| {
+            section(&key(&format!("figures-{}", group.key)), group.heading, figures(group, place, scene.methods.len()))
+        }));
+    }
+    blocks.push(chapter("across", "All scenarios", html! {}));
+    blocks.push(section("across-effort", drawn.across.heading, figures(&drawn.across, place, 1)));
+    blocks
+}
+
+fn chapter(key: &str, heading: &str, content: Markup) -> Block {
+    Block { key: key.into(), heading: heading.into(), is_chapter: true, content }
+}
+
+fn section(key: &str, heading: &str, content: Markup) -> Block {
+    Block { key: key.into(), heading: heading.into(), is_chapter: false, content }
+}
+
+fn figures(group: &Group, place: &str, cases: usize) -> Markup {
+    let small = !group.text.is_empty();
+    // A row a snapshot, if all cases fit beside one another.
+    let columns = if group.key == "separate" { cases } else { cases.saturating_sub(1) };
+    html! {
+        @if small { p { (group.text) } }
+        @for missing in &group.missing { p.warning { "Not drawn: " (missing) "." } }
+        div.small[small] .pairs[group.key == "joint"] style=[small.then(|| format!("--cases:{}", columns.clamp(1, 6)))] {
+            @for figure in &group.figures { (figure.to_page(place, small)) }
+        }
+    }
+}

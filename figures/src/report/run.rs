@@ -1,0 +1,156 @@
+//! What was run, and what came out of it in a few words.
+
+use maud::{Markup, html};
+
+use super::Drawn;
+use super::numbers::{count, seconds, small};
+use crate::drawings::accuracy::{worst_distance, worst_moment};
+use crate::results::{NoteRow, Results};
+use crate::scene::Scene;
+
+/// The cases at a glance, and which is the most accurate.
+pub fn summary(drawn: &Drawn<'_>) -> Markup {
+    let manifest = &drawn.results.manifest;
+    let scenarios: Vec<&str> = drawn.scenes.iter().map(|(scene, _)| scene.name).collect();
+    html! {
+        p {
+            "This run propagated the density of (φ, e) in " (listed(&scenarios)) " with " (manifest.cases.len())
+            @if manifest.cases.len() == 1 { " case" } @else { " cases" }
+            " and compared each with " b { (manifest.reference) } ". "
+            @if manifest.failures.is_empty() { "Every case ran to its end." }
+        }
+        @for (label, why) in &manifest.failures {
+            p.warning { "The case " b { (label) } " failed and was left out: " (why) "." }
+        }
+        @for (scene, _) in &drawn.scenes {
+            div.table tabindex="0" role="region" aria-label={ "Cases at a glance, " (scene.name) } {
+                table {
+                    caption { "Cases at a glance, " (scene.name) ": largest relative error of the means and standard deviations after t = 0, \
+                        largest total variation distance of the joint density, both against " (scene.reference) ", and what it cost." }
+                    thead { tr {
+                        th scope="col" { "case" } th scope="col" { "trajectories" } th scope="col" { "CPU time, s" }
+                        th scope="col" { "worst relative error" } th scope="col" { "worst total variation" }
+                    } }
+                    tbody { @for method in &scene.methods { tr {
+                        th scope="row" { (method.label) }
+                        td { (count(method.effort.map_or(f64::NAN, |effort| effort.trajectories))) }
+                        td { (seconds(method.effort.map_or(f64::NAN, |effort| effort.t_cal_s))) }
+                        @if method.label == scene.reference { td { "reference" } td { "reference" } }
+                        @else { td { (small(worst_moment(scene, method))) } td { (small(worst_distance(scene, method))) } }
+                    } } }
+                }
+            }
+            p { (verdict(scene)) }
+        }
+    }
+}
+
+/// Which case is closest to the reference, and which of them lie within the sampling error of Monte Carlo.
+fn verdict(scene: &Scene<'_>) -> String {
+    let errors = scene.others().map(|method| (method.label, worst_moment(scene, method)));
+    let best = errors.filter(|(_, error)| error.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1));
+    best.map_or(String::new(), |(label, error)| {
+        format!("In {} the moments of {label} are closest: off by at most {:.2} %.", scene.name, 100.0 * error)
+    })
+    .replace("at most 0.00 %", "less than 0.01 %")
+}
+
+/// Warnings and remarks as sentences.
+pub fn remarks(drawn: &Drawn<'_>) -> Markup {
+    let mut groups: Vec<Vec<&NoteRow>> = Vec::new();
+    for note in &drawn.results.notes {
+        let subject = |note: &NoteRow| (note.scenario.clone(), note.method.clone(), note.t_yr.is_nan());
+        match groups.last_mut() {
+            Some(group) if group.first().is_some_and(|first| subject(first) == subject(note)) => group.push(note),
+            _ => groups.push(vec![note]),
+        }
+    }
+    html! {
+        @if groups.is_empty() { p { "No method doubts its own result." } }
+        @else {
+            ul { @for group in &groups { @if let Some(first) = group.first() {
+                li.warning[first.note.starts_with("warning")] {
+                    b { (first.method) } " in " (first.scenario)
+                    @if !first.t_yr.is_nan() { " at t = " (listed(&group.iter().map(|note| note.t_yr.to_string()).collect::<Vec<_>>())) " yr" }
+                    ": " (first.note) "."
+                    @if group.len() > 1 { " (The numbers are those of the first time; the others are in notes.csv.)" }
+                }
+            } } }
+        }
+    }
+}
+
+/// `a, b and c`.
+fn listed(words: &[impl AsRef<str>]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => one.as_ref().to_owned(),
+        [first @ .., last] => {
+            let first: Vec<&str> = first.iter().map(AsRef::as_ref).collect();
+            format!("{} and {}", first.join(", "), last.as_ref())
+        }
+    }
+}
+
+/// The run and its cases.
+pub fn what_was_run(results: &Results) -> Markup {
+    let manifest = &results.manifest;
+    let mut labels: Vec<&str> = Vec::new();
+    for row in &results.moments {
+        if !labels.contains(&row.method.as_str()) {
+            labels.push(&row.method);
+        }
+    }
+    labels.extend(manifest.cases.keys().map(String::as_str).filter(|label| manifest.failures.contains_key(*label)));
+    labels.dedup();
+    html! {
+        p {
+            "Run " code { (manifest.run_id) } ", started " time datetime=(manifest.started) { (manifest.started.replace('T', " ").replace('Z', " UTC")) }
+            ", with " @for (i, (name, version)) in manifest.versions.iter().enumerate() { @if i > 0 { ", " } (name) " " (version) } "."
+        }
+        div.table tabindex="0" role="region" aria-label="Cases" {
+            table.words {
+                caption { "The cases. The same settings and seeds give the same numbers, however many threads there are." }
+                thead { tr { th scope="col" { "case" } th scope="col" { "runs" } th scope="col" { "settings" } } }
+                tbody { @for label in labels { @if let Some(case) = manifest.cases.get(label) { tr {
+                    th scope="row" { (label) @if label == manifest.reference { " (reference)" } }
+                    td { code { (case.runs.join(" ")) } }
+                    td { @for (i, setting) in case.settings.iter().enumerate() { @if i > 0 { ", " } code { (setting) } } }
+                } } } }
+            }
+        }
+    }
+}
+
+/// The scenarios with their parameters.
+pub fn scenarios(drawn: &Drawn<'_>) -> Markup {
+    type Row = (&'static str, &'static str, fn(&Scene<'_>) -> String);
+    let rows: [Row; 9] = [
+        ("radiation parameter C", "", |s| s.problem.force.radiation.to_string()),
+        ("oblateness parameter W", "", |s| s.problem.force.oblateness.to_string()),
+        ("initial mean solar angle", "rad", |s| s.problem.initial.mean_phi.to_string()),
+        ("initial mean eccentricity", "", |s| s.problem.initial.mean_e.to_string()),
+        ("initial standard deviation of the solar angle", "rad", |s| s.problem.initial.sigma_phi.to_string()),
+        ("initial standard deviation of the eccentricity", "", |s| s.problem.initial.sigma_e.to_string()),
+        ("snapshots", "yr", |s| s.times.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")),
+        ("critical eccentricity", "", |s| s.problem.critical_e.to_string()),
+        ("bins of the comparison grid, φ × e", "", bins),
+    ];
+    html! {
+        div.table tabindex="0" role="region" aria-label="Scenarios" {
+            table.words {
+                caption { "The scenarios: force, initial Gaussian, snapshots, disposal." }
+                thead { tr { th scope="col" { "parameter" } th scope="col" { "unit" } @for (scene, _) in &drawn.scenes { th scope="col" { (scene.name) } } } }
+                tbody { @for (name, unit, value) in rows { tr {
+                    th scope="row" { (name) } td { (if unit.is_empty() { "–" } else { unit }) }
+                    @for (scene, _) in &drawn.scenes { td { (value(scene)) } }
+                } } }
+            }
+        }
+    }
+}
+
+fn bins(scene: &Scene<'_>) -> String {
+    let grid = scene.yardstick().and_then(|yardstick| yardstick.densities.first()).map(|density| density.grid);
+    grid.map_or(String::new(), |grid| format!("{} × {}", grid.phi.bins, grid.e.bins))
+}

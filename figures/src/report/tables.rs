@@ -1,0 +1,174 @@
+//! The tables of a scenario.
+
+use maud::{Markup, html};
+
+use super::numbers::{count, plain, probability, seconds, small};
+use crate::drawings::moment_errors::QUANTITIES;
+use crate::results::{ErrorRow, MomentsRow, PassageRow};
+use crate::scene::{Method, Scene};
+
+/// A table in a frame that scrolls where the page is narrow.
+fn framed(name: &str, table: &Markup) -> Markup {
+    html! { div.table tabindex="0" role="region" aria-label=(name) { (table) } }
+}
+
+fn time_heads(scene: &Scene<'_>) -> Markup {
+    html! { @for t in &scene.times { th scope="col" { "t = " (t) " yr" } } }
+}
+
+/// Means and standard deviations with standard errors and errors.
+pub fn moments(scene: &Scene<'_>) -> Markup {
+    let of = |row: &MomentsRow, quantity: usize| {
+        [
+            (row.mean_phi_rad, row.se_mean_phi_rad),
+            (row.std_phi_rad, row.se_std_phi_rad),
+            (row.mean_e, row.se_mean_e),
+            (row.std_e, row.se_std_e),
+        ][quantity]
+    };
+    let table = html! {
+        table {
+            caption {
+                "Means μ and standard deviations σ, of φ in rad, on the branch that keeps the cloud whole. ± is the standard error of a method that \
+                 samples; δ is the relative error against " (scene.reference) "."
+            }
+            thead { tr { th scope="col" { "case" } th scope="col" { "" } (time_heads(scene)) } }
+            @for method in &scene.methods { tbody {
+                @for (k, (name, letter, index)) in QUANTITIES.iter().enumerate() { tr {
+                    @if k == 0 { th scope="rowgroup" rowspan=(QUANTITIES.len()) { (method.label) } }
+                    th scope="row" { i { (letter) } sub { (index) } }
+                    @for row in &method.moments { @let (value, error) = of(row, k); td {
+                        (plain(value))
+                        @if error.is_finite() { " " span.uncertainty { "± " (small(error)) } }
+                        @if method.label != scene.reference { span.error { "δ " (small(relative_error(scene, method, row.t_yr, name))) } }
+                    } }
+                } }
+            } }
+        }
+    };
+    framed(&format!("Moments, {}", scene.name), &table)
+}
+
+fn relative_error(scene: &Scene<'_>, method: &Method<'_>, t_yr: f64, quantity: &str) -> f64 {
+    let is_it = |row: &&ErrorRow| {
+        row.scenario == scene.name && row.method == method.label && row.t_yr == t_yr && row.quantity == quantity
+    };
+    scene.results.errors.iter().find(is_it).map_or(f64::NAN, |row| row.rel_error)
+}
+
+/// Probabilities of being above the critical eccentricity, now and ever.
+pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
+    let end = scene.times.last().copied().unwrap_or(0.0);
+    let has_interval = |row: &&PassageRow| row.high - row.low > 1e-6;
+    let table = html! {
+        table {
+            caption { "Probability that e exceeds " (scene.problem.critical_e) " at each time, and that it has ever reached it. ± is a standard error." }
+            thead { tr {
+                th scope="col" { "case" } (time_heads(scene))
+                @if has_passages { th scope="col" { "ever by " (end) " yr" } th scope="col" { "95 % interval" } }
+            } }
+            tbody { @for method in &scene.methods { @let last = method.passage.last().copied(); tr {
+                th scope="row" { (method.label) }
+                @for row in &method.moments { td {
+                    (probability(row.prob_above_critical_e))
+                    @if row.se_prob_above_critical_e.is_finite() { " " span.uncertainty { "± " (small(row.se_prob_above_critical_e)) } }
+                } }
+                @if has_passages {
+                    td { @if let Some(row) = last { (probability(row.prob_reached_critical_e)) } @else { "–" } }
+                    td { @if let Some(row) = last.filter(|row| has_interval(row)) { (plain(row.low)) " to " (plain(row.high)) } @else { "–" } }
+                }
+            } } }
+        }
+    };
+    framed(&format!("Probabilities, {}", scene.name), &table)
+}
+
+/// Total variation of the joint density at each time.
+pub fn distances(scene: &Scene<'_>) -> Markup {
+    let value = |method: &Method<'_>, t: f64, density: &str, measure: &str| {
+        let rows =
+            scene.results.distances.iter().filter(|row| row.scenario == scene.name && row.method == method.label);
+        let mut rows = rows.filter(|row| row.t_yr == t && row.density == density && row.measure == measure);
+        rows.next().map_or(f64::NAN, |row| row.value)
+    };
+    let measures = [
+        ("joint", "total_variation", "total variation, joint"),
+        ("joint", "hellinger", "Hellinger, joint"),
+        ("marginal_phi", "kolmogorov", "Kolmogorov, φ"),
+        ("marginal_e", "kolmogorov", "Kolmogorov, e"),
+        ("joint", "mass_outside_grid", "mass outside the grid"),
+    ];
+    let table = html! {
+        table {
+            caption { "Distances from the density of " (scene.reference) ", 0 for the same density, 1 for densities that have nothing in common; distances.csv has more." }
+            thead { tr { th scope="col" { "case" } th.left scope="col" { "distance" } (time_heads(scene)) } }
+            @for method in scene.others() { tbody {
+                @for (k, (density, measure, name)) in measures.iter().enumerate() { tr {
+                    @if k == 0 { th scope="rowgroup" rowspan=(measures.len()) { (method.label) } }
+                    th scope="row" { (name) }
+                    @for &t in &scene.times { td { (small(value(method, t, density, measure))) } }
+                } }
+            } }
+        }
+    };
+    framed(&format!("Distances, {}", scene.name), &table)
+}
+
+/// What each case cost.
+pub fn effort(scene: &Scene<'_>) -> Markup {
+    let rows = scene.methods.iter().filter_map(|method| Some((method.label, method.effort?)));
+    let table = html! {
+        table {
+            caption { "CPU time of all threads: propagation, estimation of the densities, their sum; and the sum relative to that of the case mc." }
+            thead { tr {
+                th scope="col" { "case" } th scope="col" { "trajectories" } th scope="col" { "t" sub { "prop" } ", s" } th scope="col" { "t" sub { "int" } ", s" }
+                th scope="col" { "t" sub { "cal" } ", s" } th scope="col" { "t" sub { "cal" } " / t" sub { "cal-MC" } }
+            } }
+            tbody { @for (label, row) in rows { tr {
+                th scope="row" { (label) } td { (count(row.trajectories)) }
+                td { (seconds(row.t_prop_s)) } td { (seconds(row.t_int_s)) } td { (seconds(row.t_cal_s)) } td { (seconds(row.ratio_to_mc)) }
+            } } }
+        }
+    };
+    framed(&format!("Effort, {}", scene.name), &table)
+}
+
+/// What each diagnostic says.
+fn meaning(diagnostic: &str) -> &str {
+    match diagnostic {
+        "measure_defect" => "share of the flow's invariant measure that the mesh loses: how coarse it is for the flow",
+        "flipped_mass" => "probability in triangles that the flow has turned over",
+        "truncated_mass" => "probability outside the mesh",
+        "disagreement" => "how far the flow over a component is from linear",
+        "moment_error_sigmas" => "estimated error of the moments, in standard deviations",
+        "resultant_vector_error" => "estimated error of the circular mean vector",
+        "prob_above_critical_e_error" => "estimated error of the probability above the critical eccentricity",
+        "joint_l1_error" => "estimated L1 error of the joint density",
+        other => other,
+    }
+}
+
+/// The worst value of each diagnostic.
+pub fn diagnostics(scene: &Scene<'_>) -> Markup {
+    let mut worst: Vec<(&str, &str, f64, f64)> = Vec::new();
+    for row in scene.results.diagnostics.iter().filter(|row| row.scenario == scene.name && row.value.is_finite()) {
+        match worst
+            .iter_mut()
+            .find(|(method, name, ..)| (*method, *name) == (row.method.as_str(), row.diagnostic.as_str()))
+        {
+            Some(known) if known.2 < row.value => (known.2, known.3) = (row.value, row.t_yr),
+            Some(_) => {}
+            None => worst.push((&row.method, &row.diagnostic, row.value, row.t_yr)),
+        }
+    }
+    let table = html! {
+        table.words {
+            caption { "The worst value of each diagnostic over all snapshots. All are 0 for a perfect result." }
+            thead { tr { th scope="col" { "case" } th scope="col" { "diagnostic" } th scope="col" { "worst" } th scope="col" { "at t, yr" } } }
+            tbody { @for (method, name, value, t) in &worst { tr {
+                th scope="row" { (method) } td { (meaning(name)) } td.number { (small(*value)) } td.number { (t) }
+            } } }
+        }
+    };
+    html! { @if worst.is_empty() { p { "No method reports a diagnostic here." } } @else { (framed(&format!("Diagnostics, {}", scene.name), &table)) } }
+}

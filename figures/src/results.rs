@@ -1,0 +1,199 @@
+//! A results folder, read back.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use crate::densities::{self, Densities};
+
+/// A results folder could not be read, or what was made of it not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}", path.display())]
+pub struct FolderError {
+    /// Which file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub problem: String,
+}
+
+impl FolderError {
+    pub(crate) fn new(path: &Path, problem: impl ToString) -> Self {
+        Self { path: path.into(), problem: problem.to_string() }
+    }
+}
+
+/// What a case ran.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Case {
+    /// A node's name, or a command with its arguments.
+    pub runs: Vec<String>,
+    /// The node's settings, as `key=value`.
+    pub settings: Vec<String>,
+}
+
+/// `manifest.json`, as far as a reader wants it.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Manifest {
+    /// Names the run.
+    pub run_id: String,
+    /// When it was started, in UTC.
+    pub started: String,
+    /// Versions of the program and of the message contract.
+    pub versions: BTreeMap<String, String>,
+    /// The scenario files' text by scenario.
+    pub scenarios: BTreeMap<String, String>,
+    /// The case that all others were compared with.
+    pub reference: String,
+    /// The cases by label.
+    pub cases: BTreeMap<String, Case>,
+    /// Why cases failed, by label.
+    pub failures: BTreeMap<String, String>,
+}
+
+/// A row of `moments.csv`.
+#[derive(Debug, Clone, Deserialize)]
+#[expect(missing_docs, reason = "the columns are the documented ones of the results folder")]
+pub struct MomentsRow {
+    pub scenario: String,
+    pub method: String,
+    pub t_yr: f64,
+    pub mean_phi_rad: f64,
+    pub std_phi_rad: f64,
+    pub mean_e: f64,
+    pub std_e: f64,
+    pub prob_above_critical_e: f64,
+    pub se_mean_phi_rad: f64,
+    pub se_std_phi_rad: f64,
+    pub se_mean_e: f64,
+    pub se_std_e: f64,
+    pub se_prob_above_critical_e: f64,
+    pub mass_on_grid: f64,
+}
+
+/// A row of `errors.csv`.
+#[derive(Debug, Clone, Deserialize)]
+#[expect(missing_docs, reason = "the columns are the documented ones of the results folder")]
+pub struct ErrorRow {
+    pub scenario: String,
+    pub method: String,
+    pub t_yr: f64,
+    pub quantity: String,
+    pub reference_value: f64,
+    pub abs_error: f64,
+    pub rel_error: f64,
+}
+
+/// A row of `distances.csv`.
+#[derive(Debug, Clone, Deserialize)]
+#[expect(missing_docs, reason = "the columns are the documented ones of the results folder")]
+pub struct DistanceRow {
+    pub scenario: String,
+    pub method: String,
+    pub t_yr: f64,
+    pub density: String,
+    pub measure: String,
+    pub value: f64,
+}
+
+/// A row of `effort.csv`.
+#[derive(Debug, Clone, Deserialize)]
+#[expect(missing_docs, reason = "the columns are the documented ones of the results folder")]
+pub struct EffortRow {
+    pub scenario: String,
+    pub method: String,
+    pub t_prop_s: f64,
+    pub t_int_s: f64,
+    pub t_cal_s: f64,
+    pub ratio_to_mc: f64,
+    /// NaN for a method that follows none, and in folders of versions that did not record it.
+    #[serde(default = "not_a_number")]
+    pub trajectories: f64,
+}
+
+fn not_a_number() -> f64 {
+    f64::NAN
+}
+
+/// A row of `first_passage.csv`.
+#[derive(Debug, Clone, Deserialize)]
+#[expect(missing_docs, reason = "the columns are the documented ones of the results folder")]
+pub struct PassageRow {
+    pub scenario: String,
+    pub method: String,
+    pub t_yr: f64,
+    pub prob_reached_critical_e: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// A row of `diagnostics.csv`.
+#[derive(Debug, Clone, Deserialize)]
+#[expect(missing_docs, reason = "the columns are the documented ones of the results folder")]
+pub struct DiagnosticRow {
+    pub scenario: String,
+    pub method: String,
+    pub t_yr: f64,
+    pub diagnostic: String,
+    pub value: f64,
+}
+
+/// A row of `notes.csv`.
+#[derive(Debug, Clone, Deserialize)]
+#[expect(missing_docs, reason = "the columns are the documented ones of the results folder")]
+pub struct NoteRow {
+    pub scenario: String,
+    pub method: String,
+    pub t_yr: f64,
+    pub note: String,
+}
+
+/// All that a results folder holds.
+#[derive(Debug)]
+#[expect(missing_docs, reason = "one field a file")]
+pub struct Results {
+    pub manifest: Manifest,
+    pub moments: Vec<MomentsRow>,
+    pub errors: Vec<ErrorRow>,
+    pub distances: Vec<DistanceRow>,
+    pub effort: Vec<EffortRow>,
+    pub passages: Vec<PassageRow>,
+    pub diagnostics: Vec<DiagnosticRow>,
+    pub notes: Vec<NoteRow>,
+    pub densities: Densities,
+}
+
+impl Results {
+    /// Reads the folder.
+    ///
+    /// # Errors
+    /// [`FolderError`] names the first file that is missing or damaged.
+    pub fn read(folder: &Path) -> Result<Self, FolderError> {
+        let path = folder.join("manifest.json");
+        let text = std::fs::read_to_string(&path).map_err(|e| FolderError::new(&path, no_results(&e)))?;
+        let manifest = serde_json::from_str(&text).map_err(|e| FolderError::new(&path, e))?;
+        let moments: Vec<MomentsRow> = table(&folder.join("moments.csv"))?;
+        let densities = densities::read(&folder.join("densities.npz"), &moments)?;
+        Ok(Self {
+            manifest,
+            errors: table(&folder.join("errors.csv"))?,
+            distances: table(&folder.join("distances.csv"))?,
+            effort: table(&folder.join("effort.csv"))?,
+            passages: table(&folder.join("first_passage.csv"))?,
+            diagnostics: table(&folder.join("diagnostics.csv"))?,
+            notes: table(&folder.join("notes.csv"))?,
+            moments,
+            densities,
+        })
+    }
+}
+
+fn no_results(error: &std::io::Error) -> String {
+    format!("cannot be read ({error}); name a folder that `phasecloud run` wrote")
+}
+
+fn table<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, FolderError> {
+    let mut reader = csv::Reader::from_path(path).map_err(|e| FolderError::new(path, e))?;
+    reader.deserialize().collect::<Result<_, _>>().map_err(|e| FolderError::new(path, e))
+}

@@ -1,0 +1,144 @@
+//! What the figures of one scenario have in common: its cases in their order with their pens, and its snapshots.
+
+use std::ops::Range;
+
+use density::problem::Problem;
+
+use crate::branch;
+use crate::densities::Density;
+use crate::palette::Pen;
+use crate::results::{EffortRow, MomentsRow, PassageRow, Results};
+
+/// A scenario of the run.
+#[derive(Debug, Clone)]
+pub struct Scenario {
+    /// Its name.
+    pub name: String,
+    /// Its science.
+    pub problem: Problem,
+}
+
+/// A case in a scenario.
+#[derive(Debug, Clone)]
+pub struct Method<'a> {
+    /// Its label.
+    pub label: &'a str,
+    /// How it is drawn.
+    pub pen: Pen,
+    /// Its moments, one row a snapshot.
+    pub moments: Vec<&'a MomentsRow>,
+    /// Its densities, one a snapshot.
+    pub densities: &'a [Density],
+    /// Its first-passage curve; empty if it has none.
+    pub passage: Vec<&'a PassageRow>,
+    /// Its effort.
+    pub effort: Option<&'a EffortRow>,
+}
+
+impl Method<'_> {
+    /// Number of samples if it is a Monte Carlo method, one whose moments have standard errors.
+    pub fn samples(&self) -> Option<f64> {
+        let has_errors = self.moments.first().is_some_and(|row| row.se_mean_e.is_finite());
+        self.effort.filter(|_| has_errors).map(|row| row.trajectories).filter(|n| *n >= 1.0)
+    }
+}
+
+/// A scenario with its results.
+#[derive(Debug, Clone)]
+pub struct Scene<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// What the names of its figures start with.
+    pub prefix: String,
+    /// Its science.
+    pub problem: &'a Problem,
+    /// All cases that have results here.
+    pub methods: Vec<Method<'a>>,
+    /// Label of the case that all are compared with.
+    pub reference: &'a str,
+    /// Label of a case that ran the exact method.
+    pub exact: Option<&'a str>,
+    /// Snapshot times \[yr\].
+    pub times: Vec<f64>,
+    /// All results of the run.
+    pub results: &'a Results,
+}
+
+impl<'a> Scene<'a> {
+    /// The scene of `scenario`. The names of its figures begin with the scenario's if `several` are in the run.
+    pub fn new(scenario: &'a Scenario, results: &'a Results, several: bool) -> Self {
+        let name = scenario.name.as_str();
+        let reference = results.manifest.reference.as_str();
+        let mut labels: Vec<&str> = Vec::new();
+        for row in results.moments.iter().filter(|row| row.scenario == name) {
+            if !labels.contains(&row.method.as_str()) {
+                labels.push(&row.method);
+            }
+        }
+        let of_scenario = results.densities.get(name);
+        let mut series = 0;
+        let mut pen = |label: &str| {
+            if label == reference {
+                return Pen::REFERENCE;
+            }
+            series += 1;
+            Pen::of(series - 1)
+        };
+        let method = |label: &'a str| Method {
+            label,
+            pen: pen(label),
+            moments: results.moments.iter().filter(|row| row.scenario == name && row.method == label).collect(),
+            densities: of_scenario.and_then(|methods| methods.get(label)).map_or(&[], Vec::as_slice),
+            passage: results.passages.iter().filter(|row| row.scenario == name && row.method == label).collect(),
+            effort: results.effort.iter().find(|row| row.scenario == name && row.method == label),
+        };
+        let is_exact = |label: &&&str| results.manifest.cases.get(**label).is_some_and(|case| case.runs == ["exact"]);
+        Self {
+            name,
+            prefix: if several { format!("{name}-") } else { String::new() },
+            problem: &scenario.problem,
+            reference,
+            exact: labels.iter().find(is_exact).copied(),
+            times: scenario.problem.times.clone(),
+            methods: labels.into_iter().map(method).collect(),
+            results,
+        }
+    }
+
+    /// The full name of a figure.
+    pub fn figure_name(&self, name: &str) -> String {
+        format!("{}{name}", self.prefix)
+    }
+
+    /// The case with this label.
+    pub fn method(&self, label: &str) -> Option<&Method<'a>> {
+        self.methods.iter().find(|method| method.label == label)
+    }
+
+    /// The case whose densities bound the clouds: the reference, or any if that has failed.
+    pub fn yardstick(&self) -> Option<&Method<'a>> {
+        self.method(self.reference).or(self.methods.first())
+    }
+
+    /// All cases but the reference.
+    pub fn others(&self) -> impl Iterator<Item = &Method<'a>> {
+        self.methods.iter().filter(|method| method.label != self.reference)
+    }
+
+    /// The first Monte Carlo case, with its number of samples.
+    pub fn monte_carlo(&self) -> Option<(&Method<'a>, f64)> {
+        self.methods.iter().find_map(|method| Some((method, method.samples()?)))
+    }
+
+    /// Where the cloud is visible at each snapshot: ranges of `phi` \[rad\] and of `e`.
+    pub fn clouds(&self) -> Vec<(Range<f64>, Range<f64>)> {
+        let range =
+            |d: &Density| (branch::visible(&d.grid.phi, &d.marginal_phi), branch::visible(&d.grid.e, &d.marginal_e));
+        self.yardstick().map_or(&[][..], |method| method.densities).iter().map(range).collect()
+    }
+
+    /// The branch of the solar angle on which all clouds are whole.
+    pub fn phi_range(&self) -> Range<f64> {
+        branch::common(&self.clouds().into_iter().map(|(phi, _)| phi).collect::<Vec<_>>())
+    }
+}

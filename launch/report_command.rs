@@ -1,0 +1,72 @@
+//! `phasecloud report`: makes the page and the figures of results folders anew.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use figures::report::{self, PAGE, Subject};
+use figures::scene::Scenario;
+use nodes::scenario_file;
+
+use crate::BAD_INPUT;
+use crate::cli::ReportArguments;
+
+/// Makes the report of one folder, or lays several side by side.
+pub fn run(arguments: &ReportArguments) -> ExitCode {
+    let made = match arguments.folders.as_slice() {
+        [folder] if arguments.out.is_none() => make(folder).map(|missing| (folder.join(PAGE), missing)),
+        folders => {
+            let page = arguments.out.clone().unwrap_or_else(|| PathBuf::from(PAGE));
+            side_by_side(folders, &page).map(|missing| (page, missing))
+        }
+    };
+    match made {
+        Ok((page, missing)) => {
+            println!("Report: {}", page.display());
+            warn(&missing);
+            ExitCode::SUCCESS
+        }
+        Err(problem) => {
+            eprintln!("error: {problem}");
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// Makes the report of a folder. Returns the figures that could not be drawn, and why.
+///
+/// # Errors
+/// What is wrong with the folder.
+pub fn make(folder: &Path) -> Result<Vec<String>, String> {
+    report::write(&subject(folder)?).map_err(|e| e.to_string())
+}
+
+/// Tells which figures are missing.
+pub fn warn(missing: &[String]) {
+    for figure in missing {
+        eprintln!("warning: not drawn: {figure}");
+    }
+}
+
+fn side_by_side(folders: &[PathBuf], page: &Path) -> Result<Vec<String>, String> {
+    let subjects: Vec<Subject> = folders.iter().map(|folder| subject(folder)).collect::<Result<_, _>>()?;
+    report::write_side_by_side(&subjects, page).map_err(|e| e.to_string())
+}
+
+/// The folder with its scenarios, in the order of their names.
+fn subject(folder: &Path) -> Result<Subject, String> {
+    let scenarios = folder.join("scenarios");
+    let unreadable = |e: std::io::Error| {
+        format!("{}: cannot be read ({e}); name a folder that `phasecloud run` wrote", scenarios.display())
+    };
+    let entries = std::fs::read_dir(&scenarios).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(unreadable)?;
+    let mut files: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
+    files.retain(|file| file.extension().is_some_and(|extension| extension == "toml"));
+    files.sort();
+    let load = |file: &PathBuf| {
+        let content = scenario_file::load(file).map_err(|e| e.to_string())?;
+        Ok(Scenario { name: content.name, problem: content.problem })
+    };
+    let name =
+        folder.file_name().map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into_owned());
+    Ok(Subject { folder: folder.into(), name, scenarios: files.iter().map(load).collect::<Result<_, String>>()? })
+}
