@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use nodes::log::{FORMAT_VARIABLE, Format, LEVEL_VARIABLE};
+use tracing::level_filters::LevelFilter;
 
 /// How the uncertainty of a satellite's orbit evolves over years: competing density propagators over shared memory.
 #[derive(Debug, Parser)]
@@ -29,6 +31,13 @@ pub enum Command {
         #[arg(required = true)]
         files: Vec<PathBuf>,
     },
+    /// Check that results folders are whole and unchanged, by the checksums in their manifests
+    #[command(after_help = "Exit codes: 0 unchanged; 1 a file is changed, missing or too many; 2 no manifest.")]
+    Verify {
+        /// Results folders
+        #[arg(required = true, value_name = "DIR")]
+        folders: Vec<PathBuf>,
+    },
     /// Run one node of a run by hand; `phasecloud run` starts them all by itself
     Node(NodeArguments),
 }
@@ -46,6 +55,12 @@ pub struct RunArguments {
     /// The results folder, new or empty [default: results/NAME-TIME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Show the log's lines up to this level: error, warn, info, debug or trace; log.jsonl has all up to info in any case
+    #[arg(long, value_name = "LEVEL", env = LEVEL_VARIABLE)]
+    pub log: Option<LevelFilter>,
+    /// Form of the lines shown: compact or json
+    #[arg(long, value_name = "FORMAT", env = FORMAT_VARIABLE, default_value = "compact")]
+    pub log_format: Format,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,

@@ -1,10 +1,11 @@
-//! `manifest.json`: what was run, and how every process ended.
+//! `manifest.json`: what was run, and how every process ended, and the checksums of all other files of the folder.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
 
+use crate::checksums::{self, FileRecord};
 use crate::launch_file::{Launch, Runs};
 
 /// The manifest.
@@ -19,6 +20,7 @@ pub struct Manifest<'a> {
     cases: BTreeMap<&'a str, CaseRecord>,
     nodes: &'a BTreeMap<String, String>,
     failures: &'a BTreeMap<String, String>,
+    files: BTreeMap<String, FileRecord>,
 }
 
 /// What a case ran.
@@ -28,7 +30,7 @@ struct CaseRecord {
     settings: Vec<String>,
 }
 
-/// Writes the manifest into `folder`. `nodes` says how each process ended, `failures` why a case failed.
+/// Writes the manifest into `folder`, after every other file. `nodes` says how each process ended, `failures` why a case failed.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -54,8 +56,9 @@ pub fn write(
         cases: launch.cases.iter().map(|case| (case.label.as_str(), record(&case.runs))).collect(),
         nodes,
         failures,
+        files: checksums::of(folder)?,
     };
-    let path = folder.join("manifest.json");
+    let path = folder.join(checksums::MANIFEST);
     let text = serde_json::to_string_pretty(&manifest).map_err(|e| format!("{}: {e}", path.display()))?;
     std::fs::write(&path, text + "\n").map_err(|e| format!("{}: {e}", path.display()))
 }

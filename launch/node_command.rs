@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use messages::domain::Place;
 use nodes::builtin::BuiltIn;
 use nodes::failure::Failure;
+use nodes::log;
 use nodes::session::Session;
 use nodes::{comparator, estimator, recorder, scenario};
 
@@ -34,7 +35,7 @@ pub fn run(arguments: NodeArguments) -> ExitCode {
     match serve(kind, &place, &name, arguments) {
         Ok(()) | Err(Failure::Stopped) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {name}: {failure}");
+            log::end(&failure);
             ExitCode::FAILURE
         }
     }
@@ -81,7 +82,10 @@ fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Res
     let session = Session::enter(place, name, arguments.run_id)?;
     match kind {
         Kind::Scenario => {
-            let bins = (arguments.bins[0], arguments.bins[1]);
+            let [phi, e] = arguments.bins[..] else {
+                return Err(Failure::Refused("--bins needs two numbers".into()));
+            };
+            let bins = (phi, e);
             scenario::run(&session, &scenario::Settings { files: arguments.scenarios, bins })
         }
         Kind::Propagator(settings) => settings.serve(&session),

@@ -1,9 +1,11 @@
 //! Progress while a run lasts: a line a case on a terminal, plain lines otherwise.
 
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+
+use crate::log_sink::Printer;
 
 /// Shows how far the cases are.
 pub struct Progress {
@@ -25,6 +27,14 @@ impl Progress {
         };
         let bars = labels.filter_map(bar).collect();
         Self { quiet, terminal, bars }
+    }
+
+    /// A way to print a line without disturbing the bars.
+    pub fn printer(&self) -> Printer {
+        match self.terminal.clone() {
+            Some(terminal) => Box::new(move |line| terminal.suspend(|| drop(writeln!(std::io::stderr(), "{line}")))),
+            None => Box::new(|line| drop(writeln!(std::io::stderr(), "{line}"))),
+        }
     }
 
     /// `label` has done `done` of `of` units of work in scenario `scenario`.

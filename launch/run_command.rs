@@ -11,16 +11,20 @@ use messages::port::{Inlet, Outlet, PortError};
 use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Roster, Status};
 use messages::wait::Signals;
+use nodes::log;
+use nodes::screen::{Refusal, screen};
 use nodes::session::{LABEL_VARIABLE, LAUNCHER_VARIABLE, RUN_VARIABLE};
+use tracing::level_filters::LevelFilter;
 
 use crate::BAD_INPUT;
 use crate::cli::RunArguments;
 use crate::domains::{self, OwnDomain};
 use crate::launch_file::{Case, Launch, Runs};
+use crate::log_sink::{LogSink, View};
 use crate::progress::Progress;
 use crate::results_folder::ResultsFolder;
 use crate::supervisor::Supervisor;
-use crate::{manifest, preflight, report};
+use crate::{ending, manifest, preflight, report};
 
 /// The user asked to stop.
 const INTERRUPTED: u8 = 130;
@@ -57,17 +61,19 @@ pub fn run(arguments: &RunArguments) -> ExitCode {
         .map_err(|e| e.to_string())
         .and_then(|launch| {
             preflight::check_shared_memory(&launch)?;
+            preflight::check_descriptors(launch.cases.len())?;
             let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
-            Ok((launch, folder))
+            let log = start_log(arguments, &folder, run_id).inspect_err(|_| folder.discard())?;
+            Ok((launch, folder, log))
         });
-    let (launch, folder) = match prepared {
+    let (launch, folder, log) = match prepared {
         Ok(prepared) => prepared,
         Err(problem) => {
             eprintln!("error: {problem}");
             return ExitCode::from(BAD_INPUT);
         }
     };
-    let outcome = conduct(&launch, &folder, run_id, arguments.quiet);
+    let outcome = conduct(&launch, &folder, run_id, arguments.quiet, &log);
     match outcome {
         Ok(failures) => {
             if !arguments.quiet {
@@ -96,24 +102,36 @@ pub fn run(arguments: &RunArguments) -> ExitCode {
     }
 }
 
+/// Opens the log of the run; the launcher's own lines go there too. The terminal shows errors unless more is asked for.
+fn start_log(arguments: &RunArguments, folder: &ResultsFolder, run_id: u64) -> Result<LogSink, String> {
+    let level = arguments.log.unwrap_or(LevelFilter::ERROR);
+    let view = View { level, format: arguments.log_format, quiet: arguments.quiet };
+    let sink = LogSink::open(&folder.draft, run_id, view)?;
+    let (level, own) = (sink.level(), sink.clone());
+    log::start("launcher", run_id, level, move |line| own.record(&line));
+    Ok(sink)
+}
+
 /// Conducts the run in a fresh domain, removes the domain, and publishes the results. Returns the failures by name.
 fn conduct(
     launch: &Launch,
     folder: &ResultsFolder,
     run_id: u64,
     quiet: bool,
+    log: &LogSink,
 ) -> Result<BTreeMap<String, String>, Abort> {
     let started = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
     let (failures, nodes) = {
-        let mut run = Run::begin(launch, folder, run_id, &own.place, quiet)?;
+        let mut run = Run::begin(launch, folder, run_id, &own.place, quiet, log)?;
         let completed = run.conduct();
         let nodes = run.end();
         completed?;
         (run.failures.clone(), nodes)
     };
     drop(own);
+    log.close();
     let written = manifest::write(&folder.draft, launch, run_id, started, &nodes, &failures);
     written.and_then(|()| folder.publish()).map_err(Abort::Unpublished)?;
     Ok(failures)
@@ -146,25 +164,31 @@ impl<'a> Run<'a> {
         run_id: u64,
         place: &'a Place,
         quiet: bool,
+        log: &LogSink,
     ) -> Result<Self, Abort> {
         let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
             .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
         let snapshots = launch.scenarios.iter().map(|s| s.content.problem.times.len()).max().unwrap_or(1);
         let capacity = Capacity { propagators: launch.cases.len(), scenarios: launch.scenarios.len(), snapshots };
         let domain = HeldDomain::create(place, &capacity)?;
+        let reports = domain.domain.inlet::<Status>()?;
+        let roster = domain.domain.outlet::<Roster>(launch.cases.len())?;
+        place.reserve().map_err(|e| Abort::Fatal(format!("cannot reserve shared memory: {e}")))?;
         let labels = || launch.cases.iter().map(|case| case.label.as_str());
         let names = || labels().chain(SERVICES).map(str::to_owned);
+        let progress = Progress::new(labels(), quiet);
+        log.print_with(progress.printer());
         Ok(Self {
             launch,
             folder,
             run_id,
             place,
             signals,
-            supervisor: Supervisor::default(),
-            reports: domain.domain.inlet::<Status>()?,
-            roster: domain.domain.outlet::<Roster>(launch.cases.len())?,
+            supervisor: Supervisor::new(log.clone()),
+            reports,
+            roster,
             _domain: domain,
-            progress: Progress::new(labels(), quiet),
+            progress,
             ready: names().map(|name| (name, false)).collect(),
             last_heard: names().map(|name| (name, Instant::now())).collect(),
             unfinished: labels().map(|label| (label.to_owned(), true)).collect(),
@@ -223,7 +247,7 @@ impl<'a> Run<'a> {
         // What a process said before it ended tells more than how it ended.
         self.take_reports()?;
         for (name, status) in ended {
-            self.fail(&name, format!("ended before the run did: {status}"))?;
+            self.fail(&name, ending::explain(status))?;
         }
         Ok(())
     }
@@ -231,22 +255,25 @@ impl<'a> Run<'a> {
     /// Takes in the reports that have arrived.
     fn take_reports(&mut self) -> Result<(), Abort> {
         while let Some(report) = self.reports.receive()? {
+            if let Err(Refusal { sender, why }) = screen(self.run_id, &report) {
+                drop(report);
+                self.blame(&sender, why)?;
+                continue;
+            }
             let header = *report.header();
             let units = [report.items().first(), report.items().get(1)].map(|u| u.copied().unwrap_or(0.0) as u64);
             drop(report);
-            if header.run_id == self.run_id {
-                self.take_report(&header, units)?;
-            }
+            self.take_report(&header, units)?;
         }
         Ok(())
     }
 
     fn take_report(&mut self, header: &messages::layout::StatusHeader, [done, of]: [u64; 2]) -> Result<(), Abort> {
         let node = unpack(&header.node);
-        self.last_heard.insert(node.clone(), Instant::now());
+        self.last_heard.entry(node.clone()).and_modify(|heard| *heard = Instant::now());
         match header.phase {
             phase::READY => {
-                self.ready.insert(node, true);
+                self.ready.entry(node).and_modify(|ready| *ready = true);
             }
             phase::WORKING => {
                 let scenario = self.launch.scenarios.get(header.scenario as usize);
@@ -268,9 +295,11 @@ impl<'a> Run<'a> {
                 self.unfinished.entry(node).and_modify(|unfinished| *unfinished = false);
             }
             phase::FAILED => {
-                let subject = unpack(&header.subject);
-                let blamed = if self.is_known(&subject) || !self.is_known(&node) { subject } else { node };
-                self.fail(&blamed, unpack(&header.text))?;
+                let (subject, why) = (unpack(&header.subject), unpack(&header.text));
+                match node == subject || self.unfinished.contains_key(&node) {
+                    true => self.fail(&node, why)?, // a case speaks for itself alone
+                    false => self.blame(&subject, why)?,
+                }
             }
             _ => {}
         }
@@ -284,15 +313,19 @@ impl<'a> Run<'a> {
         }
         if !self.failures.contains_key(name) {
             self.progress.error(&format!("{name}: {why}"));
+            tracing::warn!("{name} has failed: {why}");
             self.failures.insert(name.to_owned(), why);
             self.publish_roster()?;
         }
         Ok(())
     }
 
-    /// Whether `name` is a process of the run.
-    fn is_known(&self, name: &str) -> bool {
-        name == SCENARIO_NODE || self.ready.contains_key(name)
+    /// Fails a case of which another process has complained, and ends it; a stranger is named.
+    fn blame(&mut self, sender: &str, why: String) -> Result<(), Abort> {
+        let name: String = sender.escape_debug().collect();
+        self.fail(&name, why)?;
+        self.supervisor.kill(&name);
+        Ok(())
     }
 
     /// Fails the cases that owe work and have not been heard of for too long.
@@ -357,15 +390,17 @@ impl<'a> Run<'a> {
         match &case.runs {
             Runs::BuiltIn { node, settings } => {
                 let mut command = self.own_command(node)?;
-                command.args(["--label", &case.label]);
+                command.args(["--label", &case.label]).env(LABEL_VARIABLE, &case.label);
                 for line in settings.to_lines().map_err(|e| Abort::Fatal(e.to_string()))? {
                     command.arg("--set").arg(line);
                 }
                 Ok(command)
             }
             Runs::Command(words) => {
-                let mut command = Command::new(&words[0]);
-                command.args(&words[1..]);
+                let (program, rest) =
+                    words.split_first().ok_or_else(|| Abort::Fatal(format!("{} has no program", case.label)))?;
+                let mut command = Command::new(program);
+                command.args(rest);
                 self.describe_run(&mut command);
                 command.env(LABEL_VARIABLE, &case.label);
                 Ok(command)
@@ -384,7 +419,7 @@ impl<'a> Run<'a> {
 
     fn describe_run(&self, command: &mut Command) {
         command.env(ROOT_VARIABLE, &self.place.root).env(PREFIX_VARIABLE, &self.place.prefix);
-        command.env(RUN_VARIABLE, self.run_id.to_string());
+        command.env(RUN_VARIABLE, self.run_id.to_string()).env_remove(LABEL_VARIABLE);
         command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
     }
 

@@ -4,7 +4,11 @@
 //! multiple of 8; text NUL-padded UTF-8; codes instead of enums and bools; no pointer. The version is part of the type name,
 //! which iceoryx2 compares when a topic is opened: nodes of different versions cannot meet. Payloads are slices of `f64`,
 //! or of [`RosterEntry`].
+//!
+//! Any bytes are a header: [`Pod`] holds that at compile time, padding included, of which there is none. Whether they make
+//! sense is for the reader to see.
 
+use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::text::Label;
@@ -12,7 +16,7 @@ use crate::text::Label;
 /// The problem. Payload: one row a snapshot, [`SCENARIO_COLUMNS`] numbers each: time \[yr\], then the comparison grid's
 /// lowest and highest `phi` \[rad\], lowest and highest `e`.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, Pod, Zeroable)]
 #[type_name("phasecloud/ScenarioHeader/1")]
 pub struct ScenarioHeader {
     /// Names the run; every message carries it.
@@ -93,7 +97,7 @@ pub mod treatment {
 
 /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, Pod, Zeroable)]
 #[type_name("phasecloud/SnapshotHeader/1")]
 pub struct SnapshotHeader {
     /// Names the run.
@@ -152,7 +156,7 @@ pub mod diagnostic {
 /// A density estimated from a snapshot. Payload: the joint density \[1/rad\] (`phi_bins` x `e_bins`, `phi` outermost), the
 /// marginal of `phi` \[1/rad\], the marginal of `e`.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, Pod, Zeroable)]
 #[type_name("phasecloud/DensityHeader/1")]
 pub struct DensityHeader {
     /// Names the run.
@@ -200,7 +204,7 @@ pub struct DensityHeader {
 /// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row a time,
 /// [`PASSAGE_COLUMNS`] numbers each; none if the method cannot say.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, Pod, Zeroable)]
 #[type_name("phasecloud/PassageHeader/1")]
 pub struct PassageHeader {
     /// Names the run.
@@ -251,7 +255,7 @@ pub const EFFORT_COLUMNS: usize = 4;
 
 /// How a method compares to the reference, see [`comparison`].
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, Pod, Zeroable)]
 #[type_name("phasecloud/ComparisonHeader/1")]
 pub struct ComparisonHeader {
     /// Names the run.
@@ -286,7 +290,7 @@ pub mod phase {
 
 /// A node's report to the launcher. Payload: two numbers, the units of work done and the units in all.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, Pod, Zeroable)]
 #[type_name("phasecloud/StatusHeader/1")]
 pub struct StatusHeader {
     /// Names the run.
@@ -311,7 +315,7 @@ impl Default for StatusHeader {
 
 /// What the launcher tells about all cases of a run. Payload: one [`RosterEntry`] a propagator, in the launch file's order.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, Pod, Zeroable)]
 #[type_name("phasecloud/RosterHeader/1")]
 pub struct RosterHeader {
     /// Names the run.
@@ -322,7 +326,7 @@ pub struct RosterHeader {
 
 /// One case of a run.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, Pod, Zeroable)]
 #[type_name("phasecloud/RosterEntry/1")]
 pub struct RosterEntry {
     /// The propagator's label.

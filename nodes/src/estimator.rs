@@ -14,6 +14,7 @@ use messages::topic::{Density, Scenario, Snapshot};
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::method::{Case, Estimated};
+use crate::screen::receive;
 use crate::session::{EffortClock, Session};
 
 /// Longest that a snapshot may arrive before the scenario it belongs to.
@@ -29,14 +30,12 @@ pub fn run(session: &Session) -> Result<(), Failure> {
     session.ready()?;
     let mut desk: Option<Desk> = None;
     loop {
-        while let Some(message) = snapshots.receive()? {
-            let is_ahead = |desk: &Option<Desk>| {
-                desk.as_ref().is_none_or(|desk| message.header().scenario > desk.assignment.scenario)
-            };
+        while let Some(message) = receive(session, &snapshots)? {
+            let is_ahead = |desk: &Option<Desk>| desk.as_ref().is_none_or(|desk| desk.is_behind(message.header()));
             // Scenario and snapshot come from different processes: the answer may be here before the question.
             let deadline = Instant::now() + HEAD_START;
             while is_ahead(&desk) && Instant::now() < deadline {
-                match scenarios.receive()? {
+                match receive(session, &scenarios)? {
                     Some(scenario) => desk = Some(Desk::open(session, Assignment::read(&scenario)?)?),
                     None => session.wait(&[&scenarios])?,
                 }
@@ -67,6 +66,12 @@ impl Desk {
         let most_values = assignment.grids.iter().map(|g| g.len() + g.phi.bins + g.e.bins).max().unwrap_or(0);
         let outlet = session.domain.outlet::<Density>(most_values)?;
         Ok(Self { assignment, outlet, cases: BTreeMap::new(), refused: BTreeSet::new(), done: 0 })
+    }
+
+    /// Whether the snapshot belongs to a later scenario of the run, and may be of use there.
+    fn is_behind(&self, header: &SnapshotHeader) -> bool {
+        let later = self.assignment.scenario + 1..self.assignment.scenarios;
+        later.contains(&header.scenario) && !self.refused.contains(&unpack(&header.label))
     }
 
     /// Estimates a snapshot and publishes the density, or refuses the snapshot and its sender.
@@ -100,7 +105,12 @@ impl Desk {
 }
 
 /// Whether a snapshot is what its header and the scenario promise.
-fn check(header: &SnapshotHeader, items: &[f64], assignment: &Assignment, expected: usize) -> Result<(), String> {
+pub(crate) fn check(
+    header: &SnapshotHeader,
+    items: &[f64],
+    assignment: &Assignment,
+    expected: usize,
+) -> Result<(), String> {
     let times = &assignment.problem.times;
     let Some(column_count) = columns(header.kind) else {
         return Err(format!("its kind {} is unknown to this version", header.kind));

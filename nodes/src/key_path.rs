@@ -11,7 +11,7 @@ pub(crate) fn key_at(text: &str, offset: usize) -> String {
 fn in_table(table: &DeTable<'_>, offset: usize) -> Option<String> {
     let mut outer = None;
     for (key, value) in table.iter() {
-        let name = key.get_ref();
+        let name = if key.get_ref().is_empty() { "\"\"" } else { key.get_ref() };
         if let Some(inner) = in_value(value.get_ref(), offset) {
             return Some(format!("{name}.{inner}"));
         }
@@ -60,6 +60,7 @@ mod tests {
             ("[t]\nx = -2 3\n", "3", "t.x"),
             ("[t]\nx 4\n", "4", "t"),
             ("[t", "t", "t"),
+            ("\"\" = 1", "1", "\"\""),
         ] {
             assert_eq!(key_at(text, text.find(mark).unwrap()), key, "{text}");
         }

@@ -14,6 +14,8 @@ use messages::topic::{Passage as PassageTopic, Scenario, Snapshot};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::log;
+use crate::screen::receive;
 use crate::session::{EffortClock, Session};
 
 /// A method that propagates the initial density.
@@ -91,7 +93,7 @@ pub fn main(propagator: impl Propagator) -> ExitCode {
     match served {
         Ok(()) | Err(Failure::Stopped) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            log::end(&failure);
             ExitCode::FAILURE
         }
     }
@@ -107,7 +109,7 @@ pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), F
     session.ready()?;
     let mut outlet: Option<Outlet<Snapshot>> = None;
     loop {
-        while let Some(message) = scenarios.receive()? {
+        while let Some(message) = receive(session, &scenarios)? {
             let read = Assignment::read(&message);
             let position = message.header().scenario;
             drop(message);

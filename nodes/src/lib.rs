@@ -3,6 +3,9 @@
 //! A process is a [`session::Session`] (its access to the run) and a loop that sleeps until a message arrives. The science
 //! is in `density`, the contract in `messages`; here is only what joins them.
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
 pub mod assignment;
 pub mod builtin;
 pub mod comparator;
@@ -12,13 +15,18 @@ pub mod estimator;
 pub mod exact;
 pub mod failure;
 pub mod gmm_ut;
+#[cfg(test)]
+mod hostile;
 pub mod input;
 mod key_path;
 pub mod kit;
+pub mod log;
 pub mod mc;
 pub mod method;
 pub mod recorder;
 pub mod roster;
 pub mod scenario;
 pub mod scenario_file;
+pub mod screen;
+pub mod sender;
 pub mod session;

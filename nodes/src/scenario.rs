@@ -12,6 +12,7 @@ use messages::topic::{Scenario, Status};
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::scenario_file;
+use crate::screen::receive;
 use crate::session::Session;
 
 /// The recorder's node name: its `done` ends a scenario.
@@ -50,7 +51,7 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
         let mut finished = false;
         while !finished {
             session.wait(&[&reports, &outlet])?;
-            while let Some(report) = reports.receive()? {
+            while let Some(report) = receive(session, &reports)? {
                 let header = report.header();
                 finished |= header.phase == phase::DONE
                     && header.scenario == assignment.scenario

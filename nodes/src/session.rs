@@ -12,6 +12,8 @@ use rustix::process::{Pid, Signal, set_parent_process_death_signal, test_kill_pr
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::failure::Failure;
+use crate::log;
+use crate::screen::Told;
 
 /// A node sleeps at most this long before it looks around, in case a wake-up was missed.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
@@ -34,6 +36,7 @@ pub struct Session {
     pub domain: Domain,
     signals: Signals,
     status: Outlet<Status>,
+    pub(crate) told: Told,
 }
 
 impl Session {
@@ -55,11 +58,12 @@ impl Session {
     /// # Errors
     /// [`Failure::Port`] if the domain cannot be used.
     pub fn enter(place: &Place, name: &str, run_id: u64) -> Result<Self, Failure> {
+        log::start_from_environment(name, run_id);
         end_with_launcher()?;
         let signals = Signals::catch(&[]).map_err(|e| Failure::Refused(format!("cannot catch signals: {e}")))?;
         let domain = Domain::enter(place, name)?;
         let status = domain.outlet::<Status>(2)?;
-        Ok(Self { name: name.into(), run_id, domain, signals, status })
+        Ok(Self { name: name.into(), run_id, domain, signals, status, told: Told::default() })
     }
 
     /// Tells the launcher that the node waits for work.
@@ -103,6 +107,7 @@ impl Session {
             subject: pack(subject),
             text: pack(text),
         };
+        log::report(phase, scenario, subject, text, units);
         Ok(self.status.send_items(header, &units)?)
     }
 

@@ -8,16 +8,17 @@ mod tables;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use density::grid::Grid;
 use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, comparison};
-use messages::port::Message;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::roster::Roster;
+use crate::screen::{receive, refuse};
 use crate::session::Session;
-use tables::Tables;
+pub(crate) use tables::Tables;
 
 /// A density as it was published.
 #[derive(Debug)]
@@ -42,38 +43,39 @@ struct RecordedPassage {
 
 /// What has arrived of a scenario.
 #[derive(Debug)]
-struct Recording {
+pub(crate) struct Recording {
     assignment: Assignment,
     densities: BTreeMap<(String, u32), RecordedDensity>,
-    comparisons: Vec<RecordedComparison>,
+    comparisons: BTreeMap<(String, u32, u32), RecordedComparison>,
     passages: BTreeMap<String, RecordedPassage>,
 }
 
 impl Recording {
-    fn new(assignment: Assignment) -> Self {
-        Self { assignment, densities: BTreeMap::new(), comparisons: Vec::new(), passages: BTreeMap::new() }
+    pub(crate) fn new(assignment: Assignment) -> Self {
+        Self { assignment, densities: BTreeMap::new(), comparisons: BTreeMap::new(), passages: BTreeMap::new() }
     }
 
-    fn take_density(&mut self, message: &Message<Density>) {
-        let header = *message.header();
-        if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
-            let density = RecordedDensity { header, values: message.items().to_vec() };
+    /// Takes in a density that passed the screen, if it is of this scenario and its grid.
+    pub(crate) fn take_density(&mut self, header: DensityHeader, values: &[f64]) {
+        let Assignment { scenario, grids, .. } = &self.assignment;
+        let fits = |grid: &Grid| (grid.phi.bins, grid.e.bins) == (header.phi_bins as usize, header.e_bins as usize);
+        if header.scenario == *scenario && grids.get(header.index as usize).is_some_and(fits) {
+            let density = RecordedDensity { header, values: values.to_vec() };
             self.densities.insert((unpack(&header.label), header.index), density);
         }
     }
 
-    fn take_passage(&mut self, message: &Message<Passage>) {
-        let header = *message.header();
-        if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
-            let passage = RecordedPassage { header, values: message.items().to_vec() };
+    pub(crate) fn take_passage(&mut self, header: PassageHeader, values: &[f64]) {
+        if header.scenario == self.assignment.scenario {
+            let passage = RecordedPassage { header, values: values.to_vec() };
             self.passages.insert(unpack(&header.label), passage);
         }
     }
 
-    fn take_comparison(&mut self, message: &Message<Comparison>) {
-        let header = *message.header();
-        if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
-            self.comparisons.push(RecordedComparison { header, values: message.items().to_vec() });
+    pub(crate) fn take_comparison(&mut self, header: ComparisonHeader, values: &[f64]) {
+        if header.scenario == self.assignment.scenario {
+            let place = (unpack(&header.label), header.kind, header.index);
+            self.comparisons.insert(place, RecordedComparison { header, values: values.to_vec() });
         }
     }
 
@@ -86,8 +88,8 @@ impl Recording {
     }
 
     /// Whether the comparator has finished and every density that it compared has arrived here too.
-    fn is_complete(&self) -> bool {
-        let of_kind = |kind| self.comparisons.iter().filter(move |c| c.header.kind == kind);
+    pub(crate) fn is_complete(&self) -> bool {
+        let of_kind = |kind| self.comparisons.values().filter(move |c| c.header.kind == kind);
         of_kind(comparison::END).next().is_some()
             && of_kind(comparison::EFFORT).all(|c| self.case(&unpack(&c.header.label)).is_some())
     }
@@ -109,20 +111,24 @@ pub fn run(session: &Session, folder: &Path) -> Result<(), Failure> {
     let mut current: Option<Recording> = None;
     loop {
         if current.is_none()
-            && let Some(message) = scenarios.receive()?
+            && let Some(message) = receive(session, &scenarios)?
         {
             current = Some(Recording::new(Assignment::read(&message)?));
         }
-        roster.update(&rosters)?;
+        roster.update(session, &rosters)?;
         if let Some(recording) = &mut current {
-            while let Some(message) = densities.receive()? {
-                recording.take_density(&message);
+            while let Some(message) = receive(session, &densities)? {
+                let label = unpack(&message.header().label);
+                if roster.cases.iter().all(|(case, _)| *case != label) {
+                    refuse::<Density>(session, &label, "it publishes results, but the launch file has no such label")?;
+                }
+                recording.take_density(*message.header(), message.items());
             }
-            while let Some(message) = comparisons.receive()? {
-                recording.take_comparison(&message);
+            while let Some(message) = receive(session, &comparisons)? {
+                recording.take_comparison(*message.header(), message.items());
             }
-            while let Some(message) = passages.receive()? {
-                recording.take_passage(&message);
+            while let Some(message) = receive(session, &passages)? {
+                recording.take_passage(*message.header(), message.items());
             }
             if recording.is_complete()
                 && let Some(open) = &mut tables

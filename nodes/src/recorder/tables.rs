@@ -38,7 +38,7 @@ impl Table {
 }
 
 /// The open files of a results folder.
-pub(super) struct Tables {
+pub(crate) struct Tables {
     moments: Table,
     errors: Table,
     distances: Table,
@@ -50,7 +50,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    pub(super) fn create(folder: &Path) -> Result<Self, Failure> {
+    pub(crate) fn create(folder: &Path) -> Result<Self, Failure> {
         let table = |name| Table::create(folder, name);
         Ok(Self {
             moments: table("moments.csv")?,
@@ -65,7 +65,7 @@ impl Tables {
     }
 
     /// Writes a scenario, case by case in the roster's order.
-    pub(super) fn write(&mut self, recording: &Recording, roster: &Roster) -> Result<(), Failure> {
+    pub(crate) fn write(&mut self, recording: &Recording, roster: &Roster) -> Result<(), Failure> {
         let scenario = &recording.assignment.name;
         for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
             let Some(case) = recording.case(method) else { continue };
@@ -79,7 +79,7 @@ impl Tables {
                 self.first_passage.write(rows::passages(scenario, method, passage))?;
                 self.notes.write(notes::of_passage(scenario, method, passage))?;
             }
-            for recorded in recording.comparisons.iter().filter(|c| unpack(&c.header.label) == *method) {
+            for recorded in recording.comparisons.values().filter(|c| unpack(&c.header.label) == *method) {
                 match recorded.header.kind {
                     comparison::MOMENTS => self.errors.write(rows::errors(scenario, method, recorded))?,
                     comparison::DISTANCES => self.distances.write(rows::distances(scenario, method, recorded))?,
@@ -92,7 +92,7 @@ impl Tables {
     }
 
     /// Closes all files.
-    pub(super) fn finish(self) -> Result<(), Failure> {
+    pub(crate) fn finish(self) -> Result<(), Failure> {
         let Self { moments, errors, distances, effort, first_passage, diagnostics, notes, densities } = self;
         for table in [moments, errors, distances, effort, first_passage, diagnostics, notes] {
             table.finish()?;
