@@ -2,10 +2,10 @@
 
 use toml::de::{DeTable, DeValue};
 
-/// The innermost key whose name or value holds byte `offset` of `text`, also where the text is not quite TOML.
+/// The innermost key whose name or value holds byte `offset` of `text`, made out by its looks where the text is not TOML.
 pub(crate) fn key_at(text: &str, offset: usize) -> String {
-    let (table, _) = DeTable::parse_recoverable(text);
-    in_table(table.get_ref(), offset).unwrap_or_else(|| by_looks(text, offset))
+    let known = DeTable::parse(text).ok().and_then(|table| in_table(table.get_ref(), offset));
+    known.unwrap_or_else(|| by_looks(text, offset))
 }
 
 fn in_table(table: &DeTable<'_>, offset: usize) -> Option<String> {
