@@ -6,9 +6,9 @@ use crate::launch_file::{Case, Launch, Runs};
 
 /// Where iceoryx2 keeps messages.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// Descriptors of a process in a run without cases, and for each case; measured, and doubled.
-const DESCRIPTORS: usize = 200;
-const DESCRIPTORS_PER_CASE: usize = 30;
+/// Descriptors of a process in a run without cases, and for each case; 144 and 7 were measured.
+const DESCRIPTORS: usize = 250;
+const DESCRIPTORS_PER_CASE: usize = 10;
 /// Room for management data, per process \[bytes\].
 const OVERHEAD: u64 = 2 << 20;
 
