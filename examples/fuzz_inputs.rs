@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
 fn main() -> ExitCode {
+    std::panic::set_hook(Box::new(|_| ())); // what fails is printed once, when it is as short as it gets
     let cases = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(1_000_000);
     let seed = std::env::args().nth(2).and_then(|text| text.parse().ok()).unwrap_or(1);
     let good = feed("scenario files", cases / 2, seed, &strategies::SCENARIO_FILES, inputs::scenario_file)

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use nodes::log::{FORMAT_VARIABLE, Format, LEVEL_VARIABLE};
+use tracing::level_filters::LevelFilter;
 
 use crate::attach::Target;
 use crate::observe::HzArguments;
@@ -65,6 +67,13 @@ pub enum Command {
     New(NewArguments),
     /// Create and hold a domain for nodes that are started by hand
     Domain(DomainArguments),
+    /// Check that results folders are whole and unchanged, by the checksums in their manifests
+    #[command(after_help = "Exit codes: 0 unchanged; 1 a file is changed, missing or too many; 2 no manifest.")]
+    Verify {
+        /// Results folders
+        #[arg(required = true, value_name = "DIR")]
+        folders: Vec<PathBuf>,
+    },
     /// Run one node of a run by hand; `phasecloud run` starts them all by itself
     Node(NodeArguments),
     /// Run a program and end it, with all it has started, when the launcher dies
@@ -100,6 +109,25 @@ pub struct RunArguments {
     /// Start all processes at random times that follow from this seed, to show that the order does not matter
     #[arg(long, value_name = "SEED", hide = true)]
     pub start_order: Option<u64>,
+    #[command(flatten)]
+    pub logged: Logged,
+}
+
+/// How much of the log is shown, and how.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Logged {
+    /// Show the log's lines up to this level: error, warn, info, debug or trace; log.jsonl has all up to info in any case
+    #[arg(long, value_name = "LEVEL", env = LEVEL_VARIABLE)]
+    pub log: Option<LevelFilter>,
+    /// Form of the lines shown: compact or json
+    #[arg(long, value_name = "FORMAT", env = FORMAT_VARIABLE, default_value = "compact")]
+    pub log_format: Format,
+}
+
+impl Default for Logged {
+    fn default() -> Self {
+        Self { log: None, log_format: Format::Compact }
+    }
 }
 
 /// How much a run says of itself.
@@ -158,6 +186,8 @@ pub struct ServeArguments {
     pub most_snapshots: usize,
     #[command(flatten)]
     pub shown: Shown,
+    #[command(flatten)]
+    pub logged: Logged,
 }
 
 /// Arguments of `phasecloud submit`.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use messages::domain::{PREFIX_VARIABLE, Place, ROOT_VARIABLE};
-use nodes::session::{ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, RUN_VARIABLE};
+use nodes::session::{ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, RUN_VARIABLE};
 
 use crate::launch_file::{Launch, Runs};
 
@@ -34,6 +34,7 @@ impl Commands<'_> {
     /// What is wrong with it.
     pub fn of(&self, name: &str, attempt: u32, scenario: u32) -> Result<Command, String> {
         let case = self.launch.cases.iter().find(|case| case.label == name).map(|case| &case.runs);
+        let is_case = case.is_some();
         let mut command = match case.or_else(|| self.launch.substitutes.get(name)) {
             Some(runs) => of_what_runs(name, runs)?,
             None => self.of_service(name, scenario)?,
@@ -41,7 +42,12 @@ impl Commands<'_> {
         command.env(ROOT_VARIABLE, &self.place.root).env(PREFIX_VARIABLE, &self.place.prefix);
         command.env(RUN_VARIABLE, self.run_id.to_string());
         command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
-        command.env(LABEL_VARIABLE, name);
+        command.env(NODE_VARIABLE, name);
+        if is_case {
+            command.env(LABEL_VARIABLE, name);
+        } else {
+            command.env_remove(LABEL_VARIABLE); // only propagators have one
+        }
         command.env(ATTEMPT_VARIABLE, attempt.to_string());
         Ok(command)
     }

@@ -7,17 +7,13 @@ use nodes::accuracy::AccuracySetting;
 use nodes::builtin::BuiltIn;
 use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use nodes::scenario_file::{self, ScenarioFile};
+use nodes::screen::{MOST_BINS, MOST_CASES};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 /// The launch file that `phasecloud run` takes when none is named, and the scenario it names.
 const DEFAULT: (&str, &str) = (include_str!("scenario-1.toml"), include_str!("scenarios/scenario-1.toml"));
-
-/// Most cases in a launch file.
-const MOST_CASES: usize = 64;
-/// Most bins of the comparison grid an axis.
-const MOST_BINS: i64 = 2000;
 
 /// A checked launch file.
 #[derive(Debug, Clone)]
@@ -182,7 +178,7 @@ fn check_name(file: &InputFile, name: &Spanned<String>) -> Result<(), InputError
 }
 
 fn checked_bins(file: &InputFile, bins: &Spanned<(i64, i64)>) -> Result<(usize, usize), InputError> {
-    let allowed = 1..=MOST_BINS;
+    let allowed = 1..=MOST_BINS as i64;
     let (phi, e) = *bins.get_ref();
     if allowed.contains(&phi) && allowed.contains(&e) {
         return Ok((phi as usize, e as usize));

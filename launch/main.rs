@@ -1,15 +1,21 @@
 //! `phasecloud`: the one command users get. It starts the processes of a run, looks after them, and prints what came out.
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
 mod attach;
 mod check;
+mod checksums;
 mod clean_command;
 mod cli;
 mod commands;
 mod domain_command;
 mod domains;
+mod ending;
 mod graph;
 mod guard;
 mod live;
+mod log_sink;
 mod manifest;
 mod member;
 mod new_command;
@@ -40,7 +46,8 @@ use launch_file::Launch;
 const BAD_INPUT: u8 = 2;
 
 fn main() -> ExitCode {
-    match Cli::parse().command.unwrap_or(Command::Run(RunArguments::default())) {
+    let command = Cli::parse().command.or_else(|| Cli::parse_from(["phasecloud", "run"]).command);
+    match command.unwrap_or(Command::Run(RunArguments::default())) {
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Serve(arguments) => serve_command::run(&arguments),
         Command::Submit(arguments) => submit_command::run(&arguments),
@@ -56,9 +63,29 @@ fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::New(arguments) => new_command::run(&arguments),
         Command::Domain(arguments) => domain_command::run(&arguments),
+        Command::Verify { folders } => verify(&folders),
         Command::Node(arguments) => node_command::run(arguments),
         Command::Guard { words } => guard::run(&words),
     }
+}
+
+/// Prints what differs between results folders and their manifests.
+fn verify(folders: &[std::path::PathBuf]) -> ExitCode {
+    let mut code = ExitCode::SUCCESS;
+    for folder in folders {
+        match checksums::verify(folder) {
+            Ok((count, differ)) if differ.is_empty() => println!("{}: good, {count} files", folder.display()),
+            Ok((_, differ)) => {
+                differ.iter().for_each(|problem| eprintln!("error: {}: {problem}", folder.display()));
+                code = ExitCode::FAILURE;
+            }
+            Err(problem) => {
+                eprintln!("error: {problem}");
+                code = ExitCode::from(BAD_INPUT);
+            }
+        }
+    }
+    code
 }
 
 fn validate(files: &[std::path::PathBuf]) -> ExitCode {

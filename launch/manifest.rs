@@ -1,10 +1,11 @@
-//! `manifest.json`: what was run, and how every process ended.
+//! `manifest.json`: what was run, and how every process ended, and the checksums of all other files of the folder.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::checksums::{self, FileRecord};
 use crate::launch_file::{Launch, Runs};
 use crate::recording;
 
@@ -13,7 +14,7 @@ use crate::recording;
 pub struct Manifest<'a> {
     run_id: String,
     configuration: String,
-    started: String,
+    started: &'a str,
     versions: BTreeMap<&'static str, &'static str>,
     launch_file: &'a str,
     scenarios: BTreeMap<&'a str, &'a str>,
@@ -21,6 +22,7 @@ pub struct Manifest<'a> {
     cases: BTreeMap<&'a str, CaseRecord>,
     nodes: &'a BTreeMap<String, String>,
     failures: &'a BTreeMap<String, String>,
+    files: BTreeMap<String, FileRecord>,
 }
 
 /// What a case ran.
@@ -30,18 +32,25 @@ struct CaseRecord {
     settings: Vec<String>,
 }
 
-/// Writes the manifest into `folder`. `nodes` says how each process ended, `failures` why a case failed.
+/// How a run went.
+#[derive(Debug)]
+pub struct Record<'a> {
+    /// Names the run.
+    pub run_id: u64,
+    /// When it was started.
+    pub started: String,
+    /// How each process ended.
+    pub nodes: &'a BTreeMap<String, String>,
+    /// Why a case failed.
+    pub failures: &'a BTreeMap<String, String>,
+}
+
+/// Writes the manifest into `folder`, still without checksums.
 ///
 /// # Errors
 /// If it cannot be written.
-pub fn write(
-    folder: &Path,
-    launch: &Launch,
-    run_id: u64,
-    started: String,
-    nodes: &BTreeMap<String, String>,
-    failures: &BTreeMap<String, String>,
-) -> Result<(), String> {
+pub fn write(folder: &Path, launch: &Launch, record: &Record<'_>) -> Result<(), String> {
+    let Record { run_id, started, nodes, failures } = record;
     let manifest = Manifest {
         run_id: format!("{run_id:012x}"),
         configuration: recording::configuration(launch),
@@ -54,12 +63,32 @@ pub fn write(
         launch_file: &launch.text,
         scenarios: launch.scenarios.iter().map(|s| (s.content.name.as_str(), s.text.as_str())).collect(),
         reference: &launch.reference,
-        cases: launch.cases.iter().map(|case| (case.label.as_str(), record(&case.runs))).collect(),
+        cases: launch.cases.iter().map(|case| (case.label.as_str(), case_record(&case.runs))).collect(),
         nodes,
         failures,
+        files: BTreeMap::new(),
     };
-    let path = folder.join("manifest.json");
-    let text = serde_json::to_string_pretty(&manifest).map_err(|e| format!("{}: {e}", path.display()))?;
+    write_json(folder, &manifest)
+}
+
+/// Notes the checksums of all other files of `folder` in its manifest; to be done after whatever changes one.
+///
+/// # Errors
+/// If there is no manifest, or it cannot be written.
+pub fn seal(folder: &Path) -> Result<(), String> {
+    let path = folder.join(checksums::MANIFEST);
+    let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let text = std::fs::read(&path).map_err(|e| failed(&e))?;
+    let mut manifest: serde_json::Map<String, serde_json::Value> =
+        serde_json::from_slice(&text).map_err(|e| failed(&e))?;
+    let files = serde_json::to_value(checksums::of(folder)?).map_err(|e| failed(&e))?;
+    manifest.insert("files".into(), files);
+    write_json(folder, &manifest)
+}
+
+fn write_json(folder: &Path, manifest: &impl Serialize) -> Result<(), String> {
+    let path = folder.join(checksums::MANIFEST);
+    let text = serde_json::to_string_pretty(manifest).map_err(|e| format!("{}: {e}", path.display()))?;
     std::fs::write(&path, text + "\n").map_err(|e| format!("{}: {e}", path.display()))
 }
 
@@ -78,7 +107,7 @@ pub fn read(folder: &Path, run_id: &str) -> Option<(Launch, BTreeMap<String, Str
     (read.run_id == run_id).then_some((launch, read.failures))
 }
 
-fn record(runs: &Runs) -> CaseRecord {
+fn case_record(runs: &Runs) -> CaseRecord {
     match runs {
         Runs::BuiltIn { node, settings } => {
             CaseRecord { runs: vec![node.clone()], settings: settings.to_lines().unwrap_or_default() }

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use messages::domain::Place;
 use nodes::builtin::BuiltIn;
 use nodes::failure::Failure;
+use nodes::log;
 use nodes::scenario::Source;
 use nodes::session::{ANY_SCENARIO, Session};
 use nodes::{comparator, estimator, player, recorder, scenario};
@@ -37,7 +38,7 @@ pub fn run(arguments: NodeArguments) -> ExitCode {
     match serve(kind, &place, &name, arguments) {
         Ok(()) | Err(Failure::Stopped) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {name}: {failure}");
+            log::end(&failure);
             ExitCode::FAILURE
         }
     }
@@ -85,7 +86,10 @@ fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Res
     let session = Session::enter(place, name, arguments.run_id)?;
     let served = match kind {
         Kind::Scenario => {
-            let bins = (arguments.bins[0], arguments.bins[1]);
+            let [phi, e] = arguments.bins[..] else {
+                return Err(Failure::Refused("--bins needs two numbers".into()));
+            };
+            let bins = (phi, e);
             let source = match arguments.sweep {
                 Some(file) => Source::Sweep(file),
                 None if arguments.requests => Source::Requests,

@@ -1,9 +1,14 @@
 //! What must be there before anything is started.
 
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+
 use crate::launch_file::{Case, Launch, Runs};
 
 /// Where iceoryx2 keeps messages.
 const SHARED_MEMORY: &str = "/dev/shm";
+/// Descriptors of a process in a run without cases, and for each case; 144 and 7 were measured.
+const DESCRIPTORS: usize = 250;
+const DESCRIPTORS_PER_CASE: usize = 10;
 /// Room for management data, per process \[bytes\].
 const OVERHEAD: u64 = 2 << 20;
 
@@ -22,6 +27,26 @@ pub fn check_shared_memory(launch: &Launch) -> Result<(), String> {
         "the run needs {} MiB of shared memory, {SHARED_MEMORY} has {} MiB free; take fewer samples or enlarge it",
         needed.div_ceil(1 << 20),
         free >> 20
+    ))
+}
+
+/// Checks that a process of the run can hold all connections, and raises its limit where it may.
+///
+/// # Errors
+/// How many descriptors are needed and how many are allowed.
+pub fn check_descriptors(cases: usize) -> Result<(), String> {
+    let needed = (DESCRIPTORS + DESCRIPTORS_PER_CASE * cases) as u64;
+    let limit = getrlimit(Resource::Nofile);
+    if limit.current.is_none_or(|current| current >= needed) {
+        return Ok(());
+    }
+    let raised = Rlimit { current: limit.maximum.map_or(Some(needed), |most| Some(most.min(needed))), ..limit };
+    if limit.maximum.is_none_or(|most| most >= needed) && setrlimit(Resource::Nofile, raised).is_ok() {
+        return Ok(());
+    }
+    let allowed = limit.maximum.unwrap_or(0);
+    Err(format!(
+        "the run needs up to {needed} file descriptors a process, {allowed} are allowed; raise the limit (ulimit -n)"
     ))
 }
 

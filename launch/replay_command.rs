@@ -10,7 +10,7 @@ use clap::Args;
 use messages::recording::Recording;
 
 use crate::BAD_INPUT;
-use crate::cli::Shown;
+use crate::cli::{Logged, Shown};
 use crate::launch_file::{Launch, Runs};
 use crate::recording::About;
 use crate::run_command::{self, Order};
@@ -55,6 +55,7 @@ pub fn run(arguments: &ReplayArguments) -> ExitCode {
                 record: None,
                 report: true,
                 shown: arguments.shown,
+                logged: Logged::default(),
                 start_order: None,
             };
             run_command::execute(Ok(launch), &order)

@@ -9,11 +9,15 @@ use nodes::scenario_file;
 
 use crate::BAD_INPUT;
 use crate::cli::ReportArguments;
+use crate::manifest;
 
 /// Makes the report of one folder, or lays several side by side.
 pub fn run(arguments: &ReportArguments) -> ExitCode {
     let made = match arguments.folders.as_slice() {
-        [folder] if arguments.out.is_none() => make(folder).map(|missing| (folder.join(PAGE), missing)),
+        [folder] if arguments.out.is_none() => {
+            let sealed = |missing| manifest::seal(folder).map(|()| (folder.join(PAGE), missing));
+            make(folder).and_then(sealed)
+        }
         folders => {
             let page = arguments.out.clone().unwrap_or_else(|| PathBuf::from(PAGE));
             side_by_side(folders, &page).map(|missing| (page, missing))

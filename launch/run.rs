@@ -9,12 +9,15 @@ use messages::port::{Inlet, Outlet, PortError};
 use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Roster, Scenario, Status};
 use messages::wait::Signals;
+use nodes::screen::{Refusal, screen};
 
 use crate::cli::Shown;
 use crate::commands::{Commands, SCENARIO_NODE, SERVICES};
+use crate::ending;
 use crate::launch_file::{Case, Launch, Restart, ScenarioInput};
 use crate::live::View;
 use crate::live::model::{Model, Stage};
+use crate::log_sink::LogSink;
 use crate::member::{MOST_RESTARTS, Member, STARTUP};
 use crate::supervisor::{Ended, Supervisor};
 
@@ -70,6 +73,8 @@ pub struct Run<'a> {
     estimated: u64,
     compared: bool,
     failures: Failures,
+    /// Who else has sent what cannot be used, and what was wrong with it.
+    strangers: BTreeMap<String, String>,
 }
 
 impl<'a> Run<'a> {
@@ -83,24 +88,32 @@ impl<'a> Run<'a> {
         snapshots: usize,
         in_all: Option<u32>,
         shown: Shown,
+        log: &LogSink,
         mut start_at: impl FnMut() -> Instant,
     ) -> Result<Self, Abort> {
         let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
             .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
         let cases = &commands.launch.cases;
         let domain = HeldDomain::create(commands.place, &Capacity { propagators: cases.len(), snapshots })?;
+        let reports = domain.domain.inlet::<Status>()?;
+        let roster = domain.domain.outlet::<Roster>(cases.len())?;
+        let scenarios = domain.domain.inlet::<Scenario>()?;
+        commands.place.reserve().map_err(|e| Abort::Fatal(format!("cannot reserve shared memory: {e}")))?;
         let labels = || cases.iter().map(|case| case.label.as_str());
         let members = SERVICES.into_iter().chain(labels()).map(|name| (name.to_owned(), Member::new(start_at())));
+        let model = Model::new(labels().map(str::to_owned).collect(), stages(commands.launch, in_all));
+        let view = View::new(model, shown);
+        log.print_with(view.printer());
         let run = Self {
             signals,
-            supervisor: Supervisor::default(),
-            reports: domain.domain.inlet::<Status>()?,
-            roster: domain.domain.outlet::<Roster>(cases.len())?,
-            scenarios: domain.domain.inlet::<Scenario>()?,
+            supervisor: Supervisor::new(log.clone()),
+            reports,
+            roster,
+            scenarios,
             under_way: None,
             in_all,
             domain,
-            view: View::new(Model::new(labels().map(str::to_owned).collect(), stages(commands.launch, in_all)), shown),
+            view,
             members: members.collect(),
             all_ready: false,
             cleaned: Instant::now(),
@@ -108,6 +121,7 @@ impl<'a> Run<'a> {
             estimated: 0,
             compared: false,
             failures: Failures::new(),
+            strangers: BTreeMap::new(),
             commands,
         };
         run.publish_roster()?;
@@ -134,6 +148,11 @@ impl<'a> Run<'a> {
     /// What has gone wrong so far.
     pub fn failures(&self) -> &Failures {
         &self.failures
+    }
+
+    /// Senders that are no case of the run, and why their messages were not used.
+    pub fn strangers(&self) -> &BTreeMap<String, String> {
+        &self.strangers
     }
 
     /// Ends all processes and says how each ended.
@@ -213,11 +232,12 @@ impl<'a> Run<'a> {
         }
         if may_restart && member.plan_restart(Instant::now()) {
             self.view.note(&format!("{name}: {status}; it is started again"));
+            tracing::warn!("{name} has ended, {status}; it is started again");
             return Ok(());
         }
         member.rest();
         let restarted = if may_restart { format!(", also after {MOST_RESTARTS} restarts") } else { String::new() };
-        self.fail(name, format!("ended before the run did: {status}{restarted}"))
+        self.fail(name, format!("{}{restarted}", ending::explain(status)))
     }
 
     fn has_failed(&self, name: &str) -> bool {
@@ -227,6 +247,11 @@ impl<'a> Run<'a> {
     /// Takes in which scenario has been published.
     fn take_scenarios(&mut self) -> Result<(), Abort> {
         while let Some(message) = self.scenarios.receive()? {
+            if let Err(Refusal { sender, why }) = screen(self.commands.run_id, &message) {
+                drop(message);
+                self.blame(&sender, why)?;
+                continue;
+            }
             let header = message.header();
             let (scenario, snapshots) = (header.scenario, header.snapshots);
             if self.under_way.as_ref().is_none_or(|known| known.scenario < scenario) {
@@ -249,12 +274,15 @@ impl<'a> Run<'a> {
     /// Takes in the reports that have arrived.
     fn take_reports(&mut self) -> Result<(), Abort> {
         while let Some(report) = self.reports.receive()? {
+            if let Err(Refusal { sender, why }) = screen(self.commands.run_id, &report) {
+                drop(report);
+                self.blame(&sender, why)?;
+                continue;
+            }
             let header = *report.header();
             let units = [report.items().first(), report.items().get(1)].map(|u| u.copied().unwrap_or(0.0) as u64);
             drop(report);
-            if header.run_id == self.commands.run_id {
-                self.take_report(&header, units)?;
-            }
+            self.take_report(&header, units)?;
         }
         Ok(())
     }
@@ -285,12 +313,10 @@ impl<'a> Run<'a> {
             phase::DONE if is_current && node == "recorder" => self.begin_next_scenario()?,
             phase::DONE if node == SCENARIO_NODE => self.in_all = Some(header.scenario),
             phase::FAILED if header.scenario >= self.scenario => {
-                let subject = unpack(&header.subject);
-                let why = unpack(&header.text);
-                if self.members.contains_key(&subject) {
-                    self.fail(&subject, why)?;
-                } else {
-                    self.view.error(&format!("{node}: {subject}: {why}"));
+                let (subject, why) = (unpack(&header.subject), unpack(&header.text));
+                match node == subject || self.is_case(&node) {
+                    true => self.fail(&node, why)?, // a case speaks for itself alone
+                    false => self.blame(&subject, why)?,
                 }
             }
             _ => {}
@@ -319,6 +345,24 @@ impl<'a> Run<'a> {
         self.publish_roster()
     }
 
+    fn is_case(&self, name: &str) -> bool {
+        self.commands.launch.cases.iter().any(|case| case.label == name)
+    }
+
+    /// Fails a case of which another process has complained, and ends it; a stranger is named.
+    fn blame(&mut self, sender: &str, why: String) -> Result<(), Abort> {
+        let name: String = sender.escape_debug().collect();
+        if self.is_case(&name) {
+            self.fail(&name, why)?;
+            self.supervisor.kill(&name);
+        } else {
+            self.view.error(&format!("{name}: {why}"));
+            tracing::warn!("{name}: {why}");
+            self.strangers.insert(name, why);
+        }
+        Ok(())
+    }
+
     /// Notes a failure. A case that fails is left out of the scenario's comparison; without a service there is no run.
     fn fail(&mut self, name: &str, why: String) -> Result<(), Abort> {
         if SERVICES.contains(&name) {
@@ -326,6 +370,7 @@ impl<'a> Run<'a> {
         }
         if !self.has_failed(name) {
             self.view.fail(name, &why);
+            tracing::warn!("{name} has failed: {why}");
             self.failures.insert((self.scenario, name.to_owned()), why);
             self.publish_roster()?;
         }

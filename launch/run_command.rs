@@ -5,16 +5,19 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant, SystemTime};
 
+use nodes::log;
 use nodes::recorder::join::join;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use tracing::level_filters::LevelFilter;
 
 use crate::BAD_INPUT;
-use crate::cli::{RunArguments, Shown};
+use crate::cli::{Logged, RunArguments, Shown};
 use crate::commands::Commands;
 use crate::domains::{self, OwnDomain};
 use crate::launch_file::{Launch, Restart};
 use crate::live::json;
+use crate::log_sink::{LogSink, View};
 use crate::recording::Draft;
 use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
@@ -36,6 +39,8 @@ pub struct Order<'a> {
     pub report: bool,
     /// How much is said of it.
     pub shown: Shown,
+    /// How much of the log is shown.
+    pub logged: Logged,
     /// Seed of random times at which the processes are started, else all are started at once.
     pub start_order: Option<u64>,
 }
@@ -43,12 +48,13 @@ pub struct Order<'a> {
 /// Runs a launch file from start to results folder.
 pub fn run(arguments: &RunArguments) -> ExitCode {
     let launch = Launch::load(arguments.launch_file.as_deref(), arguments.scenario.as_deref());
-    let RunArguments { out, record, no_report, shown, start_order, .. } = arguments;
+    let RunArguments { out, record, no_report, shown, start_order, logged, .. } = arguments;
     let order = Order {
         out: out.as_deref(),
         record: record.as_deref(),
         report: !no_report,
         shown: *shown,
+        logged: *logged,
         start_order: *start_order,
     };
     execute(launch.map_err(|e| e.to_string()), &order)
@@ -63,16 +69,18 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
             launch.restart = Restart::Never;
         }
         preflight::check_shared_memory(&launch)?;
+        preflight::check_descriptors(launch.cases.len())?;
         let folder = ResultsFolder::prepare(order.out, &launch.name, run_id)?;
         let tape = order.record.map(|path| Draft::begin(path, &launch, run_id)).transpose();
         let tape = tape.inspect_err(|_| folder.discard())?;
-        Ok((launch, folder, tape))
+        let log = start_log(&folder.draft, run_id, order.shown, order.logged).inspect_err(|_| folder.discard())?;
+        Ok((launch, folder, tape, log))
     });
-    let (launch, folder, tape) = match prepared {
+    let (launch, folder, tape, log) = match prepared {
         Ok(prepared) => prepared,
         Err(problem) => return end_without_results(order, BAD_INPUT, &format!("error: {problem}")),
     };
-    let outcome = conduct(&launch, &folder, tape.as_ref(), run_id, order);
+    let outcome = conduct(&launch, &folder, tape.as_ref(), run_id, order, &log);
     let outcome = match tape {
         Some(tape) if matches!(outcome, Err(Abort::Interrupted | Abort::Fatal(_))) => {
             tape.discard();
@@ -115,6 +123,19 @@ fn end_without_results(order: &Order<'_>, exit_code: u8, problem: &str) -> ExitC
     ExitCode::from(exit_code)
 }
 
+/// Opens the log in `folder`; the launcher's own lines go there too. The terminal shows errors unless more is asked for.
+///
+/// # Errors
+/// If there is no file to be had.
+pub fn start_log(folder: &Path, run_id: u64, shown: Shown, logged: Logged) -> Result<LogSink, String> {
+    let level = logged.log.unwrap_or(LevelFilter::ERROR);
+    let sink =
+        LogSink::open(folder, run_id, View { level, format: logged.log_format, quiet: shown.quiet || shown.json })?;
+    let (level, own) = (sink.level(), sink.clone());
+    log::start("launcher", run_id, level, move |line| own.record(&line));
+    Ok(sink)
+}
+
 /// Conducts the run in a fresh domain, removes the domain, and publishes the results. Returns the failures by name.
 fn conduct(
     launch: &Launch,
@@ -122,6 +143,7 @@ fn conduct(
     tape: Option<&Draft>,
     run_id: u64,
     order: &Order<'_>,
+    log: &LogSink,
 ) -> Result<BTreeMap<String, String>, Abort> {
     let started = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     domains::sweep();
@@ -134,19 +156,21 @@ fn conduct(
     let snapshots = launch.scenarios.iter().map(|s| s.content.problem.times.len()).max().unwrap_or(1);
     let (failures, nodes) = {
         let in_all = Some(launch.scenarios.len() as u32);
-        let mut run = Run::begin(commands, snapshots, in_all, order.shown, start_times(order.start_order))?;
+        let mut run = Run::begin(commands, snapshots, in_all, order.shown, log, start_times(order.start_order))?;
         let completed = run.conduct(|_, _| Ok(()));
         let nodes = run.end();
         completed?;
-        (by_name(launch, run.failures()), nodes)
+        (by_name(launch, run.failures(), run.strangers()), nodes)
     };
     drop(own);
+    log.close();
     join(&folder.draft, launch.scenarios.len() as u32).map_err(|e| Abort::Fatal(e.to_string()))?;
-    let written = manifest::write(&folder.draft, launch, run_id, started, &nodes, &failures);
-    written.map_err(Abort::Unpublished)?;
+    let record = manifest::Record { run_id, started, nodes: &nodes, failures: &failures };
+    manifest::write(&folder.draft, launch, &record).map_err(Abort::Unpublished)?;
     if order.report {
         draw_report(&folder.draft);
     }
+    manifest::seal(&folder.draft).map_err(Abort::Unpublished)?;
     folder.publish().map_err(Abort::Unpublished)?;
     Ok(failures)
 }
@@ -170,10 +194,11 @@ fn start_times(order: Option<u64>) -> impl FnMut() -> Instant {
 }
 
 /// The failures as a user is told of them.
-fn by_name(launch: &Launch, failures: &Failures) -> BTreeMap<String, String> {
+fn by_name(launch: &Launch, failures: &Failures, strangers: &BTreeMap<String, String>) -> BTreeMap<String, String> {
     let name = |(scenario, label): &(u32, String)| match launch.scenarios.get(*scenario as usize) {
         Some(scenario) if launch.scenarios.len() > 1 => format!("{}, {label}", scenario.content.name),
         _ => label.clone(),
     };
-    failures.iter().map(|(place, why)| (name(place), why.clone())).collect()
+    let failures = failures.iter().map(|(place, why)| (name(place), why.clone()));
+    failures.chain(strangers.clone()).collect()
 }

@@ -16,6 +16,7 @@ use crate::domains::{self, OwnDomain};
 use crate::launch_file::{Launch, ScenarioInput};
 use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
+use crate::run_command::start_log;
 use crate::{attach, manifest, preflight};
 
 /// What a service has done so far.
@@ -84,6 +85,7 @@ fn serve(
 ) -> Result<(), Abort> {
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
+    let log = start_log(&folder.path, run_id, arguments.shown, arguments.logged).map_err(Abort::Fatal)?;
     attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
     let scenarios = match &arguments.sweep {
         Some(file) => vec!["--sweep".into(), file.display().to_string()],
@@ -95,7 +97,7 @@ fn serve(
     }
     {
         let now = Instant::now();
-        let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.shown, || now)?;
+        let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.shown, &log, || now)?;
         let completed = run.conduct(|scenario, failures| {
             let failures = of_scenario(failures, scenario);
             tally.failed += failures.len();
@@ -103,6 +105,7 @@ fn serve(
             Ok(())
         });
         run.end();
+        log.close();
         completed?;
     }
     if arguments.sweep.is_some() {
@@ -136,7 +139,9 @@ fn publish(
     moved.map_err(|e| format!("{}: {e}", kept.display()))?;
     let alone = Launch { scenarios: vec![ScenarioInput { text, content }], ..launch.clone() };
     let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    manifest::write(&draft, &alone, run_id, now, &BTreeMap::new(), failures)?;
+    let record = manifest::Record { run_id, started: now, nodes: &BTreeMap::new(), failures };
+    manifest::write(&draft, &alone, &record)?;
+    manifest::seal(&draft)?;
     std::fs::rename(&draft, &path).map_err(|e| format!("{}: {e}", path.display()))?;
     Ok(path)
 }

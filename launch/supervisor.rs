@@ -4,7 +4,10 @@ use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use nodes::log::{FORMAT_VARIABLE, LEVEL_VARIABLE};
 use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
+
+use crate::log_sink::LogSink;
 
 /// How long a process may take to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1500);
@@ -44,32 +47,51 @@ pub struct Ended {
 }
 
 /// All processes of a run. Dropping it kills those that are left.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Supervisor {
     processes: Vec<Process>,
+    /// Where what they say goes; to standard error if there is none.
+    log: Option<LogSink>,
 }
 
 impl Supervisor {
+    /// No processes yet; what they say goes to `log`.
+    pub fn new(log: LogSink) -> Self {
+        Self { processes: Vec::new(), log: Some(log) }
+    }
+
     /// Starts a process in a group of its own, so that Ctrl-C reaches the launcher alone.
     ///
     /// # Errors
     /// If the program cannot be started.
     pub fn start(&mut self, name: &str, mut command: Command) -> Result<(), String> {
         let program = command.get_program().to_string_lossy().into_owned();
-        let child = command
-            .stdin(Stdio::null())
-            .stdout(std::io::stderr())
-            .process_group(0)
-            .spawn()
-            .map_err(|e| format!("{program} cannot be started: {e}"))?;
+        let failed = |e: std::io::Error| format!("{program} cannot be started: {e}");
+        command.stdin(Stdio::null()).process_group(0);
+        let child = match &self.log {
+            Some(log) => {
+                let (output, input) = std::io::pipe().map_err(failed)?;
+                command.stdout(input.try_clone().map_err(failed)?).stderr(input);
+                command.env(FORMAT_VARIABLE, "json").env(LEVEL_VARIABLE, log.level().to_string());
+                let child = command.spawn().map_err(failed)?;
+                log.follow(name, output);
+                child
+            }
+            None => command.stdout(std::io::stderr()).spawn().map_err(failed)?,
+        };
+        tracing::info!(process = child.id(), "started {name}");
         self.processes.push(Process { name: name.into(), child, end: None });
         Ok(())
     }
 
     /// The processes that have ended since the last look, with how.
     pub fn newly_ended(&mut self) -> Vec<Ended> {
-        let watched = self.processes.iter_mut().filter(|process| process.end.is_none());
-        watched.filter_map(|process| Some(Ended { name: process.name.clone(), status: process.reap()? })).collect()
+        self.processes
+            .iter_mut()
+            .filter(|process| process.end.is_none())
+            .filter_map(|process| Some(Ended { name: process.name.clone(), status: process.reap()? }))
+            .inspect(|Ended { name, status }| tracing::info!("{name} has ended: {status}"))
+            .collect()
     }
 
     /// Kills one process.

@@ -13,6 +13,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use messages::layout::StatusHeader;
 
 use crate::cli::Shown;
+use crate::log_sink::Printer;
 use model::{Model, NodeState, Phase};
 
 /// Without a terminal, a node's progress is told at most so often.
@@ -55,6 +56,17 @@ impl View {
         let mut view = Self { model, face };
         view.refresh();
         view
+    }
+
+    /// Writes lines to the terminal without disturbing what is shown there.
+    pub fn printer(&self) -> Printer {
+        match &self.face {
+            Face::Terminal(terminal, _) => {
+                let terminal = terminal.clone();
+                Box::new(move |line| terminal.suspend(|| eprintln!("{line}")))
+            }
+            _ => Box::new(|line| eprintln!("{line}")),
+        }
     }
 
     /// What is shown.

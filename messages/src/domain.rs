@@ -3,7 +3,7 @@
 //! Two domains never see each other. The launcher makes a fresh one a run, holds every topic open while the run lasts,
 //! alone cleans up after dead nodes, and removes the domain at the end.
 
-use std::os::unix::fs::DirBuilderExt;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -56,7 +56,50 @@ impl Place {
             let problem = format!("root and prefix together must not be longer than {LONGEST} bytes");
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, problem));
         }
-        std::fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root)
+        std::fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root)?;
+        // Somebody else may have made the folder, or the one it lies in, before.
+        let parent = self.root.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let (own, above) = (self.root.symlink_metadata()?, parent.metadata()?);
+        let user = rustix::process::getuid().as_raw();
+        if own.is_dir() && own.uid() == user && own.mode() & 0o077 == 0 && [user, 0].contains(&above.uid()) {
+            return Ok(());
+        }
+        let problem = "it is not a folder that its user alone can enter";
+        Err(std::io::Error::new(std::io::ErrorKind::PermissionDenied, problem))
+    }
+
+    /// Takes the memory of everything that the domain has so far, so that using it later cannot fail for want of memory: a
+    /// full /dev/shm kills a process by SIGBUS at its first touch of a page.
+    ///
+    /// # Errors
+    /// If there is not enough.
+    pub fn reserve(&self) -> std::io::Result<()> {
+        for path in self.files_in_shared_memory()? {
+            let file = std::fs::File::options().write(true).open(path)?;
+            let length = file.metadata()?.len();
+            if length > 0 {
+                rustix::fs::fallocate(&file, rustix::fs::FallocateFlags::empty(), 0, length)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes from all others what iceoryx2 lets them do: one of its files, a counter, is open to everybody.
+    fn close_to_others(&self) -> std::io::Result<()> {
+        for path in self.files_in_shared_memory()? {
+            let mode = path.metadata()?.mode();
+            std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode & 0o700))?;
+        }
+        Ok(())
+    }
+
+    fn files_in_shared_memory(&self) -> std::io::Result<Vec<PathBuf>> {
+        if self.prefix.is_empty() {
+            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "a domain without a prefix"));
+        }
+        let files = std::fs::read_dir("/dev/shm")?.flatten();
+        let own = files.filter(|entry| entry.file_name().to_string_lossy().starts_with(&self.prefix));
+        Ok(own.map(|entry| entry.path()).collect())
     }
 
     /// Removes everything that the domain's processes may have left. Only for whoever created it, after all have ended.
@@ -66,11 +109,7 @@ impl Place {
     pub fn remove(&self) -> std::io::Result<()> {
         // A folder that changes while it is listed may hide a file from the list: look until there is none.
         loop {
-            let files: Vec<PathBuf> = std::fs::read_dir("/dev/shm")?
-                .flatten()
-                .filter(|entry| entry.file_name().to_string_lossy().starts_with(&self.prefix))
-                .map(|entry| entry.path())
-                .collect();
+            let files = self.files_in_shared_memory()?;
             if files.is_empty() {
                 break;
             }
@@ -234,6 +273,7 @@ impl HeldDomain {
     pub fn create(place: &Place, capacity: &Capacity) -> Result<Self, PortError> {
         place.create().map_err(|e| PortError::new("create", &place.root.display().to_string(), &e))?;
         let domain = Domain::enter(place, "launcher")?;
+        place.close_to_others().map_err(|e| PortError::new("close to others", &place.prefix, &e))?;
         Ok(Self {
             _scenario: domain.create::<Scenario>(capacity)?,
             _snapshot: domain.create::<Snapshot>(capacity)?,
@@ -245,5 +285,44 @@ impl HeldDomain {
             _request: domain.create::<Request>(capacity)?,
             domain,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::chown;
+
+    use super::*;
+
+    fn place(name: &str) -> Place {
+        let root = std::env::temp_dir().join(format!("pc-place-{name}-{}", std::process::id()));
+        Place { root, prefix: "pc-place-".into() }
+    }
+
+    #[test]
+    fn a_domain_is_its_owners_alone() {
+        let place = place("own");
+        place.create().unwrap();
+        assert_eq!(place.root.metadata().unwrap().mode() & 0o777, 0o700);
+        std::fs::set_permissions(&place.root, std::fs::Permissions::from_mode(0o755)).unwrap();
+        assert!(place.create().is_err(), "others can enter");
+        place.remove().unwrap();
+    }
+
+    #[test]
+    fn a_folder_that_somebody_else_has_put_there_is_refused() {
+        let place = place("foreign");
+        place.create().unwrap();
+        if chown(&place.root, Some(65534), Some(65534)).is_err() {
+            println!("skipped: only root can give folders away");
+        } else {
+            assert!(place.create().is_err());
+        }
+        place.remove().unwrap();
+    }
+
+    #[test]
+    fn a_domain_without_a_prefix_removes_nothing() {
+        assert!(Place { prefix: String::new(), ..place("bare") }.remove().is_err());
     }
 }

@@ -17,6 +17,9 @@
 //! - [`wait`]: sleeping until a message or a signal to stop arrives;
 //! - [`text`]: text in fixed fields.
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
 pub mod describe;
 pub mod domain;
 pub mod layout;

@@ -111,7 +111,7 @@ impl<T: Topic> Outlet<T> {
             .set_backpressure_handler(move |info| when_full(&readers, info, patience))
             .max_loaned_samples(2)
             .create()
-            .map_err(|e| failed(&e))?;
+            .map_err(|e| failed(&format_args!("{e:?} for {most_items} items a message; is there memory for them?")))?;
         let notifier = events.notifier_builder().create().map_err(|e| failed(&e))?;
         let listener = events.listener_builder().create().map_err(|e| failed(&e))?;
         let outlet = Self { publisher, notifier, listener };
@@ -206,6 +206,12 @@ impl<T: Topic> Message<T> {
     /// The items.
     pub fn items(&self) -> &[T::Item] {
         self.sample.payload()
+    }
+
+    /// The process that sent the message, as the transport knows it; nothing that the sender writes into a header changes it.
+    pub fn sender(&self) -> Option<u32> {
+        let process = self.sample.header().node_id().pid::<ipc::Service>().ok()?;
+        u32::try_from(process.value()).ok()
     }
 
     /// The run that the message belongs to.

@@ -5,7 +5,7 @@ use std::path::Path;
 use density::dynamics::Force;
 use density::grid::{Axis, Grid};
 use density::problem::{InitialGaussian, Problem};
-use messages::layout::{SCENARIO_COLUMNS, ScenarioHeader};
+use messages::layout::{MOST_SNAPSHOTS, SCENARIO_COLUMNS, ScenarioHeader};
 use messages::port::Message;
 use messages::text::{pack, unpack};
 use messages::topic::Scenario;
@@ -13,6 +13,7 @@ use messages::topic::Scenario;
 use crate::failure::Failure;
 use crate::input::{InputFile, PLAIN_NAME, is_plain_name};
 use crate::scenario_file::{self, ScenarioFile};
+use crate::screen::MOST_BINS;
 
 /// A scenario to work on.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,16 +41,24 @@ impl Assignment {
         Self::from_parts(message.header(), message.items()).map_err(|why| Failure::Refused(format!("scenario: {why}")))
     }
 
-    fn from_parts(header: &ScenarioHeader, items: &[f64]) -> Result<Self, String> {
+    /// Reads a header and its items.
+    ///
+    /// # Errors
+    /// Which field is wrong.
+    pub(crate) fn from_parts(header: &ScenarioHeader, items: &[f64]) -> Result<Self, String> {
         let snapshots = header.snapshots as usize;
-        if snapshots == 0 || items.len() != snapshots * SCENARIO_COLUMNS {
-            return Err(format!("{} numbers for {snapshots} snapshots", items.len()));
+        if !(1..=MOST_SNAPSHOTS).contains(&snapshots) || items.len() != snapshots * SCENARIO_COLUMNS {
+            return Err(format!("{} numbers for {snapshots} snapshots of at most {MOST_SNAPSHOTS}", items.len()));
         }
-        if header.phi_bins == 0 || header.e_bins == 0 {
-            return Err("a grid without bins".into());
+        if ![header.phi_bins, header.e_bins].iter().all(|bins| (1..=MOST_BINS).contains(&(*bins as usize))) {
+            return Err(format!("a grid of {} x {} bins", header.phi_bins, header.e_bins));
+        }
+        if header.scenario >= header.scenarios {
+            return Err(format!("scenario {} of {}", header.scenario, header.scenarios));
         }
         let fields = [header.radiation, header.oblateness, header.mean_phi, header.critical_e];
-        if !fields.iter().chain(items).all(|value| value.is_finite()) {
+        let widths = [header.sigma_phi, header.sigma_e];
+        if !fields.iter().chain(&widths).chain(items).all(|value| value.is_finite()) {
             return Err("a number that is not finite".into());
         }
         if !(header.sigma_phi > 0.0 && header.sigma_e > 0.0 && header.mean_e > 0.0 && header.mean_e < 1.0) {

@@ -13,6 +13,7 @@ use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::newest::Newest;
 use crate::roster::Roster;
+use crate::screen::receive;
 use crate::session::Session;
 
 /// What is compared, in the order of a comparison's rows: the moments, then the circular ones.
@@ -37,19 +38,19 @@ const MONTE_CARLO: &str = "mc";
 
 /// What has arrived of a scenario: the densities of each case, by snapshot.
 #[derive(Debug, Default)]
-struct Results {
+pub(crate) struct Results {
     cases: BTreeMap<String, BTreeMap<u32, Published>>,
 }
 
 /// A density as it was published.
 #[derive(Debug)]
-struct Published {
-    header: DensityHeader,
+pub(crate) struct Published {
+    pub(crate) header: DensityHeader,
     values: Vec<f64>,
 }
 
 impl Results {
-    fn take(&mut self, header: DensityHeader, values: &[f64]) {
+    pub(crate) fn take(&mut self, header: DensityHeader, values: &[f64]) {
         let published = Published { header, values: values.to_vec() };
         self.cases.entry(unpack(&header.label)).or_default().insert(header.index, published);
     }
@@ -59,7 +60,7 @@ impl Results {
     }
 
     /// The results of a case if all its snapshots are there, in order.
-    fn of(&self, label: &str) -> Option<Vec<&Published>> {
+    pub(crate) fn of(&self, label: &str) -> Option<Vec<&Published>> {
         let snapshots = self.cases.get(label)?;
         let count = snapshots.values().next()?.header.count as usize;
         (snapshots.len() == count).then(|| snapshots.values().collect())
@@ -80,16 +81,16 @@ pub fn run(session: &Session) -> Result<(), Failure> {
     let mut newest = Newest::default();
     let mut current: Option<(Assignment, Results)> = None;
     loop {
-        roster.update(&rosters)?;
-        while let Some(message) = scenarios.receive()? {
+        roster.update(session, &rosters)?;
+        while let Some(message) = receive(session, &scenarios)? {
             if newest.is_news(message.header().scenario) {
                 current = Some((Assignment::read(&message)?, Results::default()));
             }
         }
         if let Some((assignment, results)) = &mut current {
-            while let Some(message) = densities.receive()? {
+            while let Some(message) = receive(session, &densities)? {
                 let header = message.header();
-                if (header.run_id, header.scenario) == (assignment.run_id, assignment.scenario) {
+                if header.scenario == assignment.scenario && header.count as usize == assignment.grids.len() {
                     results.take(*header, message.items());
                 }
             }
@@ -142,7 +143,7 @@ fn publish(
 }
 
 /// A row a quantity: value, reference value, absolute error, relative error.
-fn errors(case: &DensityHeader, reference: &DensityHeader) -> Vec<f64> {
+pub(crate) fn errors(case: &DensityHeader, reference: &DensityHeader) -> Vec<f64> {
     let values = |header: &DensityHeader| {
         let [a, b, c, d, e, f] = header.moments;
         [a, b, c, d, e, f, header.circular_mean, header.resultant]
@@ -155,7 +156,7 @@ fn errors(case: &DensityHeader, reference: &DensityHeader) -> Vec<f64> {
 }
 
 /// A row each for the joint density and both marginals, then the mass that each of the two densities is short of 1.
-fn distances(case: &Published, reference: &Published) -> Vec<f64> {
+pub(crate) fn distances(case: &Published, reference: &Published) -> Vec<f64> {
     let row = |d: Distances| [d.total_variation, d.l2, d.hellinger, d.kullback_leibler, d.kolmogorov];
     let missing = [1.0 - case.header.mass_on_grid, 1.0 - reference.header.mass_on_grid];
     let rows = match (parts(case), parts(reference)) {
@@ -189,7 +190,7 @@ fn total_seconds(case: &[&Published]) -> f64 {
 }
 
 /// Effort as in Table 4: seconds of propagation, of estimation, their sum, its ratio to Monte Carlo's.
-fn effort(case: &[&Published], mc_seconds: Option<f64>) -> [f64; EFFORT_COLUMNS] {
+pub(crate) fn effort(case: &[&Published], mc_seconds: Option<f64>) -> [f64; EFFORT_COLUMNS] {
     let propagation: f64 = case.iter().map(|p| p.header.propagation_seconds).sum();
     let estimation: f64 = case.iter().map(|p| p.header.estimation_seconds).sum();
     let total = propagation + estimation;

@@ -18,6 +18,7 @@ use crate::method::{Case, Estimated};
 use crate::newest::Newest;
 use crate::roomy::Roomy;
 use crate::roster::Roster;
+use crate::screen::receive;
 use crate::session::{EffortClock, Session};
 use crate::snapshot_rules::breaches;
 
@@ -34,7 +35,7 @@ pub fn run(session: &Session) -> Result<(), Failure> {
     loop {
         estimator.look_around()?;
         while estimator.can_work()
-            && let Some(message) = estimator.snapshots.receive()?
+            && let Some(message) = receive(session, &estimator.snapshots)?
         {
             estimator.handle(&message)?;
         }
@@ -86,8 +87,8 @@ impl<'a> Estimator<'a> {
 
     /// Takes in scenario and roster.
     fn look_around(&mut self) -> Result<(), Failure> {
-        self.roster.update(&self.rosters)?;
-        while let Some(message) = self.scenarios.receive()? {
+        self.roster.update(self.session, &self.rosters)?;
+        while let Some(message) = receive(self.session, &self.scenarios)? {
             if self.newest.is_news(message.header().scenario) {
                 let assignment = Assignment::read(&message)?;
                 self.desk = Some(Desk { assignment, cases: BTreeMap::new(), refused: BTreeSet::new(), done: 0 });

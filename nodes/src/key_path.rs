@@ -2,16 +2,16 @@
 
 use toml::de::{DeTable, DeValue};
 
-/// The innermost key whose name or value holds byte `offset` of `text`, also where the text is not quite TOML.
+/// The innermost key whose name or value holds byte `offset` of `text`, made out by its looks where the text is not TOML.
 pub(crate) fn key_at(text: &str, offset: usize) -> String {
-    let (table, _) = DeTable::parse_recoverable(text);
-    in_table(table.get_ref(), offset).unwrap_or_else(|| by_looks(text, offset))
+    let known = DeTable::parse(text).ok().and_then(|table| in_table(table.get_ref(), offset));
+    known.unwrap_or_else(|| by_looks(text, offset))
 }
 
 fn in_table(table: &DeTable<'_>, offset: usize) -> Option<String> {
     let mut outer = None;
     for (key, value) in table.iter() {
-        let name = key.get_ref();
+        let name = if key.get_ref().is_empty() { "\"\"" } else { key.get_ref() };
         if let Some(inner) = in_value(value.get_ref(), offset) {
             return Some(format!("{name}.{inner}"));
         }
@@ -60,6 +60,7 @@ mod tests {
             ("[t]\nx = -2 3\n", "3", "t.x"),
             ("[t]\nx 4\n", "4", "t"),
             ("[t", "t", "t"),
+            ("\"\" = 1", "1", "\"\""),
         ] {
             assert_eq!(key_at(text, text.find(mark).unwrap()), key, "{text}");
         }

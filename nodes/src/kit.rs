@@ -14,8 +14,10 @@ use messages::topic::{Passage as PassageTopic, Scenario, Snapshot};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::log;
 use crate::newest::Newest;
 use crate::roomy::Roomy;
+use crate::screen::receive;
 use crate::session::{EffortClock, Session};
 use crate::snapshot_rules;
 
@@ -94,7 +96,7 @@ pub fn main(propagator: impl Propagator) -> ExitCode {
     match served {
         Ok(()) | Err(Failure::Stopped) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            log::end(&failure);
             ExitCode::FAILURE
         }
     }
@@ -113,7 +115,7 @@ pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), F
     let mut way_out = WayOut { passages, snapshots: None };
     let mut newest = Newest::default();
     loop {
-        while let Some(message) = scenarios.receive()? {
+        while let Some(message) = receive(session, &scenarios)? {
             let scenario = message.header().scenario;
             if !newest.is_news(scenario) {
                 continue;

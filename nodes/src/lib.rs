@@ -3,6 +3,9 @@
 //! A process is a [`session::Session`] (its access to the run) and a loop that sleeps until a message arrives. The science
 //! is in `density`, the contract in `messages`; here is only what joins them.
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
 pub mod accuracy;
 pub mod assignment;
 pub mod builtin;
@@ -13,9 +16,12 @@ pub mod estimator;
 pub mod exact;
 pub mod failure;
 pub mod gmm_ut;
+#[cfg(test)]
+mod hostile;
 pub mod input;
 mod key_path;
 pub mod kit;
+pub mod log;
 pub mod mc;
 pub mod method;
 mod newest;
@@ -25,6 +31,8 @@ mod roomy;
 pub mod roster;
 pub mod scenario;
 pub mod scenario_file;
+pub mod screen;
+pub mod sender;
 pub mod session;
 pub mod snapshot_rules;
 pub mod sweep;

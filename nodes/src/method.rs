@@ -64,6 +64,7 @@ impl Case {
             (kind::DENSITY, &[values]) => ready_density(values, grid)?,
             (other, _) => return Err(format!("kind {other} has no density method")),
         };
+        check_finite(&estimate.estimate)?;
         self.done += 1;
         Ok(estimate)
     }
@@ -151,4 +152,14 @@ fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<
     let row = |i: usize| Component::from_array([w[i], mean_phi[i], mean_e[i], var_phi[i], cov[i], var_e[i]]);
     let components: Vec<Component> = (0..w.len()).map(row).collect();
     mixture::estimate(&components, grid, critical_e).map_err(|e| e.to_string())
+}
+
+/// Numbers that are fine one by one may still lead nowhere, such as `phi` = 1e308.
+fn check_finite(estimate: &Estimate) -> Result<(), String> {
+    let moments = estimate.moments.to_array();
+    let numbers = estimate.joint.iter().chain(&estimate.marginal_phi).chain(&estimate.marginal_e).chain(&moments);
+    match numbers.into_iter().all(|number| number.is_finite()) {
+        true => Ok(()),
+        false => Err("its density or moments are not finite".into()),
+    }
 }

@@ -5,6 +5,8 @@ use messages::text::unpack;
 use messages::topic::Roster as RosterTopic;
 
 use crate::failure::Failure;
+use crate::screen::receive;
+use crate::session::Session;
 
 /// The cases of a run, and how they stand in one scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -22,8 +24,8 @@ impl Roster {
     ///
     /// # Errors
     /// [`Failure::Port`] if the topic cannot be read.
-    pub fn update(&mut self, inlet: &Inlet<RosterTopic>) -> Result<(), Failure> {
-        while let Some(message) = inlet.receive()? {
+    pub fn update(&mut self, session: &Session, inlet: &Inlet<RosterTopic>) -> Result<(), Failure> {
+        while let Some(message) = receive(session, inlet)? {
             self.scenario = message.header().scenario;
             self.reference = unpack(&message.header().reference);
             self.cases = message.items().iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect();

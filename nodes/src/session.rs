@@ -12,12 +12,16 @@ use rustix::process::{Pid, Signal, set_parent_process_death_signal, test_kill_pr
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::failure::Failure;
+use crate::log;
+use crate::screen::Told;
 
 /// A node sleeps at most this long before it looks around, in case a wake-up was missed.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
 /// Environment variable that holds a propagator's label.
 pub const LABEL_VARIABLE: &str = "PHASECLOUD_LABEL";
+/// Environment variable that holds the name of a node that a launcher started; a propagator's is its label.
+pub const NODE_VARIABLE: &str = "PHASECLOUD_NODE";
 /// Environment variable that holds the number that names the run.
 pub const RUN_VARIABLE: &str = "PHASECLOUD_RUN_ID";
 /// Environment variable that holds the launcher's process id: a node that it started ends with it.
@@ -45,6 +49,7 @@ pub struct Session {
     pub domain: Domain,
     signals: Signals,
     status: Outlet<Status>,
+    pub(crate) told: Told,
 }
 
 impl Session {
@@ -66,6 +71,7 @@ impl Session {
     /// # Errors
     /// [`Failure::Port`] if the domain cannot be used.
     pub fn enter(place: &Place, name: &str, run_id: u64) -> Result<Self, Failure> {
+        log::start_from_environment(name, run_id);
         end_with_launcher()?;
         let refused = |e: std::io::Error| Failure::Refused(format!("cannot catch signals: {e}"));
         let signals = Signals::catch(&[]).map_err(refused)?;
@@ -73,7 +79,7 @@ impl Session {
         let domain = Domain::enter(place, name)?;
         let status = domain.outlet::<Status>(2)?;
         let attempt = std::env::var(ATTEMPT_VARIABLE).ok().and_then(|text| text.parse().ok()).unwrap_or(0);
-        Ok(Self { name: name.into(), run_id, attempt, domain, signals, status })
+        Ok(Self { name: name.into(), run_id, attempt, domain, signals, status, told: Told::default() })
     }
 
     /// Tells the launcher that the node waits for work.
@@ -125,6 +131,7 @@ impl Session {
             subject: pack(subject),
             text: pack(text),
         };
+        log::report(phase, scenario, subject, text, units);
         Ok(self.status.send_items(header, &units)?)
     }
 

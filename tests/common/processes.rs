@@ -26,7 +26,7 @@ pub fn of_runs_below(folder: &std::path::Path) -> Vec<Process> {
         let environment = std::fs::read(entry.path().join("environ")).ok()?;
         let variables = || environment.split(|&byte| byte == 0).map(String::from_utf8_lossy);
         variables().find(|variable| variable.starts_with(&root))?;
-        let label = variables().find_map(|variable| Some(variable.strip_prefix("PHASECLOUD_LABEL=")?.to_owned()))?;
+        let label = variables().find_map(|variable| Some(variable.strip_prefix("PHASECLOUD_NODE=")?.to_owned()))?;
         Some(Process { pid, label })
     };
     processes.filter_map(process).collect()

@@ -30,8 +30,11 @@ impl Densities {
     pub(super) fn write(&mut self, scenario: &str, method: &str, density: &RecordedDensity) -> Result<(), Failure> {
         let header = &density.header;
         let (phi_bins, e_bins) = (header.phi_bins as usize, header.e_bins as usize);
-        let (joint, marginals) = density.values.split_at(phi_bins * e_bins);
-        let (marginal_phi, marginal_e) = marginals.split_at(phi_bins);
+        let parts = density.values.split_at_checked(phi_bins.saturating_mul(e_bins));
+        let parts = parts.and_then(|(joint, rest)| Some((joint, rest.split_at_checked(phi_bins)?)));
+        let Some((joint, (marginal_phi, marginal_e))) = parts else {
+            return Err(Failure::Refused(format!("{method}: a density shorter than its grid")));
+        };
         let [phi_low, phi_high, e_low, e_high] = header.grid;
         let phi = Axis { low: phi_low, high: phi_high, bins: phi_bins };
         let e = Axis { low: e_low, high: e_high, bins: e_bins };

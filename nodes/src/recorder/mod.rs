@@ -13,8 +13,8 @@ mod tape;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use density::grid::Grid;
 use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, comparison};
-use messages::port::Message;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
 use messages::wait::Awaited;
@@ -23,7 +23,9 @@ use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::newest::Newest;
 use crate::roster::Roster;
+use crate::screen::{receive, refuse};
 use crate::session::Session;
+pub(crate) use tables::write;
 use tape::Tape;
 
 /// A density as it was published.
@@ -49,7 +51,7 @@ struct RecordedPassage {
 
 /// What has arrived of a scenario.
 #[derive(Debug)]
-struct Recording {
+pub(crate) struct Recording {
     assignment: Assignment,
     densities: BTreeMap<(String, u32), RecordedDensity>,
     /// By label, kind and snapshot: a restarted comparator says everything once more.
@@ -58,31 +60,31 @@ struct Recording {
 }
 
 impl Recording {
-    fn new(assignment: Assignment) -> Self {
+    pub(crate) fn new(assignment: Assignment) -> Self {
         Self { assignment, densities: BTreeMap::new(), comparisons: BTreeMap::new(), passages: BTreeMap::new() }
     }
 
-    fn take_density(&mut self, message: &Message<Density>) {
-        let header = *message.header();
-        if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
-            let density = RecordedDensity { header, values: message.items().to_vec() };
+    /// Takes in a density that passed the screen, if it is of this scenario and its grid.
+    pub(crate) fn take_density(&mut self, header: DensityHeader, values: &[f64]) {
+        let Assignment { scenario, grids, .. } = &self.assignment;
+        let fits = |grid: &Grid| (grid.phi.bins, grid.e.bins) == (header.phi_bins as usize, header.e_bins as usize);
+        if header.scenario == *scenario && grids.get(header.index as usize).is_some_and(fits) {
+            let density = RecordedDensity { header, values: values.to_vec() };
             self.densities.insert((unpack(&header.label), header.index), density);
         }
     }
 
-    fn take_passage(&mut self, message: &Message<Passage>) {
-        let header = *message.header();
-        if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
-            let passage = RecordedPassage { header, values: message.items().to_vec() };
+    pub(crate) fn take_passage(&mut self, header: PassageHeader, values: &[f64]) {
+        if header.scenario == self.assignment.scenario {
+            let passage = RecordedPassage { header, values: values.to_vec() };
             self.passages.insert(unpack(&header.label), passage);
         }
     }
 
-    fn take_comparison(&mut self, message: &Message<Comparison>) {
-        let header = *message.header();
-        if (header.run_id, header.scenario) == (self.assignment.run_id, self.assignment.scenario) {
-            let comparison = RecordedComparison { header, values: message.items().to_vec() };
-            self.comparisons.insert((unpack(&header.label), header.kind, header.index), comparison);
+    pub(crate) fn take_comparison(&mut self, header: ComparisonHeader, values: &[f64]) {
+        if header.scenario == self.assignment.scenario {
+            let place = (unpack(&header.label), header.kind, header.index);
+            self.comparisons.insert(place, RecordedComparison { header, values: values.to_vec() });
         }
     }
 
@@ -101,7 +103,7 @@ impl Recording {
     }
 
     /// Whether the comparator has finished and every density that it compared has arrived here too.
-    fn is_complete(&self) -> bool {
+    pub(crate) fn is_complete(&self) -> bool {
         self.comparisons.values().any(|c| c.header.kind == comparison::END)
             && self.compared().all(|label| self.case(&label).is_some())
     }
@@ -132,8 +134,8 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>) -> Result<(), 
     let mut newest = Newest::default();
     let mut current: Option<Recording> = None;
     loop {
-        roster.update(&rosters)?;
-        while let Some(message) = scenarios.receive()? {
+        roster.update(session, &rosters)?;
+        while let Some(message) = receive(session, &scenarios)? {
             if newest.is_news(message.header().scenario) {
                 current = Some(Recording::new(Assignment::read(&message)?));
             }
@@ -143,25 +145,29 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>) -> Result<(), 
         }
         if let Some(recording) = &mut current {
             let before = recording.densities.len();
-            while let Some(message) = densities.receive()? {
-                recording.take_density(&message);
+            while let Some(message) = receive(session, &densities)? {
+                let label = unpack(&message.header().label);
+                if roster.cases.iter().all(|(case, _)| *case != label) {
+                    refuse::<Density>(session, &label, "it publishes results, but the launch file has no such label")?;
+                }
+                recording.take_density(*message.header(), message.items());
             }
             if recording.densities.len() > before {
                 let Assignment { scenario, problem, .. } = &recording.assignment;
                 session.working(*scenario, recording.densities.len(), roster.alive() * problem.times.len())?;
             }
-            while let Some(message) = comparisons.receive()? {
-                recording.take_comparison(&message);
+            while let Some(message) = receive(session, &comparisons)? {
+                recording.take_comparison(*message.header(), message.items());
             }
-            while let Some(message) = passages.receive()? {
-                recording.take_passage(&message);
+            while let Some(message) = receive(session, &passages)? {
+                recording.take_passage(*message.header(), message.items());
             }
             let Assignment { scenario, scenarios: count, .. } = recording.assignment;
             if roster.scenario == scenario
                 && recording.is_complete()
                 && tape.as_ref().is_none_or(|tape| tape.has_all(recording))
             {
-                tables::write(recording, &roster, &part(folder, scenario))?;
+                write(recording, &roster, &part(folder, scenario))?;
                 if scenario + 1 == count {
                     tape.take().map_or(Ok(()), Tape::finish)?;
                 }

@@ -40,7 +40,7 @@ impl Table {
 }
 
 /// Writes the files of a scenario into `folder`. It is there whole or not at all, and one that is there stays as it is.
-pub(super) fn write(recording: &Recording, roster: &Roster, folder: &Path) -> Result<(), Failure> {
+pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path) -> Result<(), Failure> {
     if folder.exists() {
         return Ok(());
     }

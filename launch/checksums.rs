@@ -1,0 +1,74 @@
+//! The checksums of a results folder: written last into the manifest, and checked by `phasecloud verify`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// The manifest's name.
+pub const MANIFEST: &str = "manifest.json";
+
+/// What a file of the folder must be.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileRecord {
+    /// Its length.
+    pub bytes: u64,
+    /// Its SHA-256, in hexadecimal digits.
+    pub sha256: String,
+}
+
+/// Every file below `folder` except the manifest, by its path from there.
+///
+/// # Errors
+/// Which file cannot be read.
+pub fn of(folder: &Path) -> Result<BTreeMap<String, FileRecord>, String> {
+    let mut files = BTreeMap::new();
+    collect(folder, "", &mut files)?;
+    files.remove(MANIFEST);
+    Ok(files)
+}
+
+fn collect(folder: &Path, prefix: &str, files: &mut BTreeMap<String, FileRecord>) -> Result<(), String> {
+    let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
+    for entry in std::fs::read_dir(folder).map_err(|e| failed(folder, e))? {
+        let path = entry.map_err(|e| failed(folder, e))?.path();
+        let name = format!("{prefix}{}", path.file_name().unwrap_or_default().to_string_lossy());
+        if path.is_dir() {
+            collect(&path, &format!("{name}/"), files)?;
+        } else {
+            files.insert(name, record(&path).map_err(|e| failed(&path, e))?);
+        }
+    }
+    Ok(())
+}
+
+fn record(path: &Path) -> std::io::Result<FileRecord> {
+    let content = std::fs::read(path)?;
+    let bytes = content.len() as u64;
+    let sha256 = Sha256::digest(&content).iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(FileRecord { bytes, sha256 })
+}
+
+/// Compares a results folder with its manifest: how many files there are, and what differs.
+///
+/// # Errors
+/// If there is no manifest, or a file cannot be read.
+pub fn verify(folder: &Path) -> Result<(usize, Vec<String>), String> {
+    #[derive(Deserialize)]
+    struct Manifest {
+        files: BTreeMap<String, FileRecord>,
+    }
+    let path = folder.join(MANIFEST);
+    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let manifest: Manifest = serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
+    let found = of(folder)?;
+    let names = manifest.files.keys().chain(found.keys().filter(|name| !manifest.files.contains_key(*name)));
+    let differ = names.filter_map(|name| match (manifest.files.get(name), found.get(name)) {
+        (Some(recorded), Some(file)) if recorded == file => None,
+        (Some(_), Some(_)) => Some(format!("{name} has been changed")),
+        (Some(_), None) => Some(format!("{name} is missing")),
+        (None, _) => Some(format!("{name} does not belong to the results")),
+    });
+    Ok((found.len(), differ.collect()))
+}

@@ -1,0 +1,178 @@
+//! One log of a whole run: every process writes lines of the same form, each with its node and its run.
+//!
+//! `docs/reliability.md` says what each level means. A process logs to stderr; a launcher collects what its processes say.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io::Write;
+use std::str::FromStr;
+use std::time::SystemTime;
+
+use messages::layout::phase;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use tracing::field::{Field, Visit};
+use tracing::level_filters::LevelFilter;
+use tracing::{Event, Subscriber};
+use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
+
+use crate::failure::Failure;
+
+/// Environment variable that holds the level: `error`, `warn`, `info`, `debug` or `trace`.
+pub const LEVEL_VARIABLE: &str = "PHASECLOUD_LOG";
+/// Environment variable that holds the format: `compact` or `json`.
+pub const FORMAT_VARIABLE: &str = "PHASECLOUD_LOG_FORMAT";
+
+/// A line of the log.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    /// When, in UTC.
+    pub time: String,
+    /// `ERROR`, `WARN`, `INFO`, `DEBUG` or `TRACE`.
+    pub level: String,
+    /// The run.
+    pub run: String,
+    /// Who says it: a propagator's label or the name of another process.
+    pub node: String,
+    /// What.
+    pub message: String,
+    /// More, by name.
+    #[serde(flatten)]
+    pub fields: BTreeMap<String, Value>,
+}
+
+impl Line {
+    /// A line without message, said now.
+    pub fn now(level: tracing::Level, run: &str, node: &str) -> Self {
+        Self {
+            time: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
+            level: level.to_string(),
+            run: run.into(),
+            node: node.into(),
+            message: String::new(),
+            fields: BTreeMap::new(),
+        }
+    }
+
+    /// The line as text, without a line break.
+    pub fn to_text(&self, format: Format) -> String {
+        match format {
+            Format::Json => serde_json::to_string(self).unwrap_or_default(),
+            Format::Compact => self.to_string(),
+        }
+    }
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { time, level, run, node, message, fields } = self;
+        write!(f, "{time} {level:5} {run} {node}: {}", message.escape_debug())?;
+        fields.iter().try_for_each(|(name, value)| write!(f, " {name}={value}"))
+    }
+}
+
+impl Visit for Line {
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        match field.name() {
+            "message" => self.message = format!("{value:?}"),
+            name => drop(self.fields.insert(name.into(), format!("{value:?}").into())),
+        }
+    }
+
+    fn record_str(&mut self, field: &Field, value: &str) {
+        self.fields.insert(field.name().into(), value.into());
+    }
+
+    fn record_u64(&mut self, field: &Field, value: u64) {
+        self.fields.insert(field.name().into(), value.into());
+    }
+}
+
+/// How a line is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Format {
+    /// For people.
+    #[default]
+    Compact,
+    /// A JSON object a line.
+    Json,
+}
+
+impl FromStr for Format {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "compact" => Ok(Self::Compact),
+            "json" => Ok(Self::Json),
+            other => Err(format!("\"{other}\" is not a format; there are compact and json")),
+        }
+    }
+}
+
+/// Makes events lines.
+struct Stream<F> {
+    run: String,
+    node: String,
+    emit: F,
+}
+
+impl<S: Subscriber, F: Fn(Line) + 'static> Layer<S> for Stream<F> {
+    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
+        let mut line = Line::now(*event.metadata().level(), &self.run, &self.node);
+        event.record(&mut line);
+        (self.emit)(line);
+    }
+}
+
+/// Logs this process's events up to `level` with `emit`, from now on; does nothing if it logs already.
+pub fn start(node: &str, run_id: u64, level: LevelFilter, emit: impl Fn(Line) + Send + Sync + 'static) {
+    let stream = Stream { run: format!("{run_id:012x}"), node: node.into(), emit };
+    let _ = tracing::subscriber::set_global_default(tracing_subscriber::registry().with(level).with(stream));
+}
+
+/// Logs to stderr as the environment says: by default warnings and errors, for people.
+pub fn start_from_environment(node: &str, run_id: u64) {
+    let format = variable(FORMAT_VARIABLE).unwrap_or_default();
+    // A lost reader is no reason to fail.
+    let emit = move |line: Line| drop(writeln!(std::io::stderr(), "{}", line.to_text(format)));
+    start(node, run_id, variable(LEVEL_VARIABLE).unwrap_or(LevelFilter::WARN), emit);
+}
+
+fn variable<T: FromStr>(name: &str) -> Option<T> {
+    std::env::var(name).ok()?.parse().ok()
+}
+
+/// Logs why the process ends, also where no log has been started.
+pub fn end(failure: &Failure) {
+    if tracing::dispatcher::has_been_set() {
+        tracing::error!("{failure}");
+    } else {
+        let _ = writeln!(std::io::stderr(), "error: {failure}");
+    }
+}
+
+/// Logs a report to the launcher.
+pub(crate) fn report(phase: u32, scenario: u32, subject: &str, text: &str, [done, of]: [f64; 2]) {
+    match phase {
+        phase::READY => tracing::info!("ready"),
+        phase::WORKING => tracing::debug!(scenario, "{done} of {of} done"),
+        phase::DONE => tracing::info!(scenario, "done"),
+        _ => tracing::warn!(scenario, subject, "failed: {text}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_survives_json_and_cannot_command_a_terminal() {
+        let mut line = Line::now(tracing::Level::INFO, "7", "mc");
+        line.message = "bad \u{1b}[2J".into();
+        line.fields.insert("scenario".into(), 3.into());
+        let json = line.to_text(Format::Json);
+        assert_eq!(serde_json::from_str::<Line>(&json).unwrap(), line);
+        assert!(line.to_string().ends_with("INFO  7 mc: bad \\u{1b}[2J scenario=3"), "{line}");
+    }
+}

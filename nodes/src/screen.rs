@@ -1,0 +1,228 @@
+//! What may pass from a topic into a node. Anybody in the domain can send anything; a message that cannot be right is
+//! refused, and its sender is named.
+//!
+//! Three questions: is it of this run, may its sender say this, and is it what its header says? Propagators speak on
+//! `snapshot`, `passage` and `status` alone, and under their own labels.
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
+use messages::layout::{
+    DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, MOST_SNAPSHOTS, PASSAGE_COLUMNS, PASSAGE_TIMES,
+    comparison,
+};
+use messages::port::{Inlet, Message};
+use messages::text::unpack;
+use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
+
+use crate::assignment::Assignment;
+use crate::comparator::QUANTITIES;
+use crate::failure::Failure;
+use crate::sender::label_of;
+use crate::session::Session;
+
+/// Most bins of a comparison grid an axis.
+pub const MOST_BINS: usize = 2000;
+/// Most cases of a run.
+pub const MOST_CASES: usize = 64;
+
+/// A sum of many probabilities may miss 1 by rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// A topic whose messages can be judged.
+pub trait Screened: Topic {
+    /// The label under which a propagator speaks; `None` on topics on which only phasecloud's own processes do.
+    fn propagator(header: &Self::Header) -> Option<String>;
+
+    /// Whether header and items fit together.
+    ///
+    /// # Errors
+    /// What does not fit.
+    fn check(header: &Self::Header, items: &[Self::Item]) -> Result<(), String>;
+}
+
+/// Why a message is refused, and to whom that is to be put down.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refusal {
+    /// The sender's label, or its process where it has none.
+    pub sender: String,
+    /// What is wrong.
+    pub why: String,
+}
+
+/// Refusals already told, so that a babbler is told of once.
+#[derive(Debug, Default)]
+pub struct Told(RefCell<BTreeSet<(String, &'static str)>>);
+
+/// The next message that may pass; of the others the launcher is told.
+///
+/// # Errors
+/// [`Failure::Port`] if the topic cannot be read.
+pub fn receive<T: Screened>(session: &Session, inlet: &Inlet<T>) -> Result<Option<Message<T>>, Failure> {
+    while let Some(message) = inlet.receive()? {
+        let Err(Refusal { sender, why }) = screen(session.run_id, &message) else { return Ok(Some(message)) };
+        refuse::<T>(session, &sender, &why)?;
+    }
+    Ok(None)
+}
+
+/// Tells the launcher, once, that what `sender` says on a topic is not used.
+///
+/// # Errors
+/// [`Failure::Port`] if the launcher cannot be told.
+pub fn refuse<T: Topic>(session: &Session, sender: &str, why: &str) -> Result<(), Failure> {
+    let is_new = session.told.0.borrow_mut().insert((sender.to_owned(), T::NAME));
+    if is_new { session.failed(0, sender, why) } else { Ok(()) }
+}
+
+/// Judges a message.
+///
+/// # Errors
+/// [`Refusal`] if it must not be used.
+pub fn screen<T: Screened>(run_id: u64, message: &Message<T>) -> Result<(), Refusal> {
+    let process = message.sender();
+    let label = process.and_then(label_of);
+    judge::<T>(run_id, message.header(), message.items(), label.as_deref()).map_err(|why| Refusal {
+        sender: label.unwrap_or_else(|| process.map_or("a process that is gone".into(), |id| format!("process {id}"))),
+        why: format!("a message on {}: {why}", T::NAME),
+    })
+}
+
+/// Judges a message of the propagator `sender`, or of somebody who is not known to be one.
+fn judge<T: Screened>(run_id: u64, header: &T::Header, items: &[T::Item], sender: Option<&str>) -> Result<(), String> {
+    match (sender, T::propagator(header)) {
+        (Some(_), None) => return Err("only phasecloud's own processes speak there".into()),
+        (Some(sender), Some(label)) if label != sender => {
+            return Err(format!("it bears the label \"{}\"", label.escape_default()));
+        }
+        _ => {}
+    }
+    if T::run_id(header) != run_id {
+        return Err(format!("it belongs to run {:012x}, not to {run_id:012x}", T::run_id(header)));
+    }
+    T::check(header, items)
+}
+
+impl Screened for Scenario {
+    fn propagator(_: &Self::Header) -> Option<String> {
+        None
+    }
+
+    fn check(header: &Self::Header, items: &[f64]) -> Result<(), String> {
+        Assignment::from_parts(header, items).map(drop)
+    }
+}
+
+impl Screened for Snapshot {
+    fn propagator(header: &Self::Header) -> Option<String> {
+        Some(unpack(&header.label))
+    }
+
+    /// The estimator itself checks snapshots, against the scenario.
+    fn check(_: &Self::Header, _: &[f64]) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+impl Screened for Density {
+    fn propagator(_: &Self::Header) -> Option<String> {
+        None
+    }
+
+    fn check(header: &Self::Header, items: &[f64]) -> Result<(), String> {
+        let DensityHeader { index, count, phi_bins, e_bins, .. } = *header;
+        let (phi, e) = (phi_bins as usize, e_bins as usize);
+        if !(1..=MOST_BINS).contains(&phi) || !(1..=MOST_BINS).contains(&e) || items.len() != phi * e + phi + e {
+            return Err(format!("{} numbers for a grid of {phi} x {e} bins", items.len()));
+        }
+        if index >= count || count as usize > MOST_SNAPSHOTS {
+            return Err(format!("snapshot {index} of {count}"));
+        }
+        Ok(())
+    }
+}
+
+impl Screened for Passage {
+    fn propagator(header: &Self::Header) -> Option<String> {
+        Some(unpack(&header.label))
+    }
+
+    fn check(header: &Self::Header, items: &[f64]) -> Result<(), String> {
+        let rows = header.rows as usize;
+        if rows > PASSAGE_TIMES || items.len() != rows * PASSAGE_COLUMNS {
+            return Err(format!("{} numbers for {rows} rows of at most {PASSAGE_TIMES}", items.len()));
+        }
+        let possible = -ROUNDING..=1.0 + ROUNDING;
+        let is_bad = |row: &&[f64]| !matches!(row, [time, p, ..] if time.is_finite() && possible.contains(p));
+        match items.chunks_exact(PASSAGE_COLUMNS).find(is_bad) {
+            Some(row) => Err(format!("{row:?} is not a time and a probability between 0 and 1")),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Screened for Comparison {
+    fn propagator(_: &Self::Header) -> Option<String> {
+        None
+    }
+
+    fn check(header: &Self::Header, items: &[f64]) -> Result<(), String> {
+        let length = match header.kind {
+            comparison::MOMENTS => QUANTITIES.len() * ERROR_COLUMNS,
+            comparison::DISTANCES => 3 * DISTANCE_COLUMNS + 2,
+            comparison::EFFORT => EFFORT_COLUMNS,
+            comparison::END => 0,
+            kind => return Err(format!("its kind {kind} is unknown to this version")),
+        };
+        if items.len() != length || header.length as usize != length || header.index as usize >= MOST_SNAPSHOTS {
+            return Err(format!("{} numbers instead of {length}, for snapshot {}", items.len(), header.index));
+        }
+        Ok(())
+    }
+}
+
+impl Screened for Roster {
+    fn propagator(_: &Self::Header) -> Option<String> {
+        None
+    }
+
+    fn check(header: &Self::Header, items: &[Self::Item]) -> Result<(), String> {
+        let labels: BTreeSet<_> = items.iter().map(|entry| entry.label).collect();
+        if labels.len() != items.len() || items.len() > MOST_CASES || !labels.contains(&header.reference) {
+            return Err("labels that repeat, more than a run can have, or no reference among them".into());
+        }
+        Ok(())
+    }
+}
+
+impl Screened for Status {
+    fn propagator(header: &Self::Header) -> Option<String> {
+        Some(unpack(&header.node))
+    }
+
+    fn check(_: &Self::Header, _: &[f64]) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use messages::layout::{SnapshotHeader, StatusHeader};
+    use messages::text::pack;
+
+    use super::*;
+
+    #[test]
+    fn a_propagator_speaks_on_its_own_topics_under_its_own_label() {
+        let snapshot = SnapshotHeader { run_id: 7, label: pack("mc"), ..SnapshotHeader::default() };
+        assert_eq!(judge::<Snapshot>(7, &snapshot, &[], Some("mc")), Ok(()));
+        assert_eq!(judge::<Snapshot>(7, &snapshot, &[], None), Ok(()), "by hand");
+        assert!(judge::<Snapshot>(8, &snapshot, &[], Some("mc")).unwrap_err().contains("belongs to run"));
+        assert!(judge::<Snapshot>(7, &snapshot, &[], Some("mine")).unwrap_err().contains("the label \"mc\""));
+        let status = StatusHeader { run_id: 7, node: pack("recorder"), ..StatusHeader::default() };
+        assert!(judge::<Status>(7, &status, &[], Some("mine")).is_err());
+        let header = DensityHeader { run_id: 7, phi_bins: 1, e_bins: 1, count: 1, ..DensityHeader::default() };
+        assert_eq!(judge::<Density>(7, &header, &[1.0; 3], None), Ok(()));
+        assert!(judge::<Density>(7, &header, &[1.0; 3], Some("mc")).unwrap_err().contains("own processes"));
+    }
+}

@@ -1,0 +1,79 @@
+//! The results folder vouches for itself: checksums of every file, and the log of the run.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::{Bench, FOUR_CASES, text};
+
+#[test]
+fn every_file_has_its_checksum_and_a_change_is_found() {
+    let bench = Bench::new();
+    bench.run_well(&bench.launch_file("four", FOUR_CASES), "out");
+    let manifest: serde_json::Value = serde_json::from_slice(&bench.read("out/manifest.json")).unwrap();
+    let files = manifest["files"].as_object().unwrap();
+    for name in ["moments.csv", "densities.npz", "log.jsonl", "scenarios/scenario-1.toml"] {
+        assert_eq!(files[name]["bytes"], bench.read(&format!("out/{name}")).len(), "{name}");
+    }
+    let verify = || {
+        let output = bench.phasecloud().arg("verify").arg(bench.path("out")).output().unwrap();
+        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+    };
+    assert_eq!(verify().0, Some(0), "{}", verify().1);
+    // Known from the standard: the SHA-256 of nothing.
+    bench.write("out/extra", "");
+    let digest = std::process::Command::new("sha256sum").arg(bench.path("out/moments.csv")).output().unwrap();
+    assert!(text(&digest.stdout).starts_with(files["moments.csv"]["sha256"].as_str().unwrap()));
+    let mut moments = bench.read("out/moments.csv");
+    moments[40] ^= 1;
+    std::fs::write(bench.path("out/moments.csv"), moments).unwrap();
+    std::fs::remove_file(bench.path("out/effort.csv")).unwrap();
+    let (code, said) = verify();
+    assert_eq!(code, Some(1));
+    for words in ["moments.csv has been changed", "effort.csv is missing", "extra does not belong"] {
+        assert!(said.contains(words), "{said}");
+    }
+    std::fs::remove_file(bench.path("out/manifest.json")).unwrap();
+    assert_eq!(verify().0, Some(2));
+}
+
+#[test]
+fn the_log_has_lines_of_every_process_and_of_foreign_programs_under_their_labels() {
+    let bench = Bench::new();
+    let talker =
+        "[[propagator]]\nlabel = \"talker\"\ncommand = [\"sh\", \"-c\", \"echo hello; echo world >&2; exit 3\"]\n";
+    let output = bench.run(&bench.launch_file("four", &format!("{FOUR_CASES}{talker}")), "out");
+    assert_eq!(output.status.code(), Some(1));
+    let log = text(&bench.read("out/log.jsonl"));
+    let lines: Vec<serde_json::Value> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let manifest: serde_json::Value = serde_json::from_slice(&bench.read("out/manifest.json")).unwrap();
+    assert!(lines.iter().all(|line| line["run"] == manifest["run_id"]));
+    let says = |node: &str, message: &str| lines.iter().any(|line| line["node"] == node && line["message"] == message);
+    for node in ["mc", "dee-961", "gmm-ut", "scenario", "estimator", "comparator", "recorder"] {
+        assert!(says(node, "ready"), "{node}: {log}");
+    }
+    assert!(says("talker", "hello") && says("talker", "world"), "{log}");
+    assert!(log.contains("\"node\":\"launcher\"") && log.contains("talker has ended: exit status: 3"), "{log}");
+}
+
+#[test]
+fn the_terminal_shows_what_was_asked_for() {
+    let bench = Bench::new();
+    let launch = bench.launch_file("four", FOUR_CASES);
+    let run = |arguments: &[&str], out: &str| {
+        let mut command = bench.phasecloud();
+        command.arg("run").arg(&launch).arg("--out").arg(bench.path(out)).args(arguments);
+        let output = command.output().unwrap();
+        assert!(output.status.success());
+        text(&output.stderr)
+    };
+    let plain = run(&[], "plain");
+    assert_eq!(plain.lines().collect::<Vec<_>>(), ["7 processes are ready", "scenario-1 is recorded"], "{plain}");
+    assert_eq!(run(&["--quiet"], "quiet"), "");
+    let debug = run(&["--log", "debug"], "debug");
+    assert!(debug.contains("INFO ") && debug.contains("mc: ready") && debug.contains("DEBUG "), "{debug}");
+    let json = run(&["--log", "info", "--log-format", "json", "--quiet"], "json");
+    assert!(json.lines().count() > 10, "{json}");
+    for line in json.lines() {
+        assert!(serde_json::from_str::<serde_json::Value>(line).unwrap()["node"].is_string());
+    }
+}
