@@ -21,7 +21,7 @@ const SERVICES: [&str; 2] = ["estimator", "comparator"];
 /// Arguments of `phasecloud replay`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  phasecloud run --record run.tape\n  phasecloud replay run.tape\n  \
-    phasecloud replay run.tape --replace gmm-ut=\"target/release/examples/linear_gaussian\" --out results/mine\n\n\
+    phasecloud replay run.tape --replace gmm-ut=\"target/release/stt-gaussian\" --out results/mine\n\n\
     Without options all cases are played and estimator, comparator and recorder compute anew: every file of the results is \
     the same, byte for byte, but effort.csv, in which the estimator's CPU time is measured anew, and manifest.json.")]
 pub struct ReplayArguments {

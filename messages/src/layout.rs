@@ -39,7 +39,7 @@ header! {
         pub critical_e: f64,
         /// Position of the scenario in the run, from 0.
         pub scenario: u32,
-        /// Scenarios in the run.
+        /// Scenarios in the run; 0 if nobody knows, as in a service.
         pub scenarios: u32,
         /// Snapshots in the scenario.
         pub snapshots: u32,

@@ -53,7 +53,7 @@ impl Assignment {
         if ![header.phi_bins, header.e_bins].iter().all(|bins| (1..=MOST_BINS).contains(&(*bins as usize))) {
             return Err(format!("a grid of {} x {} bins", header.phi_bins, header.e_bins));
         }
-        if header.scenario >= header.scenarios {
+        if header.scenarios > 0 && header.scenario >= header.scenarios {
             return Err(format!("scenario {} of {}", header.scenario, header.scenarios));
         }
         let fields = [header.radiation, header.oblateness, header.mean_phi, header.critical_e];
