@@ -103,11 +103,11 @@ fn processes_end_by_themselves_when_the_launcher_is_killed_and_the_next_run_remo
 #[test]
 fn clean_removes_a_dead_domain_and_leaves_a_live_one() {
     let bench = Bench::new();
+    let (mut live, live_id) = start(&bench);
     let (mut dead, dead_id) = start(&bench);
     signal(&dead, Signal::KILL);
     wait(&mut dead);
     wait_until_gone(&dead_id);
-    let (mut live, live_id) = start(&bench);
     let cleaned = common::text(&bench.phasecloud().arg("clean").output().unwrap().stdout);
     assert!(cleaned.lines().any(|line| line.starts_with("removed") && line.ends_with(&dead_id)), "{cleaned}");
     assert_eq!(common::shared_memory_of(&dead_id), [""; 0]);
