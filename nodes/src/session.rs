@@ -8,7 +8,7 @@ use messages::port::Outlet;
 use messages::text::pack;
 use messages::topic::Status;
 use messages::wait::{Awaited, Signals};
-use rustix::process::{Pid, Signal, set_parent_process_death_signal, test_kill_process};
+use rustix::process::{Signal, set_parent_process_death_signal};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::failure::Failure;
@@ -47,6 +47,7 @@ pub struct Session {
     pub attempt: u32,
     /// The run's domain.
     pub domain: Domain,
+    launcher: Option<i32>,
     signals: Signals,
     status: Outlet<Status>,
     pub(crate) told: Told,
@@ -79,7 +80,16 @@ impl Session {
         let domain = Domain::enter(place, name)?;
         let status = domain.outlet::<Status>(2)?;
         let attempt = std::env::var(ATTEMPT_VARIABLE).ok().and_then(|text| text.parse().ok()).unwrap_or(0);
-        Ok(Self { name: name.into(), run_id, attempt, domain, signals, status, told: Told::default() })
+        Ok(Self {
+            name: name.into(),
+            run_id,
+            attempt,
+            domain,
+            launcher: launcher(),
+            signals,
+            status,
+            told: Told::default(),
+        })
     }
 
     /// Tells the launcher that the node waits for work.
@@ -141,6 +151,9 @@ impl Session {
     /// [`Failure::Stopped`] if the node has been asked to stop.
     pub fn wait(&self, ports: &[&dyn Awaited]) -> Result<(), Failure> {
         self.signals.wait(ports, LONGEST_SLEEP)?;
+        if self.launcher.is_some_and(|launcher| !is_alive(launcher)) {
+            return Err(Failure::Stopped);
+        }
         self.check_stop()
     }
 
@@ -151,19 +164,28 @@ impl Session {
     }
 }
 
+/// The launcher that started this process, if one did.
+fn launcher() -> Option<i32> {
+    std::env::var(LAUNCHER_VARIABLE).ok()?.parse().ok()
+}
+
 /// Asks the kernel to stop this process should its launcher die, if a launcher started it.
 ///
 /// # Errors
 /// [`Failure::Stopped`] if the launcher is dead already.
 pub fn end_with_launcher() -> Result<(), Failure> {
-    let Some(launcher) = std::env::var(LAUNCHER_VARIABLE).ok().and_then(|text| text.parse::<i32>().ok()) else {
-        return Ok(());
-    };
+    let Some(launcher) = launcher() else { return Ok(()) };
     set_parent_process_death_signal(Some(Signal::TERM))
         .map_err(|e| Failure::Refused(format!("cannot follow the launcher: {e}")))?;
     // It may have died before the kernel was asked; a parent between the launcher and this process is no reason to end.
-    let alive = Pid::from_raw(launcher).is_some_and(|launcher| test_kill_process(launcher).is_ok());
-    if alive { Ok(()) } else { Err(Failure::Stopped) }
+    if is_alive(launcher) { Ok(()) } else { Err(Failure::Stopped) }
+}
+
+/// Whether a process is there, and not only what its parent has not yet asked about.
+fn is_alive(process: i32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    // The state follows the name, which is in brackets and may hold anything.
+    stat.rsplit_once(") ").is_some_and(|(_, rest)| !rest.starts_with(['Z', 'X']))
 }
 
 /// Measures the CPU time that this process, all threads together, spends on something \[s\].
