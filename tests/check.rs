@@ -70,7 +70,7 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
         ("redrawn", &GRACE, &["Hamiltonian"], "has changed by"),
         ("redrawn", &["--grace", "30", "--redrawn"], &[], ""),
         ("moments", &GRACE, &["moments"], "check-1: mean phi at 0 yr is 2.20"),
-        ("deaf", &["--grace", "1"], &["SIGTERM, waiting", computing], "after SIGTERM; it was killed"),
+        ("deaf", &["--grace", "0.4"], &["SIGTERM, waiting", computing], "after SIGTERM; it was killed"),
         ("never-ready", &["--patience", "2"], &["handshake"], "not ready: no sign of life for 2 s"),
         ("second-scenario", &GRACE, &["second scenario"], "its process ended: exit status: 101"),
         ("accepts", &GRACE, &["refusal"], "it sent 3 snapshots and reported done"),

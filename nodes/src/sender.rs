@@ -1,11 +1,26 @@
 //! Who sent a message: the label that the launcher gave the process, whatever the message itself says.
 
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
 use crate::session::LABEL_VARIABLE;
 
+/// What was found when the senders lived: some messages are read when their sender is gone.
+static SEEN: Mutex<BTreeMap<u32, Option<String>>> = Mutex::new(BTreeMap::new());
+
 /// The label in the environment of a process, which its children inherit; `None` for processes that are no propagators, that
-/// are gone, or that nobody can look into.
+/// nobody can look into, or that were gone before anybody did.
 pub fn label_of(process: u32) -> Option<String> {
-    label_in(&std::fs::read(format!("/proc/{process}/environ")).ok()?)
+    let mut seen = SEEN.lock().unwrap_or_else(PoisonError::into_inner);
+    match std::fs::read(format!("/proc/{process}/environ")) {
+        // What has ended and is not yet reaped has no environment any more.
+        Ok(environment) if !environment.is_empty() => {
+            let label = label_in(&environment);
+            seen.insert(process, label.clone());
+            label
+        }
+        _ => seen.get(&process).cloned().flatten(),
+    }
 }
 
 fn label_in(environment: &[u8]) -> Option<String> {
