@@ -92,12 +92,12 @@ fn serve(
         None => vec!["--requests".into()],
     };
     let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape: None, scenarios };
-    if arguments.sweep.is_none() {
-        println!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
-    }
     {
         let now = Instant::now();
         let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.shown, &log, || now)?;
+        if arguments.sweep.is_none() {
+            println!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
+        }
         let completed = run.conduct(|scenario, failures| {
             let failures = of_scenario(failures, scenario);
             tally.failed += failures.len();

@@ -13,7 +13,10 @@ const CASES: &str = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 1_
 fn run_and_check(bench: &Bench, launch: &std::path::Path, out: &str) {
     bench.run_well(launch, out);
     for file in REPRODUCIBLE {
-        assert!(bench.read(&format!("{out}/{file}")) == bench.read(&format!("first/{file}")), "{out}: {file}");
+        let (ours, firsts) = (bench.read(&format!("{out}/{file}")), bench.read(&format!("first/{file}")));
+        let shown =
+            if file.ends_with("csv") { common::text(&ours) + "\n" + &common::text(&firsts) } else { String::new() };
+        assert!(ours == firsts, "{out}: {file}\n{shown}");
     }
     let manifest: serde_json::Value = serde_json::from_slice(&bench.read(&format!("{out}/manifest.json"))).unwrap();
     assert_eq!(common::shared_memory_of(manifest["run_id"].as_str().unwrap()), [""; 0]);

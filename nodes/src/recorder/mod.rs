@@ -163,7 +163,8 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>) -> Result<(), 
                 recording.take_passage(*message.header(), message.items());
             }
             let Assignment { scenario, scenarios: count, .. } = recording.assignment;
-            if roster.scenario == scenario
+            if roster.is_known()
+                && roster.scenario == scenario
                 && recording.is_complete()
                 && tape.as_ref().is_none_or(|tape| tape.has_all(recording))
             {
