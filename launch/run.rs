@@ -304,11 +304,7 @@ impl<'a> Run<'a> {
         }
         match header.phase {
             phase::READY => self.note_when_all_are_ready(),
-            phase::WORKING => {
-                if is_current && node == "estimator" {
-                    self.estimated = done;
-                }
-            }
+            phase::WORKING if is_current && node == "estimator" => self.estimated = done,
             phase::DONE if is_current && node == "comparator" => self.compared = true,
             phase::DONE if is_current && node == "recorder" => self.begin_next_scenario()?,
             phase::DONE if node == SCENARIO_NODE => self.in_all = Some(header.scenario),
