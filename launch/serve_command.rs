@@ -1,6 +1,7 @@
 //! `phasecloud serve`: keeps the processes up and takes scenario after scenario, of a sweep file or of whoever asks.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Instant, SystemTime};
@@ -61,8 +62,13 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
 
 fn summarise(path: &Path, served: usize, begun: Instant) {
     let seconds = begun.elapsed().as_secs_f64();
-    println!("{served} scenarios in {seconds:.1} s, {:.2} a second", served as f64 / seconds);
-    println!("Results: {}", path.display());
+    say(&format!("{served} scenarios in {seconds:.1} s, {:.2} a second", served as f64 / seconds));
+    say(&format!("Results: {}", path.display()));
+}
+
+/// Prints a line; that nobody reads it is no reason to end a service.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Launch, ResultsFolder), String> {
@@ -96,7 +102,7 @@ fn serve(
         let now = Instant::now();
         let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.shown, &log, || now)?;
         if arguments.sweep.is_none() {
-            println!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
+            say(&format!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)"));
         }
         let completed = run.conduct(|scenario, failures| {
             let failures = of_scenario(failures, scenario);
