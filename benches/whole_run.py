@@ -38,7 +38,6 @@ def one_run(folder):
         "propagators done": ends(lambda n: n not in services, "done"),
         "compared": ends(lambda n: n == "comparator", "done"),
         "recorded": ends(lambda n: n == "recorder", "done"),
-        "processes ended": ends(lambda n: n == "launcher", "ended"),
         "results folder there (report included)": wall,
         "CPU time of all processes": used.ru_utime + used.ru_stime - cpu.ru_utime - cpu.ru_stime,
     }
