@@ -101,7 +101,7 @@ topic!(
 topic!(
     /// From the estimator to comparator and recorder.
     Density, "phasecloud/density", DensityHeader, [f64], latched: false,
-    |capacity| capacity.snapshots * capacity.propagators, |_header| rows(&["joint density [1/rad], marginals"])
+    |capacity| 2 * capacity.snapshots * capacity.propagators, |_header| rows(&["joint density [1/rad], marginals"])
 );
 topic!(
     /// From the propagators to the recorder.

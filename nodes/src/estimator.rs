@@ -91,6 +91,8 @@ impl<'a> Estimator<'a> {
         while let Some(message) = receive(self.session, &self.scenarios)? {
             if self.newest.is_news(message.header().scenario) {
                 let assignment = Assignment::read(&message)?;
+                // As a propagator's: an outlet a scenario.
+                self.densities = None;
                 self.desk = Some(Desk { assignment, cases: BTreeMap::new(), refused: BTreeSet::new(), done: 0 });
             }
         }

@@ -16,7 +16,6 @@ use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::log;
 use crate::newest::Newest;
-use crate::roomy::Roomy;
 use crate::screen::receive;
 use crate::session::{EffortClock, Session};
 use crate::snapshot_rules;
@@ -129,7 +128,7 @@ pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), F
             }
         }
         match &way_out.snapshots {
-            Some(snapshots) => session.wait(&[&scenarios, &way_out.passages, &snapshots.outlet])?,
+            Some(snapshots) => session.wait(&[&scenarios, &way_out.passages, snapshots])?,
             None => session.wait(&[&scenarios, &way_out.passages])?,
         }
     }
@@ -138,7 +137,7 @@ pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), F
 /// A propagator's two ways out.
 struct WayOut {
     passages: Outlet<PassageTopic>,
-    snapshots: Option<Roomy<Snapshot>>,
+    snapshots: Option<Outlet<Snapshot>>,
 }
 
 fn serve_one(
@@ -151,7 +150,11 @@ fn serve_one(
     let form = propagator.begin(assignment)?;
     let column_count = columns(form.kind)
         .ok_or_else(|| Failure::Refused(format!("snapshots of kind {} are unknown to this version", form.kind)))?;
-    let outlet = Roomy::with_room(&mut way_out.snapshots, &session.domain, form.most_rows * column_count as usize)?;
+    // An outlet a scenario: no reader can then have more unread than its buffer holds, not even one that has yet to connect,
+    // for which iceoryx2 would drop what does not fit. The last one's memory is freed before.
+    drop(way_out.snapshots.take());
+    let most_numbers = form.most_rows * column_count as usize;
+    let outlet = way_out.snapshots.insert(session.domain.outlet::<Snapshot>(most_numbers)?);
     let count = assignment.problem.times.len();
     for (index, &time) in assignment.problem.times.iter().enumerate() {
         session.check_stop()?;
