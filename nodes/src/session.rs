@@ -150,7 +150,9 @@ impl Session {
     /// # Errors
     /// [`Failure::Stopped`] if the node has been asked to stop.
     pub fn wait(&self, ports: &[&dyn Awaited]) -> Result<(), Failure> {
-        self.signals.wait(ports, LONGEST_SLEEP)?;
+        // Who comes late must also hear what has been reported.
+        let ports: Vec<&dyn Awaited> = ports.iter().copied().chain([&self.status as &dyn Awaited]).collect();
+        self.signals.wait(&ports, LONGEST_SLEEP)?;
         if self.launcher.is_some_and(|launcher| !is_alive(launcher)) {
             return Err(Failure::Stopped);
         }
