@@ -77,17 +77,7 @@ impl Assignment {
             name: unpack(&header.name),
             scenario: header.scenario,
             scenarios: header.scenarios,
-            problem: Problem {
-                force: Force { radiation: header.radiation, oblateness: header.oblateness },
-                initial: InitialGaussian {
-                    mean_phi: header.mean_phi,
-                    mean_e: header.mean_e,
-                    sigma_phi: header.sigma_phi,
-                    sigma_e: header.sigma_e,
-                },
-                times: rows().map(|row| row[0]).collect(),
-                critical_e: header.critical_e,
-            },
+            problem: problem(header, rows().map(|row| row[0]).collect()),
             grids: rows().map(grid).collect(),
         })
     }
@@ -121,6 +111,21 @@ impl Assignment {
     }
 }
 
+/// The problem that a header states, with snapshots at `times`.
+fn problem(header: &ScenarioHeader, times: Vec<f64>) -> Problem {
+    Problem {
+        force: Force { radiation: header.radiation, oblateness: header.oblateness },
+        initial: InitialGaussian {
+            mean_phi: header.mean_phi,
+            mean_e: header.mean_e,
+            sigma_phi: header.sigma_phi,
+            sigma_e: header.sigma_e,
+        },
+        times,
+        critical_e: header.critical_e,
+    }
+}
+
 /// The problem that a request is about, checked as if it stood in a file.
 ///
 /// # Errors
@@ -130,17 +135,7 @@ pub fn read_request(header: &ScenarioHeader, times: &[f64]) -> Result<ScenarioFi
     if !is_plain_name(&name) {
         return Err(Failure::Refused(format!("a request's name must be plain: {PLAIN_NAME}")));
     }
-    let problem = Problem {
-        force: Force { radiation: header.radiation, oblateness: header.oblateness },
-        initial: InitialGaussian {
-            mean_phi: header.mean_phi,
-            mean_e: header.mean_e,
-            sigma_phi: header.sigma_phi,
-            sigma_e: header.sigma_e,
-        },
-        times: times.to_vec(),
-        critical_e: header.critical_e,
-    };
+    let problem = problem(header, times.to_vec());
     let as_file = InputFile::from_text(Path::new(&format!("request {name}")), &scenario_file::to_text(&name, &problem));
     scenario_file::check(&as_file).map_err(|e| Failure::Refused(e.to_string()))
 }

@@ -1,0 +1,58 @@
+//! The end of patience: who owes work and says nothing is named and ended.
+
+use std::time::{Duration, Instant};
+
+use super::{Abort, Run};
+use crate::commands::SCENARIO_NODE;
+use crate::member::{Member, STARTUP};
+
+impl Run<'_> {
+    /// Kills the processes that owe work and have not been heard of for too long; a case that was silent has failed.
+    pub(super) fn give_up_on_the_silent(&mut self) -> Result<(), Abort> {
+        let now = Instant::now();
+        let late: Vec<String> =
+            self.members.iter().filter(|(_, m)| m.is_late(now)).map(|(name, _)| name.clone()).collect();
+        for name in late {
+            self.fail(&name, format!("not ready within {} s", STARTUP.as_secs()))?;
+            self.supervisor.kill(&name);
+        }
+        if self.in_all.is_none() && self.current().is_none() {
+            return Ok(()); // a service that nobody has asked for anything
+        }
+        let patience = Duration::from_secs_f64(self.commands.launch.patience.min(1e9));
+        let is_silent = |member: &Member| member.due.is_none() && now > member.heard + patience;
+        let silent: Vec<String> = self
+            .commands
+            .launch
+            .cases
+            .iter()
+            .map(|case| case.label.clone())
+            .filter(|label| !self.has_failed(label))
+            .filter(|label| self.members.get(label).is_some_and(|member| member.owes && is_silent(member)))
+            .collect();
+        for label in silent {
+            self.fail(&label, format!("no sign of life for {} s", self.commands.launch.patience))?;
+            self.supervisor.kill(&label);
+        }
+        let hindrance = self.hindrance();
+        if self.members.values().all(is_silent) {
+            self.view.error(&format!("{hindrance}: no sign of life for {} s", self.commands.launch.patience));
+            for member in self.members.values_mut() {
+                member.heard = now;
+            }
+            self.supervisor.kill(hindrance);
+        }
+        Ok(())
+    }
+
+    /// The process for which all others wait, if all cases have done their work.
+    fn hindrance(&self) -> &'static str {
+        let Some(known) = self.current() else { return SCENARIO_NODE };
+        let cases = self.commands.launch.cases.iter().filter(|case| !self.has_failed(&case.label)).count();
+        match () {
+            () if self.compared => "recorder",
+            () if self.estimated >= cases as u64 * u64::from(known.snapshots) => "comparator",
+            () => "estimator",
+        }
+    }
+}
