@@ -1,9 +1,12 @@
 //! The command line.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
+use nodes::input::{PLAIN_NAME, is_plain_name};
 use nodes::log::{FORMAT_VARIABLE, Format, LEVEL_VARIABLE};
+use nodes::shard::{MOST_SHARDS, SHARD_VARIABLE, SHARDS_VARIABLE};
 use tracing::level_filters::LevelFilter;
 
 use crate::attach::Target;
@@ -220,15 +223,40 @@ pub struct NewArguments {
 pub struct DomainArguments {
     /// Its name: letters and digits
     pub name: String,
-    /// Labels of the cases that will take part
+    /// Labels of the cases that will take part; LABEL/N if N processes share a case's work
     #[arg(required = true, value_name = "LABEL")]
-    pub labels: Vec<String>,
+    pub labels: Vec<HandCase>,
     /// Label of the case that all are compared with [default: the first]
     #[arg(long, value_name = "LABEL")]
     pub reference: Option<String>,
     /// Scenario files that the scenario node will publish
     #[arg(long = "scenario", value_name = "FILE", required = true)]
     pub scenarios: Vec<PathBuf>,
+}
+
+/// A case of a run by hand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HandCase {
+    /// Its label.
+    pub label: String,
+    /// How many processes share its work.
+    pub shards: u32,
+}
+
+impl FromStr for HandCase {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (label, shards) = match text.split_once('/') {
+            Some((label, shards)) => (label, shards.parse().ok().filter(|n| (1..=MOST_SHARDS).contains(n))),
+            None => (text, Some(1)),
+        };
+        match shards {
+            Some(shards) if is_plain_name(label) => Ok(Self { label: label.into(), shards }),
+            Some(_) => Err(format!("the label \"{label}\" is not allowed, {PLAIN_NAME}")),
+            None => Err(format!("{text} is not allowed, a case has 1 to {MOST_SHARDS} shards")),
+        }
+    }
 }
 
 /// Arguments of `phasecloud report`.
@@ -259,6 +287,12 @@ pub struct NodeArguments {
     /// Label of a propagator [default: its kind]
     #[arg(long, env = "PHASECLOUD_LABEL")]
     pub label: Option<String>,
+    /// Which shard of its case a propagator is, from 0; goes with --shards
+    #[arg(long, value_name = "K", env = SHARD_VARIABLE, requires = "shards")]
+    pub shard: Option<u32>,
+    /// How many shards the case has
+    #[arg(long, value_name = "N", env = SHARDS_VARIABLE, requires = "shard")]
+    pub shards: Option<u32>,
     /// Number that names the run
     #[arg(long, env = "PHASECLOUD_RUN_ID", default_value_t = 0)]
     pub run_id: u64,

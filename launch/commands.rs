@@ -5,6 +5,7 @@ use std::process::Command;
 
 use messages::domain::{PREFIX_VARIABLE, Place, ROOT_VARIABLE};
 use nodes::session::{ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, RUN_VARIABLE};
+use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 
 use crate::launch_file::{Launch, Runs};
 
@@ -28,25 +29,30 @@ pub struct Commands<'a> {
 }
 
 impl Commands<'_> {
-    /// The command of process `name`, which has been restarted `attempt` times, while scenario `scenario` is under way.
+    /// The command of process `name`, a service or a member of a case, which has been restarted `attempt` times, while scenario `scenario` is under way.
     ///
     /// # Errors
     /// What is wrong with it.
     pub fn of(&self, name: &str, attempt: u32, scenario: u32) -> Result<Command, String> {
-        let case = self.launch.cases.iter().find(|case| case.label == name).map(|case| &case.runs);
-        let is_case = case.is_some();
-        let mut command = match case.or_else(|| self.launch.substitutes.get(name)) {
-            Some(runs) => of_what_runs(name, runs)?,
-            None => self.of_service(name, scenario)?,
+        let mut members = self.launch.cases.iter().flat_map(|case| case.members().map(move |member| (case, member)));
+        let member = members.find(|(_, (member, _))| member == name);
+        let mut command = match (&member, self.launch.substitutes.get(name)) {
+            (Some((case, _)), _) => of_what_runs(&case.label, &case.runs)?,
+            (None, Some(runs)) => of_what_runs(name, runs)?,
+            (None, None) => self.of_service(name, scenario)?,
         };
         command.env(ROOT_VARIABLE, &self.place.root).env(PREFIX_VARIABLE, &self.place.prefix);
         command.env(RUN_VARIABLE, self.run_id.to_string());
         command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
         command.env(NODE_VARIABLE, name);
-        if is_case {
-            command.env(LABEL_VARIABLE, name);
-        } else {
-            command.env_remove(LABEL_VARIABLE); // only propagators have one
+        for variable in [LABEL_VARIABLE, SHARD_VARIABLE, SHARDS_VARIABLE] {
+            command.env_remove(variable); // only propagators have one
+        }
+        if let Some((case, (_, shard))) = member {
+            command.env(LABEL_VARIABLE, &case.label);
+            if !shard.is_whole() {
+                command.env(SHARD_VARIABLE, shard.index.to_string()).env(SHARDS_VARIABLE, shard.count.to_string());
+            }
         }
         command.env(ATTEMPT_VARIABLE, attempt.to_string());
         Ok(command)

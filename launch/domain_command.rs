@@ -14,13 +14,13 @@ use messages::port::{Outlet, PortError};
 use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Roster, Status};
 use messages::wait::Signals;
-use nodes::input::{PLAIN_NAME, is_plain_name};
 use nodes::scenario::RECORDER;
 use nodes::scenario_file;
 use nodes::session::RUN_VARIABLE;
+use nodes::shard::label_of_member;
 
 use crate::BAD_INPUT;
-use crate::cli::DomainArguments;
+use crate::cli::{DomainArguments, HandCase};
 use crate::domains::{self, OwnDomain};
 
 /// Number of a run by hand, as `phasecloud node` has it without `--run-id`.
@@ -48,28 +48,27 @@ pub fn run(arguments: &DomainArguments) -> ExitCode {
 }
 
 fn prepare(arguments: &DomainArguments) -> Result<(OwnDomain, Capacity), String> {
-    if let Some(label) = arguments.labels.iter().find(|label| !is_plain_name(label)) {
-        return Err(format!("the label \"{label}\" is not allowed, {PLAIN_NAME}"));
-    }
-    if arguments.labels.iter().collect::<BTreeSet<_>>().len() < arguments.labels.len() {
+    let labels: Vec<&str> = arguments.labels.iter().map(|case| case.label.as_str()).collect();
+    if labels.iter().collect::<BTreeSet<_>>().len() < labels.len() {
         return Err("two cases have the same label; labels must differ".into());
     }
-    if !arguments.labels.contains(reference(arguments)) {
-        let labels = arguments.labels.join(", ");
+    if !labels.contains(&reference(arguments).as_str()) {
+        let labels = labels.join(", ");
         return Err(format!("no case has the label \"{}\"; there are {labels}", reference(arguments)));
     }
     let snapshots = |file: &PathBuf| scenario_file::load(file).map(|scenario| scenario.problem.times.len());
     let snapshots: Vec<usize> =
         arguments.scenarios.iter().map(snapshots).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
-    let capacity =
-        Capacity { propagators: arguments.labels.len(), snapshots: snapshots.into_iter().max().unwrap_or(1) };
+    let propagators = arguments.labels.iter().map(|case| case.shards as usize).sum();
+    let snapshots = snapshots.into_iter().max().unwrap_or(1);
+    let capacity = Capacity { propagators, cases: labels.len(), snapshots };
     domains::sweep();
     Ok((OwnDomain::claim_named(&arguments.name)?, capacity))
 }
 
 /// The case that all are compared with.
 fn reference(arguments: &DomainArguments) -> &String {
-    arguments.reference.as_ref().unwrap_or(&arguments.labels[0])
+    arguments.reference.as_ref().unwrap_or(&arguments.labels[0].label)
 }
 
 fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Result<(), String> {
@@ -95,7 +94,10 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
                 // The next scenario is a new chance.
                 (scenario, fallen) = (scenario + 1, BTreeSet::new());
             }
-            if is_recorded || (header.phase == phase::FAILED && fallen.insert(unpack(&header.subject))) {
+            if is_recorded
+                || (header.phase == phase::FAILED
+                    && fallen.insert(label_of_member(&unpack(&header.subject)).to_owned()))
+            {
                 publish(&roster, arguments, scenario, &fallen).map_err(failed)?;
             }
         }
@@ -110,8 +112,11 @@ fn publish(
     fallen: &BTreeSet<String>,
 ) -> Result<(), PortError> {
     let header = RosterHeader { run_id: RUN_ID, scenario, reserved: 0, reference: pack(reference(arguments)) };
-    let entry =
-        |label: &String| RosterEntry { label: pack(label), failed: u32::from(fallen.contains(label)), reserved: 0 };
+    let entry = |HandCase { label, shards }: &HandCase| RosterEntry {
+        label: pack(label),
+        failed: u32::from(fallen.contains(label)),
+        shards: *shards,
+    };
     roster.send_items(header, &arguments.labels.iter().map(entry).collect::<Vec<_>>())
 }
 

@@ -47,7 +47,8 @@ fn title(case: &Case, launch: &Launch) -> String {
         Runs::Command(words) => words.join(" "),
         Runs::Recorded(file) => file.display().to_string(),
     };
+    let shards = if case.shards > 1 { format!("<br>{} shards", case.shards) } else { String::new() };
     let reference = if case.label == launch.reference { "<br>reference" } else { "" };
     let escaped = runs.replace('&', "#amp;").replace('"', "#quot;").replace('<', "#lt;").replace('>', "#gt;");
-    format!("{}<br>{escaped}{reference}", case.label)
+    format!("{}<br>{escaped}{shards}{reference}", case.label)
 }

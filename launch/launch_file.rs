@@ -8,6 +8,7 @@ use nodes::builtin::BuiltIn;
 use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use nodes::scenario_file::{self, ScenarioFile};
 use nodes::screen::{MOST_BINS, MOST_CASES};
+use nodes::shard::{MOST_SHARDS, Shard};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
@@ -65,6 +66,15 @@ pub struct Case {
     pub label: String,
     /// What runs.
     pub runs: Runs,
+    /// How many processes share its work.
+    pub shards: u32,
+}
+
+impl Case {
+    /// The names of its processes, and which part of the case each computes.
+    pub fn members(&self) -> impl Iterator<Item = (String, Shard)> {
+        Shard::all(self.shards).map(|shard| (shard.member(&self.label), shard))
+    }
 }
 
 /// What a case runs.
@@ -106,9 +116,15 @@ struct RawCase {
     label: Spanned<String>,
     node: Option<Spanned<String>>,
     command: Option<Spanned<Vec<String>>>,
+    shards: Option<Spanned<i64>>,
 }
 
 impl Launch {
+    /// How many processes propagate.
+    pub fn propagators(&self) -> usize {
+        self.cases.iter().map(|case| case.shards as usize).sum()
+    }
+
     /// Reads a launch file, or the one built in; `scenario` replaces the scenarios it names.
     ///
     /// # Errors
@@ -241,8 +257,14 @@ fn cases(file: &InputFile, propagators: Option<Spanned<DeValue<'_>>>) -> Result<
     };
     let mut labels = BTreeSet::new();
     let mut cases = Vec::new();
+    let mut propagators = 0;
     for table in tables {
         let (label, case) = case(file, table)?;
+        propagators += case.shards as usize;
+        if propagators > MOST_PROPAGATORS {
+            let problem = format!("more than {MOST_PROPAGATORS} processes in one run, with the shards of all cases");
+            return Err(file.error(&label, &problem));
+        }
         if !labels.insert(case.label.clone()) {
             let problem = format!("a second propagator with the label \"{}\"; labels must differ", case.label);
             return Err(file.error(&label, &problem));
@@ -258,6 +280,10 @@ fn cases(file: &InputFile, propagators: Option<Spanned<DeValue<'_>>>) -> Result<
     Ok(cases)
 }
 
+/// Most processes of a run that propagate.
+const MOST_PROPAGATORS: usize = 128;
+/// Longest name of a process.
+const LONGEST_NAME: usize = 31;
 /// Labels of the processes that are not propagators.
 const RESERVED: [&str; 5] = ["scenario", "estimator", "comparator", "recorder", "launcher"];
 
@@ -267,7 +293,7 @@ fn case<'i>(file: &InputFile, table: Spanned<DeValue<'i>>) -> Result<(Spanned<St
         return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
     };
     let mut head = DeTable::new();
-    for key in ["label", "node", "command"] {
+    for key in ["label", "node", "command", "shards"] {
         if let Some((key, value)) = settings.remove_entry(key) {
             head.insert(key, value);
         }
@@ -293,7 +319,26 @@ fn case<'i>(file: &InputFile, table: Spanned<DeValue<'i>>) -> Result<(Spanned<St
         }
         _ => return Err(file.error(&raw.label, "needs either node or command, and not both")),
     };
-    Ok((raw.label, Case { label, runs }))
+    let shards = raw.shards.as_ref().map_or(Ok(1), |shards| checked_shards(file, shards, &label, &runs))?;
+    Ok((raw.label, Case { label, runs, shards }))
+}
+
+fn checked_shards(file: &InputFile, shards: &Spanned<i64>, label: &str, runs: &Runs) -> Result<u32, InputError> {
+    let refused = |problem: &str| Err(file.error(shards, problem));
+    let count = match u32::try_from(*shards.get_ref()) {
+        Ok(count) if (1..=MOST_SHARDS).contains(&count) => count,
+        _ => return refused(&format!("{} is not allowed, it must be 1 to {MOST_SHARDS}", shards.get_ref())),
+    };
+    let longest = Shard { index: count - 1, count }.member(label).len();
+    match runs {
+        _ if count == 1 => Ok(count),
+        _ if longest > LONGEST_NAME => refused(&format!(
+            "the processes are called \"{label}/0\" and so on, which is longer than {LONGEST_NAME} characters; take a shorter \
+             label"
+        )),
+        Runs::BuiltIn { settings, .. } => settings.check_shards(count).map_or_else(|why| refused(&why), |()| Ok(count)),
+        _ => Ok(count),
+    }
 }
 
 fn built_in(file: &InputFile, node: &Spanned<String>, settings: Spanned<DeValue<'_>>) -> Result<Runs, InputError> {
@@ -376,6 +421,26 @@ mod tests {
             ("reference = \"mc\"", "reference = \"mc\"\naccuracy = 1e-7", 4, "accuracy", "1e-6, 1e-9 or 1e-12"),
             ("samples = 10", "accuracy = 0.1", 7, "propagator.accuracy", "1e-6, 1e-9 or 1e-12"),
             ("reference = \"mc\"", "reference = \"mc\"\nbins = [0, 5]", 4, "bins", "between 1 and 2000"),
+            ("samples = 10", "shards = 0", 7, "propagator.shards", "1 to 64"),
+            ("samples = 10", "shards = 65", 7, "propagator.shards", "1 to 64"),
+            ("samples = 10", "shards = 2.5", 7, "propagator.shards", "invalid type: floating point"),
+            ("samples = 10", "samples = 10\nshards = 11", 8, "propagator.shards", "too many for 10 rows"),
+            ("node = \"mc\"\nsamples = 10", "node = \"exact\"\nshards = 2", 7, "propagator.shards", "cannot be split"),
+            ("node = \"mc\"\nsamples = 10", "node = \"gmm-ut\"\nshards = 2", 7, "propagator.shards", "cannot be split"),
+            (
+                "label = \"mine\"",
+                "label = \"a-label-of-thirty-characters-xy\"\nshards = 2",
+                10,
+                "propagator.shards",
+                "a shorter label",
+            ),
+            (
+                "samples = 10",
+                "shards = 64\n[[propagator]]\nlabel = \"b\"\nnode = \"mc\"\nshards = 64",
+                13,
+                "propagator.label",
+                "more than 128 processes",
+            ),
             ("reference = \"mc\"", "reference = \"mc\"\nrestart = \"ever\"", 4, "restart", "`never` or `on-failure`"),
         ];
         for (from, to, line, key, words) in cases {

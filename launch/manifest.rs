@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::checksums::{self, FileRecord};
-use crate::launch_file::{Launch, Runs};
+use crate::launch_file::{Case, Launch, Runs};
 use crate::recording;
 
 /// The manifest.
@@ -30,6 +30,7 @@ pub struct Manifest<'a> {
 struct CaseRecord {
     runs: Vec<String>,
     settings: Vec<String>,
+    shards: u32,
 }
 
 /// How a run went.
@@ -58,12 +59,12 @@ pub fn write(folder: &Path, launch: &Launch, record: &Record<'_>) -> Result<(), 
         versions: BTreeMap::from([
             ("phasecloud", env!("CARGO_PKG_VERSION")),
             ("iceoryx2", "0.10.0"),
-            ("messages", "1"),
+            ("messages", "2"),
         ]),
         launch_file: &launch.text,
         scenarios: launch.scenarios.iter().map(|s| (s.content.name.as_str(), s.text.as_str())).collect(),
         reference: &launch.reference,
-        cases: launch.cases.iter().map(|case| (case.label.as_str(), case_record(&case.runs))).collect(),
+        cases: launch.cases.iter().map(|case| (case.label.as_str(), case_record(case))).collect(),
         nodes,
         failures,
         files: BTreeMap::new(),
@@ -107,14 +108,11 @@ pub fn read(folder: &Path, run_id: &str) -> Option<(Launch, BTreeMap<String, Str
     (read.run_id == run_id).then_some((launch, read.failures))
 }
 
-fn case_record(runs: &Runs) -> CaseRecord {
-    match runs {
-        Runs::BuiltIn { node, settings } => {
-            CaseRecord { runs: vec![node.clone()], settings: settings.to_lines().unwrap_or_default() }
-        }
-        Runs::Recorded(file) => {
-            CaseRecord { runs: vec!["recorded".into(), file.display().to_string()], settings: Vec::new() }
-        }
-        Runs::Command(command) => CaseRecord { runs: command.clone(), settings: Vec::new() },
-    }
+fn case_record(case: &Case) -> CaseRecord {
+    let (runs, settings) = match &case.runs {
+        Runs::BuiltIn { node, settings } => (vec![node.clone()], settings.to_lines().unwrap_or_default()),
+        Runs::Recorded(file) => (vec!["recorded".into(), file.display().to_string()], Vec::new()),
+        Runs::Command(command) => (command.clone(), Vec::new()),
+    };
+    CaseRecord { runs, settings, shards: case.shards }
 }

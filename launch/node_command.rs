@@ -8,6 +8,7 @@ use nodes::failure::Failure;
 use nodes::log;
 use nodes::scenario::Source;
 use nodes::session::{ANY_SCENARIO, Session};
+use nodes::shard::Shard;
 use nodes::{comparator, estimator, player, recorder, scenario};
 
 use crate::BAD_INPUT;
@@ -26,8 +27,8 @@ enum Kind {
 
 /// Runs a node until it is asked to stop.
 pub fn run(arguments: NodeArguments) -> ExitCode {
-    let parsed = kind(&arguments).and_then(|kind| Ok((kind, place(&arguments)?)));
-    let (kind, place) = match parsed {
+    let parsed = kind(&arguments).and_then(|kind| Ok((kind, place(&arguments)?, shard(&arguments)?)));
+    let (kind, place, shard) = match parsed {
         Ok(parsed) => parsed,
         Err(problem) => {
             eprintln!("error: phasecloud node: {problem}");
@@ -35,7 +36,7 @@ pub fn run(arguments: NodeArguments) -> ExitCode {
         }
     };
     let name = arguments.label.clone().unwrap_or_else(|| arguments.kind.clone());
-    match serve(kind, &place, &name, arguments) {
+    match serve(kind, &place, &name, shard, arguments) {
         Ok(()) | Err(Failure::Stopped) => ExitCode::SUCCESS,
         Err(failure) => {
             log::end(&failure);
@@ -82,8 +83,15 @@ fn place(arguments: &NodeArguments) -> Result<Place, String> {
     }
 }
 
-fn serve(kind: Kind, place: &Place, name: &str, arguments: NodeArguments) -> Result<(), Failure> {
-    let session = Session::enter(place, name, arguments.run_id)?;
+fn shard(arguments: &NodeArguments) -> Result<Shard, String> {
+    match (arguments.shard, arguments.shards) {
+        (Some(index), Some(count)) => Shard::new(index, count),
+        _ => Ok(Shard::WHOLE),
+    }
+}
+
+fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArguments) -> Result<(), Failure> {
+    let session = Session::enter_as(place, name, shard, arguments.run_id)?;
     let served = match kind {
         Kind::Scenario => {
             let [phi, e] = arguments.bins[..] else {

@@ -6,9 +6,9 @@ use crate::launch_file::{Case, Launch, Runs};
 
 /// Where iceoryx2 keeps messages.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// Descriptors of a process in a run without cases, and for each case; 144 and 7 were measured.
+/// Descriptors of a process in a run without propagators, and for each; 144 and 7 were measured.
 const DESCRIPTORS: usize = 250;
-const DESCRIPTORS_PER_CASE: usize = 10;
+const DESCRIPTORS_PER_PROPAGATOR: usize = 10;
 /// Room for management data, per process \[bytes\].
 const OVERHEAD: u64 = 2 << 20;
 
@@ -34,8 +34,8 @@ pub fn check_shared_memory(launch: &Launch) -> Result<(), String> {
 ///
 /// # Errors
 /// How many descriptors are needed and how many are allowed.
-pub fn check_descriptors(cases: usize) -> Result<(), String> {
-    let needed = (DESCRIPTORS + DESCRIPTORS_PER_CASE * cases) as u64;
+pub fn check_descriptors(propagators: usize) -> Result<(), String> {
+    let needed = (DESCRIPTORS + DESCRIPTORS_PER_PROPAGATOR * propagators) as u64;
     let limit = getrlimit(Resource::Nofile);
     if limit.current.is_none_or(|current| current >= needed) {
         return Ok(());
@@ -63,5 +63,5 @@ fn needed_bytes(launch: &Launch) -> u64 {
     let per_snapshot = launch.cases.iter().map(|case| numbers(case).saturating_add(density_numbers));
     let per_snapshot = per_snapshot.fold(0, u64::saturating_add);
     let payload = per_snapshot.saturating_mul(8 * (snapshots + 1));
-    payload.saturating_add((launch.cases.len() as u64 + 5) * OVERHEAD)
+    payload.saturating_add((launch.propagators() as u64 + 5) * OVERHEAD)
 }

@@ -107,7 +107,8 @@ fn replace(launch: &mut Launch, replacement: &str) -> Result<(), String> {
     }
     let runs = Runs::Command(words);
     match launch.cases.iter_mut().find(|case| case.label == name) {
-        Some(case) => case.runs = runs,
+        // Nobody knows whether it can be split.
+        Some(case) => (case.runs, case.shards) = (runs, 1),
         None if SERVICES.contains(&name) => {
             launch.substitutes.insert(name.to_owned(), runs);
         }

@@ -12,6 +12,7 @@ use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Roster, Scenario, Status};
 use messages::wait::Signals;
 use nodes::screen::{Refusal, screen};
+use nodes::shard::label_of_member;
 
 use crate::cli::Shown;
 use crate::commands::{Commands, SCENARIO_NODE, SERVICES};
@@ -96,14 +97,17 @@ impl<'a> Run<'a> {
         let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
             .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
         let cases = &commands.launch.cases;
-        let domain = HeldDomain::create(commands.place, &Capacity { propagators: cases.len(), snapshots })?;
+        let capacity = Capacity { propagators: commands.launch.propagators(), cases: cases.len(), snapshots };
+        let domain = HeldDomain::create(commands.place, &capacity)?;
         let reports = domain.domain.inlet::<Status>()?;
         let roster = domain.domain.outlet::<Roster>(cases.len())?;
         let scenarios = domain.domain.inlet::<Scenario>()?;
         commands.place.reserve().map_err(|e| Abort::Fatal(format!("cannot reserve shared memory: {e}")))?;
-        let labels = || cases.iter().map(|case| case.label.as_str());
-        let members = SERVICES.into_iter().chain(labels()).map(|name| (name.to_owned(), Member::new(start_at())));
-        let model = Model::new(labels().map(str::to_owned).collect(), stages(commands.launch, in_all));
+        let propagators: Vec<String> = cases.iter().flat_map(Case::members).map(|(name, _)| name).collect();
+        let names = SERVICES.into_iter().map(str::to_owned).chain(propagators.iter().cloned());
+        let members = names.map(|name| (name, Member::new(start_at())));
+        let members = members.collect();
+        let model = Model::new(propagators, stages(commands.launch, in_all));
         let view = View::new(model, shown);
         log.print_with(view.printer());
         let run = Self {
@@ -116,7 +120,7 @@ impl<'a> Run<'a> {
             in_all,
             domain,
             view,
-            members: members.collect(),
+            members,
             all_ready: false,
             cleaned: Instant::now(),
             scenario: 0,
@@ -242,8 +246,14 @@ impl<'a> Run<'a> {
         self.fail(name, format!("{}{restarted}", ending::explain(status)))
     }
 
+    /// Whether a process, or the case that it is a shard of, has failed in the scenario under way.
     fn has_failed(&self, name: &str) -> bool {
-        self.failures.contains_key(&(self.scenario, name.to_owned()))
+        self.failures.contains_key(&(self.scenario, self.subject(name).to_owned()))
+    }
+
+    /// Whose failure that of a process is: its case's.
+    fn subject<'n>(&self, name: &'n str) -> &'n str {
+        if self.members.contains_key(name) { label_of_member(name) } else { name }
     }
 
     /// Takes in which scenario has been published.
@@ -312,7 +322,7 @@ impl<'a> Run<'a> {
             phase::DONE if node == SCENARIO_NODE => self.in_all = Some(header.scenario),
             phase::FAILED if header.scenario >= self.scenario => {
                 let (subject, why) = (unpack(&header.subject), unpack(&header.text));
-                match node == subject || self.is_case(&node) {
+                match node == subject || self.is_case(self.subject(&node)) {
                     true => self.fail(&node, why)?, // a case speaks for itself alone
                     false => self.blame(&subject, why)?,
                 }
@@ -352,7 +362,7 @@ impl<'a> Run<'a> {
         let name: String = sender.escape_debug().collect();
         if self.is_case(&name) {
             self.fail(&name, why)?;
-            self.supervisor.kill(&name);
+            self.kill_case(&name, None);
         } else {
             self.view.error(&format!("{name}: {why}"));
             tracing::warn!("{name}: {why}");
@@ -367,12 +377,24 @@ impl<'a> Run<'a> {
             return Err(Abort::Fatal(format!("{name}: {why}")));
         }
         if !self.has_failed(name) {
-            self.view.fail(name, &why);
-            tracing::warn!("{name} has failed: {why}");
-            self.failures.insert((self.scenario, name.to_owned()), why);
+            let label = self.subject(name).to_owned();
+            let why = if label == name { why } else { format!("{name}: {why}") };
+            self.view.fail(&label, &why);
+            tracing::warn!("{label} has failed: {why}");
+            // Without one of its shards a case has no result.
+            self.kill_case(&label, Some(name));
+            self.failures.insert((self.scenario, label), why);
             self.publish_roster()?;
         }
         Ok(())
+    }
+
+    /// Ends the shards of a case, but not the one `spared`; a case in one piece has one.
+    fn kill_case(&mut self, label: &str, spared: Option<&str>) {
+        let members = self.members.keys().filter(|name| label_of_member(name) == label);
+        for member in members.filter(|name| Some(name.as_str()) != spared) {
+            self.supervisor.kill(member);
+        }
     }
 
     fn publish_roster(&self) -> Result<(), Abort> {
@@ -385,7 +407,7 @@ impl<'a> Run<'a> {
         let entry = |case: &Case| RosterEntry {
             label: pack(&case.label),
             failed: u32::from(self.has_failed(&case.label)),
-            reserved: 0,
+            shards: case.shards,
         };
         let entries: Vec<RosterEntry> = self.commands.launch.cases.iter().map(entry).collect();
         Ok(self.roster.send_items(header, &entries)?)

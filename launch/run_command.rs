@@ -69,7 +69,7 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
             launch.restart = Restart::Never;
         }
         preflight::check_shared_memory(&launch)?;
-        preflight::check_descriptors(launch.cases.len())?;
+        preflight::check_descriptors(launch.propagators())?;
         let folder = ResultsFolder::prepare(order.out, &launch.name, run_id)?;
         let tape = order.record.map(|path| Draft::begin(path, &launch, run_id)).transpose();
         let tape = tape.inspect_err(|_| folder.discard())?;

@@ -124,6 +124,26 @@ fn the_documents_commands_give_the_bytes_of_a_run() {
 }
 
 #[test]
+fn a_case_in_shards_gives_the_bytes_of_a_run() {
+    let bench = bench();
+    let in_shards = |command: &&str| -> Vec<String> {
+        let command = command.replace("demo exact mc", "demo exact mc/2").replace("demo", "shards");
+        match command.starts_with("phasecloud node mc") {
+            true => (0..2).map(|shard| format!("{command} --shard {shard} --shards 2")).collect(),
+            false => vec![command],
+        }
+    };
+    let commands: Vec<String> = commands().iter().flat_map(in_shards).collect();
+    let holder = Terminal::open(&bench, &commands[0]);
+    holder.wait_for("domain shards: held");
+    let nodes: Vec<Terminal> = commands[1..].iter().map(|command| Terminal::open(&bench, command)).collect();
+    holder.wait_for("recorder: scenario 0 done");
+    nodes.into_iter().for_each(Terminal::control_c);
+    holder.control_c();
+    assert!(bench.read("results/by-hand/part-000000/moments.csv") == reference(&bench, CASES));
+}
+
+#[test]
 fn a_program_of_ones_own_needs_the_line_that_the_domain_prints() {
     let bench = bench();
     let holder = Terminal::open(&bench, &commands()[0].replace("demo exact mc", "mine1 exact mine"));

@@ -39,6 +39,13 @@ pub struct LostOrbit {
     pub to: f64,
 }
 
+impl LostOrbit {
+    /// The same of a part of a larger set that starts at number `first` of it.
+    pub fn counted_from(self, first: usize) -> Self {
+        Self { index: first + self.index, ..self }
+    }
+}
+
 impl Orbits {
     /// Orbits in the states `(x1[i], x2[i])` at `t = 0`.
     pub fn new(flow: Flow, x1: Vec<f64>, x2: Vec<f64>) -> Self {

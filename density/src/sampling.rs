@@ -27,6 +27,7 @@ mod quantile;
 mod sobol;
 
 use std::num::NonZeroUsize;
+use std::ops::Range;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -79,13 +80,18 @@ pub fn draw(initial: &InitialGaussian, seed: u64, count: usize) -> (Vec<f64>, Ve
 impl Plan {
     /// Draws `count` states `(x1, x2)` from `initial`, on all threads.
     pub fn draw(&self, initial: &InitialGaussian, count: usize) -> (Vec<f64>, Vec<f64>) {
+        self.draw_range(initial, 0..count)
+    }
+
+    /// Draws the states `(x1, x2)` of the numbers in `range`, on all threads.
+    pub fn draw_range(&self, initial: &InitialGaussian, range: Range<usize>) -> (Vec<f64>, Vec<f64>) {
         let polar = self.polar(initial);
         let state = |index| {
             let (phi, e) = polar(index);
             let state = State::from_polar(phi, e);
             (state.x1, state.x2)
         };
-        (0..count).into_par_iter().map(state).unzip()
+        range.into_par_iter().map(state).unzip()
     }
 
     /// Draw number `i` as a function of `i`: `phi` \[rad\], on the branch of the initial mean, and `e`.

@@ -81,9 +81,23 @@ class Run:
 
     def __init__(self, session, problem):
         self._session, self._problem = session, problem
+        self._total = 0
         self.outlet, self._reserved, self.sent = None, 0, 0
         self._passage = (np.empty((0, layout.PASSAGE_COLUMNS)), "this propagator does not compute first passages")
+        self._passage_samples = 0
         self._clock = time.process_time()
+
+    def share(self, total):
+        """The rows, as a range, that this process is to compute of the `total` rows that every snapshot of the case has.
+
+        All of them, unless the launch file says `shards`: then several processes share the case, and a row must depend on
+        its number alone. Call it before the first snapshot.
+        """
+        shard, shards = self._session.shard, self._session.shards
+        if total < shards:
+            raise ValueError(f"{total} rows are too few for {shards} shards")
+        self._total = total
+        return range(total * shard // shards, total * (shard + 1) // shards)
 
     def reserve(self, kind, rows):
         """Says before the first snapshot how many rows the largest has; needed only if their number grows."""
@@ -99,6 +113,8 @@ class Run:
         `fields` are those of SnapshotHeader that some kinds need: treatment, lattice, disagreement and so on.
         """
         session, problem = self._session, self._problem
+        if session.shards > 1 and not self._total:
+            raise ValueError("this propagator cannot be split into shards: it does not call run.share")
         if self.sent == len(problem.times):
             raise ValueError(f"the scenario has only {self.sent} snapshots")
         if unknown := set(fields) - set(OPTIONAL_FIELDS):
@@ -115,7 +131,7 @@ class Run:
         seconds = time.process_time() - self._clock
         if self.sent + 1 == len(problem.times):
             # Before the last snapshot, so that whoever has that snapshot can have the passages too.
-            session.send_passage(problem, *self._passage)
+            session.send_passage(problem, *self._passage, self._passage_samples)
         header = layout.SnapshotHeader(
             run_id=problem.run_id,
             time=problem.times[self.sent],
@@ -127,6 +143,9 @@ class Run:
             rows=rows,
             columns=columns,
             attempt=session.attempt,
+            total=self._total if session.shards > 1 else 0,
+            shard=session.shard,
+            shards=session.shards,
             label=_pack(session.label, 32),
             **{"disagreement": float("nan"), **fields},
         )
@@ -135,11 +154,13 @@ class Run:
         session.report(layout.WORKING, problem.scenario, (self.sent, len(problem.times)))
         self._clock = time.process_time()
 
-    def first_passages(self, probability, low=np.nan, high=np.nan):
+    def first_passages(self, probability, low=np.nan, high=np.nan, samples=0):
         """The probability that e has ever reached its critical value by each of `problem.passage_times`, with interval.
 
-        Optional; call it before the last snapshot.
+        Optional; call it before the last snapshot. `samples` is of how many equal samples of this process the probability is a
+        count: those of shards are added up, with Wilson's interval if each has one. Else shard 0 speaks for all.
         """
+        self._passage_samples = samples
         curve = np.empty((layout.PASSAGE_TIMES, layout.PASSAGE_COLUMNS))
         curve[:, 0], curve[:, 1], curve[:, 2], curve[:, 3] = self._problem.passage_times, probability, low, high
         self._passage = (curve, "")
@@ -152,9 +173,12 @@ class Session:
         self.signals = signals
         self.label, self.run_id = _environment("LABEL"), int(_environment("RUN_ID"))
         self.attempt = int(os.environ.get("PHASECLOUD_ATTEMPT", 0))  # how often the launcher has restarted the process
+        #: which shard of its case the process is, and of how many
+        self.shard, self.shards = int(os.environ.get("PHASECLOUD_SHARD", 0)), int(os.environ.get("PHASECLOUD_SHARDS", 1))
+        self.name = self.label if self.shards == 1 else f"{self.label}/{self.shard}"
         self.node = (
             iox.NodeBuilder.new()
-            .name(iox.NodeName.new(self.label))
+            .name(iox.NodeName.new(self.name))
             .config(_config(_environment("ROOT"), _environment("PREFIX")))
             .signal_handling_mode(iox.SignalHandlingMode.Disabled)
             .create(iox.ServiceType.Ipc)
@@ -195,18 +219,25 @@ class Session:
 
     def report(self, phase, scenario=0, units=(0, 0), text=""):
         """Tells the launcher how things stand."""
-        label = _pack(self.label, 32)
+        name = _pack(self.name, 32)
         text = _pack(text, 384)
         header = layout.StatusHeader(
-            run_id=self.run_id, phase=phase, scenario=scenario, node=label, subject=label, text=text
+            run_id=self.run_id, phase=phase, scenario=scenario, node=name, subject=name, text=text
         )
         self._status.send_numbers(units, header)
 
-    def send_passage(self, problem, curve, reason):
+    def send_passage(self, problem, curve, reason, samples):
         """Sends the first-passage curve, or why there is none."""
         label, reason = _pack(self.label, 32), _pack(reason, 192)
         header = layout.PassageHeader(
-            run_id=self.run_id, scenario=problem.scenario, rows=len(curve), label=label, reason=reason
+            run_id=self.run_id,
+            samples=samples,
+            scenario=problem.scenario,
+            rows=len(curve),
+            shard=self.shard,
+            shards=self.shards,
+            label=label,
+            reason=reason,
         )
         self._passages.send_numbers(curve, header)
 

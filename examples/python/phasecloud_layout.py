@@ -67,6 +67,7 @@ class SnapshotHeader(ctypes.Structure):
         ("time", c_double),
         ("seconds", c_double),
         ("disagreement", c_double),
+        ("total", c_uint64),
         ("scenario", c_uint32),
         ("index", c_uint32),
         ("count", c_uint32),
@@ -79,12 +80,14 @@ class SnapshotHeader(ctypes.Structure):
         ("degree", c_uint32),
         ("replicates", c_uint32),
         ("attempt", c_uint32),
+        ("shard", c_uint32),
+        ("shards", c_uint32),
         ("label", Label),
     ]
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/1"
+        return "phasecloud/SnapshotHeader/2"
 
 
 class PassageHeader(ctypes.Structure):
@@ -93,15 +96,18 @@ class PassageHeader(ctypes.Structure):
     _fields_ = [
         ("run_id", c_uint64),
         ("seconds", c_double),
+        ("samples", c_uint64),
         ("scenario", c_uint32),
         ("rows", c_uint32),
+        ("shard", c_uint32),
+        ("shards", c_uint32),
         ("label", Label),
         ("reason", c_uint8 * 192),
     ]
 
     @staticmethod
     def type_name():
-        return "phasecloud/PassageHeader/1"
+        return "phasecloud/PassageHeader/2"
 
 
 class StatusHeader(ctypes.Structure):

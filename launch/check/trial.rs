@@ -13,6 +13,7 @@ use messages::topic::{self, Capacity};
 use messages::wait::{Awaited, Signals};
 use nodes::assignment::Assignment;
 use nodes::session::{LABEL_VARIABLE, LAUNCHER_VARIABLE, RUN_VARIABLE};
+use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 
 use super::answer::{Answer, Heard, LABEL, Outcome, Ready, Received, Stop, end_of, is_from};
 use super::scenarios::Scenario;
@@ -89,7 +90,7 @@ impl<'a> Trial<'a> {
     pub fn start(command: &[String], signals: &'a Signals, limits: &Limits) -> Result<Self, Abort> {
         let run_id = fresh_run_id();
         let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
-        let capacity = Capacity { propagators: 1, snapshots: MOST_SNAPSHOTS };
+        let capacity = Capacity { propagators: 1, cases: 1, snapshots: MOST_SNAPSHOTS };
         let held = HeldDomain::create(&own.place, &capacity)?;
         let ports = Ports {
             reports: held.domain.inlet()?,
@@ -101,6 +102,7 @@ impl<'a> Trial<'a> {
         let (program, words) = command.split_first().ok_or_else(|| Abort::NotStarted("there is no command".into()))?;
         let mut process = Command::new(program);
         process.args(words).env(ROOT_VARIABLE, &own.place.root).env(PREFIX_VARIABLE, &own.place.prefix);
+        process.env_remove(SHARD_VARIABLE).env_remove(SHARDS_VARIABLE);
         process.env(LABEL_VARIABLE, LABEL).env(RUN_VARIABLE, run_id.to_string());
         process.env(LAUNCHER_VARIABLE, std::process::id().to_string());
         let mut supervisor = Supervisor::default();

@@ -1,9 +1,11 @@
 //! How far every node of a run is, from what the nodes report.
 
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 use messages::layout::{StatusHeader, phase};
 use messages::text::unpack;
+use nodes::shard::label_of_member;
 use serde::Serialize;
 
 /// The process that publishes the scenarios.
@@ -89,13 +91,14 @@ pub struct Model {
     nodes: Vec<NodeState>,
     /// The scenarios of the run.
     pub stages: Vec<Stage>,
-    cases: Vec<String>,
+    cases: BTreeSet<String>,
 }
 
 impl Model {
-    /// The nodes of a run of these cases on these scenarios.
-    pub fn new(cases: Vec<String>, stages: Vec<Stage>) -> Self {
-        let names = std::iter::once(SCENARIO_NODE).chain(cases.iter().map(String::as_str));
+    /// The nodes of a run of these propagators on these scenarios; shards belong to one case.
+    pub fn new(propagators: Vec<String>, stages: Vec<Stage>) -> Self {
+        let cases = propagators.iter().map(|name| label_of_member(name).to_owned()).collect();
+        let names = std::iter::once(SCENARIO_NODE).chain(propagators.iter().map(String::as_str));
         let names = names.chain([ESTIMATOR, "comparator", RECORDER]);
         let node = |name: &str| NodeState {
             name: name.into(),
@@ -188,11 +191,11 @@ impl Model {
         self.nodes.iter_mut().filter(under_way).map(end).collect()
     }
 
-    /// Notes that a case cannot be finished.
+    /// Notes that a case cannot be finished, nor any of its shards: one of them may be named.
     pub fn fail(&mut self, name: &str) -> Option<&NodeState> {
-        let node = self.nodes.iter_mut().find(|node| node.name == name)?;
-        node.phase = Phase::Failed;
-        Some(node)
+        let label = label_of_member(name);
+        self.nodes.iter_mut().filter(|node| label_of_member(&node.name) == label).for_each(|n| n.phase = Phase::Failed);
+        self.nodes.iter().find(|node| node.name == name)
     }
 
     /// All nodes that have not failed have a scenario's work before them.
@@ -210,7 +213,8 @@ impl Model {
 
     /// Snapshots that all cases together have of a scenario.
     fn snapshots_of(&self, scenario: u32) -> u64 {
-        let failed = |label: &String| self.nodes.iter().any(|n| n.name == *label && n.phase == Phase::Failed);
+        let failed =
+            |label: &String| self.nodes.iter().any(|n| label_of_member(&n.name) == label && n.phase == Phase::Failed);
         let cases = self.cases.iter().filter(|label| !failed(label)).count() as u64;
         self.stages.get(scenario as usize).map_or(0, |stage| stage.snapshots * cases)
     }
@@ -249,6 +253,19 @@ mod tests {
         let now = start + Duration::from_secs(2);
         let node = model.report(&report("mc", phase::WORKING), [3, 5], false, now).unwrap();
         assert_eq!(node.per_second(now), Some(0.5));
+    }
+
+    #[test]
+    fn shards_are_one_case_and_fail_together() {
+        let stages = vec![Stage { name: "s".into(), snapshots: 5 }];
+        let (mut model, now) = (Model::new(vec!["mc/0".into(), "mc/1".into(), "exact".into()], stages), Instant::now());
+        let estimator = |model: &mut Model| {
+            model.report(&report("estimator", phase::WORKING), [1, 1], false, now).map(|node| node.of)
+        };
+        assert_eq!(estimator(&mut model), Some(10));
+        model.report(&report("mc/1", phase::FAILED), [0, 0], false, now);
+        assert_eq!(estimator(&mut model), Some(5));
+        assert!(model.report(&report("mc/0", phase::WORKING), [1, 5], false, now).is_none());
     }
 
     #[test]

@@ -5,12 +5,13 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use messages::layout::phase;
+use messages::layout::{RosterEntry, phase};
 use messages::observe::Observer;
 use messages::port::{Inlet, PortError};
 use messages::text::unpack;
 use messages::topic::{Roster, Scenario, Status};
 use messages::wait::Signals;
+use nodes::shard::{MOST_SHARDS, Shard};
 
 use super::{End, TICK};
 use crate::attach::{self, LiveRun, Target};
@@ -68,11 +69,15 @@ fn watch(run: &LiveRun, shown: Shown) -> Result<End, PortError> {
             }
         }
         while let Some(message) = rosters.receive()? {
-            let cases: Vec<_> = message.items().iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect();
-            let labels = || cases.iter().map(|(label, _)| label.clone()).collect();
-            let view = view.get_or_insert_with(|| View::new(Model::new(labels(), stages.clone()), shown));
-            for (label, _) in cases.iter().filter(|(_, failed)| *failed) {
-                view.model_mut().fail(label);
+            let cases = message.items();
+            let members = |entry: &RosterEntry| {
+                let label = unpack(&entry.label);
+                Shard::all(entry.shards.min(MOST_SHARDS)).map(move |shard| shard.member(&label))
+            };
+            let propagators = || cases.iter().flat_map(members).collect();
+            let view = view.get_or_insert_with(|| View::new(Model::new(propagators(), stages.clone()), shown));
+            for entry in cases.iter().filter(|entry| entry.failed != 0) {
+                view.model_mut().fail(&unpack(&entry.label));
             }
         }
         // Reports wait in their buffer until it is known whose they are.

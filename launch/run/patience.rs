@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::{Abort, Run};
 use crate::commands::SCENARIO_NODE;
+use crate::launch_file::Case;
 use crate::member::{Member, STARTUP};
 
 impl Run<'_> {
@@ -26,13 +27,14 @@ impl Run<'_> {
             .launch
             .cases
             .iter()
-            .map(|case| case.label.clone())
-            .filter(|label| !self.has_failed(label))
-            .filter(|label| self.members.get(label).is_some_and(|member| member.owes && is_silent(member)))
+            .flat_map(Case::members)
+            .map(|(name, _)| name)
+            .filter(|name| !self.has_failed(name))
+            .filter(|name| self.members.get(name).is_some_and(|member| member.owes && is_silent(member)))
             .collect();
-        for label in silent {
-            self.fail(&label, format!("no sign of life for {} s", self.commands.launch.patience))?;
-            self.supervisor.kill(&label);
+        for name in silent {
+            self.fail(&name, format!("no sign of life for {} s", self.commands.launch.patience))?;
+            self.supervisor.kill(&name);
         }
         let hindrance = self.hindrance();
         if self.members.values().all(is_silent) {

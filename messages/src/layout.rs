@@ -98,7 +98,7 @@ codes! {
 
 header! {
     /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
-    #[type_name("phasecloud/SnapshotHeader/1")]
+    #[type_name("phasecloud/SnapshotHeader/2")]
     pub struct SnapshotHeader {
         /// Names the run.
         pub run_id: u64,
@@ -108,6 +108,8 @@ header! {
         pub seconds: f64,
         /// Mixtures only: how far the flow over a component is from linear, weighted mean; NaN if not known.
         pub disagreement: f64,
+        /// Rows of all shards together; 0 if the snapshot is whole.
+        pub total: u64,
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Position of the snapshot in the scenario, from 0.
@@ -130,8 +132,14 @@ header! {
         pub degree: u32,
         /// Samples only: independent groups the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
         pub replicates: u32,
-        /// How often the propagator had been restarted: a higher number begins the scenario anew and replaces all lower ones.
+        /// How often the propagator had been restarted: a higher number begins the scenario anew and replaces all lower ones, of
+        /// a shard those of that shard.
         pub attempt: u32,
+        /// Which shard of the case it is of, from 0.
+        pub shard: u32,
+        /// Shards of the case; 0 or 1 if the snapshot is whole. Shard `k` of `n` has the rows from `total * k / n` up to
+        /// `total * (k + 1) / n`.
+        pub shards: u32,
         /// The propagator's label.
         pub label: Label,
     }
@@ -207,17 +215,24 @@ header! {
 
 header! {
     /// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row a time,
-    /// [`PASSAGE_COLUMNS`] numbers each; none if the method cannot say.
-    #[type_name("phasecloud/PassageHeader/1")]
+    /// [`PASSAGE_COLUMNS`] numbers each; none if the method cannot say. Curves that the shards of a case have counted are added
+    /// up; else that of shard 0 is the case's.
+    #[type_name("phasecloud/PassageHeader/2")]
     pub struct PassageHeader {
         /// Names the run.
         pub run_id: u64,
         /// CPU time spent on it \[s\].
         pub seconds: f64,
+        /// Equal samples that the curve was counted from: each of its probabilities is a count of them; 0 if it was not counted.
+        pub samples: u64,
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Rows of the payload.
         pub rows: u32,
+        /// Which shard of the case it is of, from 0.
+        pub shard: u32,
+        /// Shards of the case; 0 or 1 if the curve is of all of it.
+        pub shards: u32,
         /// The propagator's label.
         pub label: Label,
         /// Why there is no curve, if there is none.
@@ -300,7 +315,7 @@ header! {
         pub phase: u32,
         /// Position of the scenario in the run.
         pub scenario: u32,
-        /// Who reports: a propagator's label or the name of another node.
+        /// Who reports: a propagator's label, with `/` and its number if it is a shard, or the name of another node.
         pub node: Label,
         /// Whom it is about: for a failure the label of the case that failed, else the same as `node`.
         pub subject: Label,
@@ -327,14 +342,14 @@ header! {
 
 header! {
     /// One case of a run.
-    #[type_name("phasecloud/RosterEntry/1")]
+    #[type_name("phasecloud/RosterEntry/2")]
     pub struct RosterEntry {
         /// The propagator's label.
         pub label: Label,
         /// 1 once it has failed in this scenario and nothing more is to be waited for, else 0.
         pub failed: u32,
-        /// 0.
-        pub reserved: u32,
+        /// Processes that share its work; 1 if it is not split, 0 if nobody knows.
+        pub shards: u32,
     }
 }
 
@@ -345,10 +360,10 @@ mod tests {
     #[test]
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
         assert_eq!(size_of::<ScenarioHeader>(), 120);
-        assert_eq!(size_of::<SnapshotHeader>(), 112);
+        assert_eq!(size_of::<SnapshotHeader>(), 128);
         assert_eq!(size_of::<DensityHeader>(), 280);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
-        assert_eq!(size_of::<PassageHeader>(), 248);
+        assert_eq!(size_of::<PassageHeader>(), 264);
         assert_eq!(size_of::<StatusHeader>(), 464);
         assert_eq!(size_of::<RosterHeader>(), 48);
         assert_eq!(size_of::<RosterEntry>(), 40);

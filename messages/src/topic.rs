@@ -43,8 +43,10 @@ pub trait Topic: 'static {
 /// How much a run needs of its topics; the launcher creates them accordingly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Capacity {
-    /// Propagators that publish snapshots.
+    /// Processes that publish snapshots: every shard of a case is one.
     pub propagators: usize,
+    /// Cases, whose shards count as one.
+    pub cases: usize,
     /// Snapshots of the longest scenario.
     pub snapshots: usize,
 }
@@ -101,7 +103,7 @@ topic!(
 topic!(
     /// From the estimator to comparator and recorder.
     Density, "phasecloud/density", DensityHeader, [f64], latched: false,
-    |capacity| 2 * capacity.snapshots * capacity.propagators, |_header| rows(&["joint density [1/rad], marginals"])
+    |capacity| 2 * capacity.snapshots * capacity.cases, |_header| rows(&["joint density [1/rad], marginals"])
 );
 topic!(
     /// From the propagators to the recorder.
@@ -111,7 +113,7 @@ topic!(
 topic!(
     /// From the comparator to the recorder.
     Comparison, "phasecloud/comparison", ComparisonHeader, [f64], latched: false,
-    |capacity| 4 * (capacity.snapshots + 1) * capacity.propagators + 1, |header| payload::comparison(header)
+    |capacity| 4 * (capacity.snapshots + 1) * capacity.cases + 1, |header| payload::comparison(header)
 );
 topic!(
     /// From every node to launcher and scenario node.

@@ -79,6 +79,7 @@ fn rust_says() -> String {
             time,
             seconds,
             disagreement,
+            total,
             scenario,
             index,
             count,
@@ -91,10 +92,12 @@ fn rust_says() -> String {
             degree,
             replicates,
             attempt,
+            shard,
+            shards,
             label,
         }
     );
-    describe!(lines, PassageHeader { run_id, seconds, scenario, rows, label, reason });
+    describe!(lines, PassageHeader { run_id, seconds, samples, scenario, rows, shard, shards, label, reason });
     describe!(lines, StatusHeader { run_id, phase, scenario, node, subject, text });
     lines
 }

@@ -82,6 +82,33 @@ impl BuiltIn {
         }
     }
 
+    /// Whether the case can run as so many shards.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn check_shards(&self, shards: u32) -> Result<(), String> {
+        let rows = match self {
+            Self::MonteCarlo(settings) => settings.samples,
+            Self::DensityEvolution(settings) => settings.samples.isqrt().pow(2),
+            Self::GaussianMixture(_) => {
+                return Err(
+                    "a mixture is planned, judged and read out as a whole, and neighbours share their sigma points; \
+                    gmm-ut cannot be split"
+                        .into(),
+                );
+            }
+            Self::Exact(_) => {
+                return Err(
+                    "the exact density is refined where the whole of it needs that; exact cannot be split".into()
+                );
+            }
+        };
+        if rows >= shards as usize {
+            return Ok(());
+        }
+        Err(format!("{shards} shards are too many for {rows} rows; every shard needs one"))
+    }
+
     /// Propagates scenario after scenario until asked to stop.
     ///
     /// # Errors

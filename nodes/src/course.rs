@@ -10,13 +10,14 @@ use crate::failure::Failure;
 pub struct Course {
     /// The orbits.
     pub orbits: Orbits,
+    first: usize,
     times: Vec<f64>,
 }
 
 impl Course {
-    /// The course of `orbits` through the snapshots of `problem`.
-    pub fn new(orbits: Orbits, problem: &Problem) -> Self {
-        Self { orbits, times: problem.times.clone() }
+    /// The course of `orbits`, numbered from `first`, through the snapshots of `problem`.
+    pub fn new(orbits: Orbits, first: usize, problem: &Problem) -> Self {
+        Self { orbits, first, times: problem.times.clone() }
     }
 
     /// Moves the orbits to snapshot `index` and returns how many they are.
@@ -24,7 +25,7 @@ impl Course {
     /// # Errors
     /// [`Failure::LostOrbit`] names the orbit that cannot be followed.
     pub fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        self.orbits.advance_to(self.times[index])?;
+        self.orbits.advance_to(self.times[index]).map_err(|lost| lost.counted_from(self.first))?;
         Ok(self.orbits.len())
     }
 }

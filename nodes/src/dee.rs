@@ -1,5 +1,7 @@
 //! DEE: characteristics that carry the density along the flow (Sect. 3.2).
 
+use std::ops::Range;
+
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::times::first_passage_times;
 use density::mesh::lattice::MOST_DEGREE;
@@ -15,6 +17,7 @@ use crate::course::Course;
 use crate::failure::Failure;
 use crate::input::{Mode, positive};
 use crate::kit::{Form, Passage, Propagator};
+use crate::shard::Shard;
 
 /// Where the characteristics start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -121,6 +124,7 @@ impl Settings {
 #[derive(Debug)]
 pub struct DensityEvolution {
     settings: Settings,
+    shard: Shard,
     work: Option<Work>,
 }
 
@@ -128,7 +132,10 @@ pub struct DensityEvolution {
 #[derive(Debug)]
 struct Work {
     problem: Problem,
+    /// All of the case.
     start: Points,
+    /// Those that are propagated here.
+    range: Range<usize>,
     course: Course,
     densities: Vec<f64>,
 }
@@ -136,19 +143,27 @@ struct Work {
 impl DensityEvolution {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings, work: None }
+        Self { settings, shard: Shard::WHOLE, work: None }
     }
 }
 
 impl Propagator for DensityEvolution {
+    fn take_shard(&mut self, shard: Shard) -> Result<(), Failure> {
+        self.shard = shard;
+        Ok(())
+    }
+
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
         let Settings { samples, seed, resolution, degree, mode, accuracy, .. } = self.settings;
         let start = initial_points(problem, samples, self.settings.placement(), seed)?;
-        let orbits = Orbits::from_polar(AccuracySetting::flow(accuracy, problem.force), &start.phi, &start.e);
+        let range = self.shard.part(start.phi.len())?;
+        let flow = AccuracySetting::flow(accuracy, problem.force);
+        let orbits = Orbits::from_polar(flow, &start.phi[range.clone()], &start.e[range.clone()]);
         let form = Form {
             kind: kind::CHARACTERISTICS,
             most_rows: orbits.len(),
+            total_rows: start.phi.len(),
             treatment: match (self.settings.mesh(), mode) {
                 (MeshChoice::Carried, _) => treatment::CARRIED_MESH,
                 (MeshChoice::Hull, Mode::Corrected) => treatment::HULL_MESH,
@@ -159,8 +174,8 @@ impl Propagator for DensityEvolution {
             lattice: start.lattice.unwrap_or(0) as u32,
             ..Form::default()
         };
-        self.work =
-            Some(Work { problem: problem.clone(), start, course: Course::new(orbits, problem), densities: Vec::new() });
+        let course = Course::new(orbits, range.start, problem);
+        self.work = Some(Work { problem: problem.clone(), start, range, course, densities: Vec::new() });
         Ok(form)
     }
 
@@ -169,7 +184,7 @@ impl Propagator for DensityEvolution {
         let rows = work.course.advance(index)?;
         let orbits = &work.course.orbits;
         let with_jacobian = self.settings.mode == Mode::Corrected;
-        let Points { phi, e, .. } = &work.start;
+        let [phi, e] = [&work.start.phi, &work.start.e].map(|column| &column[work.range.clone()]);
         work.densities =
             characteristic_densities(&work.problem.initial, phi, e, &orbits.x1, &orbits.x2, with_jacobian)?;
         Ok(rows)
@@ -183,8 +198,11 @@ impl Propagator for DensityEvolution {
         n.copy_from_slice(&work.densities);
     }
 
-    /// Along the characteristics, each with the weight that the mesh gives its point.
+    /// Along the characteristics, each with the weight that the mesh gives its point; all of them, in the first shard alone.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
+        if self.shard.index > 0 {
+            return Ok(Passage::Cannot("the first shard computes it for all".into()));
+        }
         let work = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
         let Problem { initial, critical_e, .. } = &work.problem;
         let flow = work.course.orbits.flow;
@@ -194,6 +212,6 @@ impl Propagator for DensityEvolution {
         let passages = first_passage_times(&flow, &start.x1, &start.x2, *critical_e, end)?;
         let mut curve = empirical_curve(&passages, weights.as_deref(), times);
         curve.interval = None;
-        Ok(Passage::from_empirical(&curve))
+        Ok(Passage::Curve(Passage::rows(&curve)))
     }
 }

@@ -14,6 +14,7 @@ use messages::topic::{Density, Roster as RosterTopic, Scenario, Snapshot};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::gathering::{Gathering, Whole};
 use crate::method::{Case, Estimated};
 use crate::newest::Newest;
 use crate::roomy::Roomy;
@@ -63,11 +64,22 @@ struct Desk {
     done: usize,
 }
 
-/// What has come of a case since its propagator was last restarted.
+/// What has come of a case.
 #[derive(Default)]
 struct Attempt {
+    /// How often its propagator was restarted; of shards each counts for itself.
     number: u32,
     case: Case,
+    gathering: Gathering,
+    /// CPU time spent on shards of the next snapshot \[s\].
+    gathering_seconds: f64,
+}
+
+/// A density, and the snapshot that it is of.
+struct Answer {
+    snapshot: SnapshotHeader,
+    estimated: Estimated,
+    seconds: f64,
 }
 
 impl<'a> Estimator<'a> {
@@ -124,12 +136,13 @@ impl<'a> Estimator<'a> {
         if header.scenario < desk.assignment.scenario || desk.refused.contains(&label) {
             return Ok(());
         }
-        match desk.estimate(header, message.items(), &label) {
-            Ok(Some((estimate, seconds))) => {
-                let grid = estimate.estimate.grid;
+        let shards = self.roster.shards(&label);
+        match desk.estimate(header, message.items(), &label, shards) {
+            Ok(Some(answer)) => {
+                let grid = answer.estimated.estimate.grid;
                 let room = grid.len() + grid.phi.bins + grid.e.bins;
                 let outlet = Roomy::with_room(&mut self.densities, &self.session.domain, room)?;
-                publish(outlet, header, &estimate, seconds)?;
+                publish(outlet, &answer)?;
                 desk.done += 1;
                 self.session.working(desk.assignment.scenario, desk.done, desk.done)
             }
@@ -161,7 +174,8 @@ impl<'a> Estimator<'a> {
 }
 
 impl Desk {
-    /// Estimates a snapshot; `None` if a later attempt of the same case has replaced it.
+    /// Estimates a snapshot of a case of so many shards, if that is known; `None` if it is one of a shard and others are
+    /// missing, or if a later attempt of the same case has replaced it.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -170,36 +184,58 @@ impl Desk {
         header: &SnapshotHeader,
         items: &[f64],
         label: &str,
-    ) -> Result<Option<(Estimated, f64)>, String> {
+        shards: Option<u32>,
+    ) -> Result<Option<Answer>, String> {
         let clock = EffortClock::start();
         let attempt = self.cases.entry(label.into()).or_default();
+        if let Some(shards) = shards.filter(|shards| *shards != header.shards.max(1)) {
+            let whose = format!("it says that it is shard {} of {}", header.shard, header.shards.max(1));
+            return Err(format!("{whose}, but the case has {shards}"));
+        }
+        if header.shards > 1 {
+            return attempt.gather(header, items, &self.assignment, clock);
+        }
         if header.attempt < attempt.number {
             return Ok(None);
         }
         if header.attempt > attempt.number {
-            *attempt = Attempt { number: header.attempt, case: Case::default() };
+            *attempt = Attempt { number: header.attempt, ..Attempt::default() };
         }
         if let Some(breach) = breaches(header, items, &self.assignment, attempt.case.snapshots_done()).first() {
             return Err(breach.to_string());
         }
-        let estimate = attempt.case.estimate(header, items, &self.assignment)?;
-        Ok(Some((estimate, clock.seconds())))
+        let estimated = attempt.case.estimate(header, items, &self.assignment)?;
+        Ok(Some(Answer { snapshot: *header, estimated, seconds: clock.seconds() }))
     }
 }
 
-fn publish(
-    outlet: &Outlet<Density>,
-    snapshot: &SnapshotHeader,
-    estimated: &Estimated,
-    seconds: f64,
-) -> Result<(), Failure> {
+impl Attempt {
+    /// Takes in a shard's snapshot, and estimates the whole if no other is missing.
+    fn gather(
+        &mut self,
+        header: &SnapshotHeader,
+        items: &[f64],
+        assignment: &Assignment,
+        clock: EffortClock,
+    ) -> Result<Option<Answer>, String> {
+        let Some(Whole { header, items }) = self.gathering.take(header, items, assignment)? else {
+            self.gathering_seconds += clock.seconds();
+            return Ok(None);
+        };
+        let estimated = self.case.estimate(&header, &items, assignment)?;
+        let seconds = std::mem::take(&mut self.gathering_seconds) + clock.seconds();
+        Ok(Some(Answer { snapshot: header, estimated, seconds }))
+    }
+}
+
+fn publish(outlet: &Outlet<Density>, Answer { snapshot, estimated, seconds }: &Answer) -> Result<(), Failure> {
     let estimate = &estimated.estimate;
     let grid = estimate.grid;
     let header = DensityHeader {
         run_id: snapshot.run_id,
         time: snapshot.time,
         propagation_seconds: snapshot.seconds,
-        estimation_seconds: seconds,
+        estimation_seconds: *seconds,
         grid: [grid.phi.low, grid.phi.high, grid.e.low, grid.e.high],
         moments: estimate.moments.to_array(),
         standard_errors: estimate.standard_errors.to_array(),

@@ -16,6 +16,7 @@ use proptest::sample::{Index, select};
 
 use crate::assignment::Assignment;
 use crate::comparator::{self, QUANTITIES, Results};
+use crate::gathering::Gathering;
 use crate::method::Case;
 use crate::recorder::{Recording, write};
 use crate::roster::Roster;
@@ -149,6 +150,7 @@ proptest! {
         let assignment = example();
         assert!(Scenario::check(&scenario, &items).is_err());
         assert!(!breaches(&snapshot, &items, &assignment, 0).is_empty());
+        assert!(Gathering::default().take(&snapshot, &items, &assignment).is_err());
         assert!(Density::check(&density, &items).is_err());
         assert!(Passage::check(&passage, &items).is_err());
         assert!(Comparison::check(&compared, &items).is_err());
@@ -212,7 +214,7 @@ proptest! {
             comparator::effort(&case, None);
         }
         recording.is_complete();
-        let roster = Roster { scenario: 0, reference: "mc".into(), cases: vec![("mc".into(), false)] };
+        let roster = Roster { scenario: 0, reference: "mc".into(), cases: vec![("mc".into(), false)], ..Roster::default() };
         write(&recording, &roster, &folder.path().join("part")).unwrap();
     }
 }

@@ -18,10 +18,22 @@ use crate::log;
 use crate::newest::Newest;
 use crate::screen::receive;
 use crate::session::{EffortClock, Session};
+use crate::shard::Shard;
 use crate::snapshot_rules;
 
 /// A method that propagates the initial density.
 pub trait Propagator {
+    /// Says, before a scenario begins, that this process is one of several that share the case: from now on every snapshot
+    /// has the rows in `shard.range(total)` of the `total` rows that the whole would have, see [`Form::total_rows`]. They must
+    /// depend on their numbers alone. Not called for a case in one piece.
+    ///
+    /// # Errors
+    /// A method that cannot be split refuses; without this function it does.
+    fn take_shard(&mut self, shard: Shard) -> Result<(), Failure> {
+        let _ = shard;
+        Err(Failure::Refused("this propagator cannot be split into shards; leave out `shards`".into()))
+    }
+
     /// Prepares for a scenario.
     ///
     /// # Errors
@@ -55,18 +67,21 @@ pub trait Propagator {
 /// A method's answer to when the eccentricity first reaches its critical value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Passage {
-    /// A row a time: time \[yr\], probability, lower and upper end of its interval (NaN without one).
+    /// A row a time: time \[yr\], probability, lower and upper end of its interval (NaN without one). Of shards only the
+    /// first one's counts, which must be of the whole.
     Curve(Vec<[f64; PASSAGE_COLUMNS]>),
+    /// The same, counted from so many equal samples of this process: counts of shards are added up.
+    Counted(Vec<[f64; PASSAGE_COLUMNS]>, u64),
     /// The method cannot say, and why.
     Cannot(String),
 }
 
 impl Passage {
-    /// A curve from an estimate of a sample of trajectories.
-    pub fn from_empirical(curve: &EmpiricalCurve) -> Self {
+    /// The rows of an estimate from a sample of trajectories.
+    pub fn rows(curve: &EmpiricalCurve) -> Vec<[f64; PASSAGE_COLUMNS]> {
         let interval = |k: usize| curve.interval.as_ref().map_or((f64::NAN, f64::NAN), |interval| interval[k]);
         let row = |k: usize| [curve.times[k], curve.probability[k], interval(k).0, interval(k).1];
-        Self::Curve((0..curve.times.len()).map(row).collect())
+        (0..curve.times.len()).map(row).collect()
     }
 }
 
@@ -75,8 +90,10 @@ impl Passage {
 pub struct Form {
     /// What the columns are, see [`messages::layout::kind`].
     pub kind: u32,
-    /// The most rows that a snapshot of the scenario can have.
+    /// The most rows that a snapshot of the scenario can have; of a shard, those of that shard.
     pub most_rows: usize,
+    /// Shards only: rows that all shards together have in each snapshot.
+    pub total_rows: usize,
     /// How to estimate the density from characteristics, see [`messages::layout::treatment`].
     pub treatment: u32,
     /// Interpolation points an axis of a hull mesh, or 0.
@@ -147,6 +164,10 @@ fn serve_one(
     way_out: &mut WayOut,
 ) -> Result<(), Failure> {
     let mut clock = EffortClock::start();
+    let shard = session.shard;
+    if !shard.is_whole() {
+        propagator.take_shard(shard)?;
+    }
     let form = propagator.begin(assignment)?;
     let column_count = columns(form.kind)
         .ok_or_else(|| Failure::Refused(format!("snapshots of kind {} are unknown to this version", form.kind)))?;
@@ -178,7 +199,10 @@ fn serve_one(
             replicates: form.replicates,
             attempt: session.attempt,
             disagreement: propagator.disagreement(),
-            label: pack(&session.name),
+            total: if shard.is_whole() { 0 } else { form.total_rows as u64 },
+            shard: shard.index,
+            shards: shard.count,
+            label: pack(&session.label),
         };
         if index + 1 == count {
             // Before the last snapshot, so that whoever has that snapshot's density can have the passages too.
@@ -202,9 +226,10 @@ fn send_passage(
 ) -> Result<(), Failure> {
     let clock = EffortClock::start();
     let end = assignment.problem.times.last().copied().unwrap_or(0.0);
-    let (mut rows, reason) = match propagator.first_passage(&curve_times(end, PASSAGE_TIMES))? {
-        Passage::Curve(rows) => (rows, String::new()),
-        Passage::Cannot(reason) => (Vec::new(), reason),
+    let (mut rows, samples, reason) = match propagator.first_passage(&curve_times(end, PASSAGE_TIMES))? {
+        Passage::Curve(rows) => (rows, 0, String::new()),
+        Passage::Counted(rows, samples) => (rows, samples, String::new()),
+        Passage::Cannot(reason) => (Vec::new(), 0, reason),
     };
     // The true curve never falls; rounding and quadrature may make an estimate do so.
     for k in 1..rows.len() {
@@ -213,9 +238,12 @@ fn send_passage(
     let header = PassageHeader {
         run_id: assignment.run_id,
         seconds: clock.seconds(),
+        samples,
         scenario: assignment.scenario,
         rows: rows.len() as u32,
-        label: pack(&session.name),
+        shard: session.shard.index,
+        shards: session.shard.count,
+        label: pack(&session.label),
         reason: pack(&reason),
     };
     Ok(outlet.send_items(header, rows.as_flattened())?)

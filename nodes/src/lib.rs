@@ -15,6 +15,7 @@ pub mod dee;
 pub mod estimator;
 pub mod exact;
 pub mod failure;
+mod gathering;
 pub mod gmm_ut;
 #[cfg(test)]
 mod hostile;
@@ -34,5 +35,6 @@ pub mod scenario_file;
 pub mod screen;
 pub mod sender;
 pub mod session;
+pub mod shard;
 pub mod snapshot_rules;
 pub mod sweep;

@@ -14,6 +14,7 @@ use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::input::positive;
 use crate::kit::{Form, Passage, Propagator};
+use crate::shard::Shard;
 
 /// How draws depend on one another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,12 +79,15 @@ impl Settings {
 #[derive(Debug)]
 pub struct MonteCarlo {
     settings: Settings,
+    shard: Shard,
     sample: Option<Sample>,
 }
 
 /// Orbits on their way, and when each first had the critical eccentricity.
 #[derive(Debug)]
 struct Sample {
+    /// Number of the first.
+    first: usize,
     orbits: Orbits,
     passages: Vec<f64>,
     problem: Problem,
@@ -92,24 +96,33 @@ struct Sample {
 impl MonteCarlo {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings, sample: None }
+        Self { settings, shard: Shard::WHOLE, sample: None }
     }
 }
 
 impl Propagator for MonteCarlo {
+    fn take_shard(&mut self, shard: Shard) -> Result<(), Failure> {
+        self.shard = shard;
+        Ok(())
+    }
+
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
         let Settings { samples, replicates, accuracy, .. } = self.settings;
-        let (x1, x2) = self.settings.plan().draw(&problem.initial, samples);
+        let range = self.shard.part(samples)?;
+        let (first, most_rows) = (range.start, range.len());
+        let (x1, x2) = self.settings.plan().draw_range(&problem.initial, range);
         let orbits = Orbits::new(AccuracySetting::flow(accuracy, problem.force), x1, x2);
-        self.sample = Some(Sample { orbits, passages: vec![f64::INFINITY; samples], problem: problem.clone() });
+        self.sample =
+            Some(Sample { first, orbits, passages: vec![f64::INFINITY; most_rows], problem: problem.clone() });
         let replicates = if replicates > 1 { replicates as u32 } else { 0 };
-        Ok(Form { kind: kind::SAMPLES, most_rows: samples, replicates, ..Form::default() })
+        Ok(Form { kind: kind::SAMPLES, most_rows, total_rows: samples, replicates, ..Form::default() })
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let Sample { orbits, passages, problem } = self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
-        orbits.advance_watching(problem.times[index], problem.critical_e, passages)?;
+        let Sample { first, orbits, passages, problem } = self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
+        let moved = orbits.advance_watching(problem.times[index], problem.critical_e, passages);
+        moved.map_err(|lost| lost.counted_from(*first))?;
         Ok(orbits.len())
     }
 
@@ -125,6 +138,6 @@ impl Propagator for MonteCarlo {
         let sample = self.sample.as_ref().ok_or_else(Failure::no_scenario)?;
         let curve = empirical_curve(&sample.passages, None, times);
         let interval = curve.interval.filter(|_| self.settings.draws == DrawsChoice::Independent);
-        Ok(Passage::from_empirical(&EmpiricalCurve { interval, ..curve }))
+        Ok(Passage::Counted(Passage::rows(&EmpiricalCurve { interval, ..curve }), sample.passages.len() as u64))
     }
 }

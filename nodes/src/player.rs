@@ -127,14 +127,16 @@ fn items<T: Topic>(recording: &Recording, entry: &messages::recording::Entry) ->
 /// Sends what the node sent in the scenario at `position`, and reports how that ended.
 fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent, Failure> {
     let name = session.name.as_str();
-    let mine = |scenario: u32, label: &[u8]| scenario == position && unpack(label) == name;
+    let Session { label: own, shard, .. } = session;
+    let mine =
+        |scenario: u32, label: &[u8], of: u32| scenario == position && unpack(label) == *own && of == shard.index;
     let sent = match name {
         ESTIMATOR => Sent::Estimator(send::<Density>(session, recording, |h| h.scenario == position)?),
         COMPARATOR => Sent::Comparator(send::<Comparison>(session, recording, |h| h.scenario == position)?),
         _ => {
             // In the order in which a propagator sends: the last snapshot says that all is there.
-            let passages = send::<Passage>(session, recording, |h| mine(h.scenario, &h.label))?;
-            let snapshots = send::<Snapshot>(session, recording, |h| mine(h.scenario, &h.label))?;
+            let passages = send::<Passage>(session, recording, |h| mine(h.scenario, &h.label, h.shard))?;
+            let snapshots = send::<Snapshot>(session, recording, |h| mine(h.scenario, &h.label, h.shard))?;
             Sent::Propagator(Box::new((passages, snapshots)))
         }
     };
@@ -145,16 +147,15 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
         session.failed(position, &unpack(&report.subject), &unpack(&report.text))?;
     }
     if !failed && let Sent::Propagator(..) = sent {
-        check_snapshots(recording, position, name)?;
+        let have = recording.messages::<Snapshot>().filter(|(h, _)| mine(h.scenario, &h.label, h.shard)).count();
+        check_count(recording, position, name, have)?;
     }
     session.done(position)?;
     Ok(sent)
 }
 
-/// Whether the recording has all snapshots of a propagator.
-fn check_snapshots(recording: &Recording, position: u32, name: &str) -> Result<(), Failure> {
-    let headers = || recording.messages::<Snapshot>().map(|(header, _)| header);
-    let have = headers().filter(|h| h.scenario == position && unpack(&h.label) == name).count();
+/// Whether the recording has all snapshots of a propagator: `have` of them.
+fn check_count(recording: &Recording, position: u32, name: &str, have: usize) -> Result<(), Failure> {
     let scenario = recording.messages::<Scenario>().find(|(header, _)| header.scenario == position);
     let count = scenario.map_or(0, |(header, _)| header.snapshots as usize);
     if have == count {

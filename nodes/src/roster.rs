@@ -1,5 +1,7 @@
 //! Who takes part in a run and who has failed, as the launcher tells.
 
+use std::collections::BTreeMap;
+
 use messages::port::Inlet;
 use messages::text::unpack;
 use messages::topic::Roster as RosterTopic;
@@ -17,6 +19,8 @@ pub struct Roster {
     pub reference: String,
     /// All labels in the launch file's order, with whether they have failed.
     pub cases: Vec<(String, bool)>,
+    /// How many shards each case has, where that is known.
+    pub shards: BTreeMap<String, u32>,
 }
 
 impl Roster {
@@ -28,6 +32,8 @@ impl Roster {
         while let Some(message) = receive(session, inlet)? {
             self.scenario = message.header().scenario;
             self.reference = unpack(&message.header().reference);
+            let entries = message.items().iter().filter(|entry| entry.shards > 0);
+            self.shards = entries.map(|entry| (unpack(&entry.label), entry.shards)).collect();
             self.cases = message.items().iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect();
         }
         Ok(())
@@ -41,6 +47,11 @@ impl Roster {
     /// How many cases take part and have not failed.
     pub fn alive(&self) -> usize {
         self.cases.iter().filter(|(_, failed)| !failed).count()
+    }
+
+    /// How many shards the case `label` has, if that is known.
+    pub fn shards(&self, label: &str) -> Option<u32> {
+        self.shards.get(label).copied()
     }
 
     /// Whether there is a case `label`.
@@ -64,7 +75,7 @@ mod tests {
     fn a_failed_case_is_not_waited_for_but_an_unknown_roster_is() {
         assert!(!Roster::default().nothing_more_to_come(0, |_| true));
         let cases = vec![("mc".into(), false), ("mine".into(), true)];
-        let roster = Roster { scenario: 1, reference: "mc".into(), cases };
+        let roster = Roster { scenario: 1, reference: "mc".into(), cases, ..Roster::default() };
         assert!(roster.nothing_more_to_come(1, |label| label == "mc"));
         assert!(!roster.nothing_more_to_come(1, |label| label == "mine"));
         assert!(!roster.nothing_more_to_come(2, |_| true), "that was about the scenario before");

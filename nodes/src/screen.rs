@@ -20,6 +20,7 @@ use crate::comparator::QUANTITIES;
 use crate::failure::Failure;
 use crate::sender::label_of;
 use crate::session::Session;
+use crate::shard::{MOST_SHARDS, label_of_member};
 
 /// Most bins of a comparison grid an axis.
 pub const MOST_BINS: usize = 2000;
@@ -191,13 +192,16 @@ impl Screened for Roster {
         if labels.len() != items.len() || items.len() > MOST_CASES || !labels.contains(&header.reference) {
             return Err("labels that repeat, more than a run can have, or no reference among them".into());
         }
+        if let Some(entry) = items.iter().find(|entry| entry.shards > MOST_SHARDS) {
+            return Err(format!("a case of {} shards, at most {MOST_SHARDS} are allowed", entry.shards));
+        }
         Ok(())
     }
 }
 
 impl Screened for Status {
     fn propagator(header: &Self::Header) -> Option<String> {
-        Some(unpack(&header.node))
+        Some(label_of_member(&unpack(&header.node)).to_owned())
     }
 
     fn check(_: &Self::Header, _: &[f64]) -> Result<(), String> {
@@ -219,6 +223,8 @@ mod tests {
         assert_eq!(judge::<Snapshot>(7, &snapshot, &[], None), Ok(()), "by hand");
         assert!(judge::<Snapshot>(8, &snapshot, &[], Some("mc")).unwrap_err().contains("belongs to run"));
         assert!(judge::<Snapshot>(7, &snapshot, &[], Some("mine")).unwrap_err().contains("the label \"mc\""));
+        let shard = StatusHeader { run_id: 7, node: pack("mc/3"), ..StatusHeader::default() };
+        assert_eq!(judge::<Status>(7, &shard, &[], Some("mc")), Ok(()));
         let status = StatusHeader { run_id: 7, node: pack("recorder"), ..StatusHeader::default() };
         assert!(judge::<Status>(7, &status, &[], Some("mine")).is_err());
         let header = DensityHeader { run_id: 7, phi_bins: 1, e_bins: 1, count: 1, ..DensityHeader::default() };

@@ -14,13 +14,15 @@ use rustix::time::{ClockId, clock_gettime};
 use crate::failure::Failure;
 use crate::log;
 use crate::screen::Told;
+use crate::shard::Shard;
 
 /// A node sleeps at most this long before it looks around, in case a wake-up was missed.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
 /// Environment variable that holds a propagator's label.
 pub const LABEL_VARIABLE: &str = "PHASECLOUD_LABEL";
-/// Environment variable that holds the name of a node that a launcher started; a propagator's is its label.
+/// Environment variable that holds the name of a node that a launcher started; a propagator's is its label, that of a shard
+/// with its number.
 pub const NODE_VARIABLE: &str = "PHASECLOUD_NODE";
 /// Environment variable that holds the number that names the run.
 pub const RUN_VARIABLE: &str = "PHASECLOUD_RUN_ID";
@@ -39,8 +41,12 @@ pub const ANY_SCENARIO: u32 = u32::MAX;
 /// A node's access to a run.
 #[derive(Debug)]
 pub struct Session {
-    /// The node's name; a propagator's is its label.
+    /// The node's name; a propagator's is its label, that of a shard with its number.
     pub name: String,
+    /// The label of a propagator; of other nodes the name.
+    pub label: String,
+    /// Which part of its case a propagator computes.
+    pub shard: Shard,
     /// Names the run.
     pub run_id: u64,
     /// How often the launcher has restarted this node.
@@ -66,22 +72,35 @@ impl Session {
         Self::enter(&place, &label, run_id.ok_or_else(|| missing(RUN_VARIABLE))?)
     }
 
-    /// Enters the domain at `place` as `name`. From here on SIGINT and SIGTERM ask the node to stop, and so does the end
-    /// of the launcher, if one started it.
+    /// Enters the domain at `place` as the propagator `label`, or the shard of it that the environment says, or as another
+    /// node of that name. From here on SIGINT and SIGTERM ask the node to stop, and so does the end of the launcher, if one
+    /// started it.
     ///
     /// # Errors
-    /// [`Failure::Port`] if the domain cannot be used.
-    pub fn enter(place: &Place, name: &str, run_id: u64) -> Result<Self, Failure> {
-        log::start_from_environment(name, run_id);
+    /// [`Failure::Port`] if the domain cannot be used, [`Failure::Refused`] if the environment does not say a shard.
+    pub fn enter(place: &Place, label: &str, run_id: u64) -> Result<Self, Failure> {
+        let shard = Shard::from_environment()?;
+        Self::enter_as(place, label, shard, run_id)
+    }
+
+    /// As [`Session::enter`], as a given shard.
+    ///
+    /// # Errors
+    /// As [`Session::enter`].
+    pub fn enter_as(place: &Place, label: &str, shard: Shard, run_id: u64) -> Result<Self, Failure> {
+        let name = shard.member(label);
+        log::start_from_environment(&name, run_id);
         end_with_launcher()?;
         let refused = |e: std::io::Error| Failure::Refused(format!("cannot catch signals: {e}"));
         let signals = Signals::catch(&[]).map_err(refused)?;
         signals.end_process_after(GRACE).map_err(refused)?;
-        let domain = Domain::enter(place, name)?;
+        let domain = Domain::enter(place, &name)?;
         let status = domain.outlet::<Status>(2)?;
         let attempt = std::env::var(ATTEMPT_VARIABLE).ok().and_then(|text| text.parse().ok()).unwrap_or(0);
         Ok(Self {
-            name: name.into(),
+            name,
+            label: label.into(),
+            shard,
             run_id,
             attempt,
             domain,

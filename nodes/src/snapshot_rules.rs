@@ -134,6 +134,7 @@ mod tests {
         time: 0.5,
         seconds: 0.0,
         disagreement: f64::NAN,
+        total: 0,
         scenario: 1,
         index: 1,
         count: 2,
@@ -146,6 +147,8 @@ mod tests {
         degree: 0,
         replicates: 0,
         attempt: 0,
+        shard: 0,
+        shards: 0,
         label: [0; 32],
     };
 

@@ -99,7 +99,10 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
             kind: kind::SAMPLES,
             rows: SAMPLES as u32,
             columns: if fault == "shape" && index > 0 { 3 } else { 2 },
-            label: pack(&session.name),
+            total: if fault == "range" { 2 * SAMPLES as u64 - 1 } else { 0 },
+            shard: if fault == "range" { session.shard.index } else { 0 },
+            shards: if fault == "range" { session.shard.count } else { 0 },
+            label: pack(&session.label),
             ..SnapshotHeader::default()
         };
         outlet.send(draft, header)?;

@@ -6,6 +6,7 @@
 mod densities;
 pub mod join;
 mod notes;
+mod passages;
 mod rows;
 mod tables;
 mod tape;
@@ -43,7 +44,7 @@ struct RecordedComparison {
 }
 
 /// A first-passage curve as it was published, or why there is none.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct RecordedPassage {
     header: PassageHeader,
     values: Vec<f64>,
@@ -56,7 +57,8 @@ pub(crate) struct Recording {
     densities: BTreeMap<(String, u32), RecordedDensity>,
     /// By label, kind and snapshot: a restarted comparator says everything once more.
     comparisons: BTreeMap<(String, u32, u32), RecordedComparison>,
-    passages: BTreeMap<String, RecordedPassage>,
+    /// By label and shard.
+    passages: BTreeMap<(String, u32), RecordedPassage>,
 }
 
 impl Recording {
@@ -77,7 +79,7 @@ impl Recording {
     pub(crate) fn take_passage(&mut self, header: PassageHeader, values: &[f64]) {
         if header.scenario == self.assignment.scenario {
             let passage = RecordedPassage { header, values: values.to_vec() };
-            self.passages.insert(unpack(&header.label), passage);
+            self.passages.insert((unpack(&header.label), header.shard), passage);
         }
     }
 
@@ -94,6 +96,12 @@ impl Recording {
             .map_while(|index| self.densities.get(&(label.into(), index)))
             .collect();
         (snapshots.len() == self.assignment.problem.times.len()).then_some(snapshots)
+    }
+
+    /// The first-passage curve of a case, if one has been sent.
+    fn passage(&self, label: &str) -> Option<RecordedPassage> {
+        let parts = self.passages.iter().filter(|((of, _), _)| of == label).map(|(_, part)| part);
+        passages::merged(&parts.collect::<Vec<_>>())
     }
 
     /// Labels of the cases that the comparator has finished.

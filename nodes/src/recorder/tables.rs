@@ -98,9 +98,9 @@ impl Tables {
                 self.notes.write(notes::of_density(scenario, method, &density.header))?;
                 self.densities.write(scenario, method, density)?;
             }
-            if let Some(passage) = recording.passages.get(method) {
-                self.first_passage.write(rows::passages(scenario, method, passage))?;
-                self.notes.write(notes::of_passage(scenario, method, passage))?;
+            if let Some(passage) = recording.passage(method) {
+                self.first_passage.write(rows::passages(scenario, method, &passage))?;
+                self.notes.write(notes::of_passage(scenario, method, &passage))?;
             }
             let of_method = |c: &&RecordedComparison| unpack(&c.header.label) == *method;
             for recorded in recording.comparisons.values().filter(of_method) {

@@ -29,13 +29,20 @@ pub(super) struct Tape {
     comparisons: Inlet<Comparison>,
     reports: Inlet<Status>,
     rosters: Inlet<Roster>,
-    snapshots_of: Count,
+    snapshots_of: BTreeMap<(u32, Label), Snapshots>,
     densities_of: Count,
     compared: BTreeSet<u32>,
 }
 
 /// How many messages there are of a scenario and a label.
 type Count = BTreeMap<(u32, Label), usize>;
+
+/// Snapshots of all shards of a case.
+#[derive(Debug, Default)]
+struct Snapshots {
+    have: usize,
+    shards: usize,
+}
 
 impl Tape {
     /// Goes on with a recording that has been begun.
@@ -51,7 +58,7 @@ impl Tape {
             comparisons: domain.inlet()?,
             reports: domain.inlet()?,
             rosters: domain.inlet()?,
-            snapshots_of: Count::new(),
+            snapshots_of: BTreeMap::new(),
             densities_of: Count::new(),
             compared: BTreeSet::new(),
         })
@@ -63,7 +70,10 @@ impl Tape {
         let Self { path, writer, snapshots_of, densities_of, compared, .. } = self;
         take(path, writer, &self.rosters, |_| ())?;
         take(path, writer, &self.scenarios, |_| ())?;
-        take(path, writer, &self.snapshots, |h| *snapshots_of.entry((h.scenario, h.label)).or_default() += 1)?;
+        take(path, writer, &self.snapshots, |h| {
+            let of_case = snapshots_of.entry((h.scenario, h.label)).or_default();
+            (of_case.have, of_case.shards) = (of_case.have + 1, h.shards.max(1) as usize);
+        })?;
         take(path, writer, &self.passages, |_| ())?;
         take(path, writer, &self.densities, |h| *densities_of.entry((h.scenario, h.label)).or_default() += 1)?;
         take(path, writer, &self.comparisons, |h| {
@@ -78,13 +88,13 @@ impl Tape {
     pub(super) fn has_all(&self, recording: &Recording) -> bool {
         let scenario = recording.assignment.scenario;
         let count = recording.assignment.problem.times.len();
-        let complete = |messages: &Count, label: &str| {
-            messages.iter().any(|((of, name), have)| *of == scenario && unpack(name) == label && *have >= count)
+        let is_of = |(of, name): &(u32, Label), label: &str| *of == scenario && unpack(name) == label;
+        let has_snapshots = |label: &str| {
+            self.snapshots_of.iter().any(|(of, case)| is_of(of, label) && case.have >= count * case.shards)
         };
+        let has_densities = |label: &str| self.densities_of.iter().any(|(of, have)| is_of(of, label) && *have >= count);
         self.compared.contains(&scenario)
-            && recording
-                .compared()
-                .all(|label| complete(&self.snapshots_of, &label) && complete(&self.densities_of, &label))
+            && recording.compared().all(|label| has_snapshots(&label) && has_densities(&label))
     }
 
     /// Ends the tape with what has arrived.
