@@ -9,6 +9,7 @@
 //! - [`layout`]: the headers, byte for byte, as any language sees them;
 //! - [`payload`]: what the numbers after a header are called;
 //! - [`describe`]: what layouts say of themselves, for documents and tools;
+//! - [`contract`]: the names of all messages, with their versions;
 //! - [`topic`]: the topics and how many of what they hold;
 //! - [`domain`]: the corner of shared memory that belongs to one run;
 //! - [`port`]: sending and receiving without losing anything in silence;
@@ -20,6 +21,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+pub mod contract;
 pub mod describe;
 pub mod domain;
 pub mod layout;

@@ -197,6 +197,16 @@ impl<T: Topic> Inlet<T> {
     }
 }
 
+impl<T: Topic> Inlet<T> {
+    /// Sleeps until something may have arrived, at most for `timeout`; for threads that look after one topic alone.
+    ///
+    /// # Errors
+    /// [`PortError`] if the topic cannot be waited for.
+    pub fn wait(&self, timeout: Duration) -> Result<(), PortError> {
+        self.listener.timed_wait(|_| (), timeout).map(drop).map_err(|e| PortError::new("wait on", T::NAME, &e))
+    }
+}
+
 impl<T: Topic> Message<T> {
     /// The header.
     pub fn header(&self) -> &T::Header {

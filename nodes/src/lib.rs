@@ -25,7 +25,7 @@ pub mod kit;
 pub mod log;
 pub mod mc;
 pub mod method;
-mod newest;
+pub mod newest;
 pub mod player;
 pub mod recorder;
 mod roomy;

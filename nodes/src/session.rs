@@ -143,6 +143,14 @@ impl Session {
         self.report(phase::DONE, scenario, &self.name, "", [1.0, 1.0])
     }
 
+    /// Tells the launcher that the host `name` takes part from now on.
+    ///
+    /// # Errors
+    /// [`Failure::Port`] if the message cannot be sent.
+    pub fn joined(&self, name: &str) -> Result<(), Failure> {
+        self.report(phase::READY, 0, name, "", [0.0, 0.0])
+    }
+
     /// Tells the launcher that the case of `subject` cannot be completed, and why.
     ///
     /// # Errors
@@ -172,10 +180,22 @@ impl Session {
         // Who comes late must also hear what has been reported.
         let ports: Vec<&dyn Awaited> = ports.iter().copied().chain([&self.status as &dyn Awaited]).collect();
         self.signals.wait(&ports, LONGEST_SLEEP)?;
-        if self.launcher.is_some_and(|launcher| !is_alive(launcher)) {
-            return Err(Failure::Stopped);
-        }
+        self.check_launcher()?;
         self.check_stop()
+    }
+
+    /// Looks up from other waiting: tells late readers what has been reported.
+    ///
+    /// # Errors
+    /// [`Failure::Stopped`] if the node has been asked to stop, or its launcher is gone.
+    pub fn look_up(&self) -> Result<(), Failure> {
+        self.status.attend();
+        self.check_launcher()?;
+        self.check_stop()
+    }
+
+    fn check_launcher(&self) -> Result<(), Failure> {
+        if self.launcher.is_some_and(|launcher| !is_alive(launcher)) { Err(Failure::Stopped) } else { Ok(()) }
     }
 
     /// # Errors

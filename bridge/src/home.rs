@@ -1,0 +1,190 @@
+//! The bridge of the home host: waits for the worker hosts, gives each its share, and brings home what they send.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{JoinHandle, spawn};
+use std::time::Duration;
+
+use messages::domain::Place;
+use messages::topic::{Passage, Scenario, Snapshot, Status};
+use nodes::failure::Failure;
+use nodes::log::{Format, Line};
+use nodes::newest::Newest;
+use nodes::screen::receive;
+use nodes::session::{ANY_SCENARIO, Session};
+use zenoh::Session as Zenoh;
+
+use crate::contact::Contact;
+use crate::endpoint::{Access, End};
+use crate::greeting::{self, Hello};
+use crate::landing::{ComesHome, Landing};
+use crate::log_stream;
+use crate::plan::{HOME, Plan};
+use crate::pull::pull;
+use crate::serve::serve;
+use crate::session;
+use crate::wire::key;
+
+/// How often the hosts are looked after.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Carries messages until asked to stop.
+///
+/// # Errors
+/// [`Failure::Stopped`] is the normal end.
+pub fn run(session: &Session, place: &Place, access: &Access, plans: BTreeMap<String, Plan>) -> Result<(), Failure> {
+    let zenoh = session::open(access, End::Listens)?;
+    let (joined, joins) = channel();
+    let register = Register { plans, present: Mutex::default() };
+    let welcome = move |hello: Hello| {
+        let (plan, contact) = register.welcome(&hello)?;
+        if let Some(contact) = contact {
+            let _ = joined.send((hello.host, plan.clone(), contact));
+        }
+        Ok(plan)
+    };
+    let _greetings = greeting::receive(&zenoh, welcome)?;
+    session.ready()?;
+    let mut home = Home { session, place, zenoh: &zenoh, hosts: BTreeMap::new(), threads: Vec::new() };
+    let end = home.look_after(&joins);
+    home.hosts.values().for_each(|host| host.contact.stop());
+    home.threads.drain(..).for_each(|thread| drop(thread.join()));
+    end
+}
+
+/// Which hosts may join, and which have.
+struct Register {
+    plans: BTreeMap<String, Plan>,
+    present: Mutex<BTreeMap<String, (u64, Arc<Contact>)>>,
+}
+
+impl Register {
+    /// The plan of a host that greets, and its contact if it was not there before.
+    ///
+    /// # Errors
+    /// Why it cannot join.
+    fn welcome(&self, hello: &Hello) -> Result<(Plan, Option<Arc<Contact>>), String> {
+        hello.check().inspect_err(|why| tracing::error!("{why}"))?;
+        let Some(plan) = self.plans.get(&hello.host) else {
+            let names: Vec<&str> = self.plans.keys().map(String::as_str).collect();
+            let why = format!("the launch file names no host \"{}\"; there are {}", hello.host, names.join(", "));
+            tracing::warn!("{why}");
+            return Err(why);
+        };
+        let mut present = self.present.lock().unwrap_or_else(PoisonError::into_inner);
+        match present.get(&hello.host) {
+            Some((process, _)) if *process == hello.process => return Ok((plan.clone(), None)),
+            Some((_, contact)) if !contact.is_gone() => {
+                return Err(format!("another process has joined as {} and is alive", hello.host));
+            }
+            _ => {}
+        }
+        let contact = Arc::<Contact>::default();
+        present.insert(hello.host.clone(), (hello.process, Arc::clone(&contact)));
+        Ok((plan.clone(), Some(contact)))
+    }
+}
+
+/// A worker host that has joined.
+struct Host {
+    plan: Plan,
+    contact: Arc<Contact>,
+    is_reported: bool,
+}
+
+type Joined = (String, Plan, Arc<Contact>);
+
+struct Home<'a> {
+    session: &'a Session,
+    place: &'a Place,
+    zenoh: &'a Zenoh,
+    hosts: BTreeMap<String, Host>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Home<'_> {
+    fn look_after(&mut self, joins: &Receiver<Joined>) -> Result<(), Failure> {
+        let scenarios = self.session.domain.inlet::<Scenario>()?;
+        let mut newest = Newest::default();
+        loop {
+            if let Ok(joined) = joins.recv_timeout(LOOK) {
+                self.take_in(joined)?;
+            }
+            while let Some(message) = receive(self.session, &scenarios)? {
+                if newest.is_news(message.header().scenario) {
+                    // Whoever is missing is missing in this scenario too.
+                    self.hosts.values_mut().for_each(|host| host.is_reported = false);
+                }
+            }
+            self.report_the_lost()?;
+            self.session.look_up()?;
+        }
+    }
+
+    /// Starts the threads that carry a host's messages.
+    fn take_in(&mut self, (name, plan, contact): Joined) -> Result<(), Failure> {
+        contact.hear();
+        tracing::info!("host {name} has joined");
+        self.bring_home::<Snapshot>(&name, &plan, &contact)?;
+        self.bring_home::<Passage>(&name, &plan, &contact)?;
+        self.bring_home::<Status>(&name, &plan, &contact)?;
+        let (zenoh, from) = (self.zenoh.clone(), key(plan.run_id, &name, log_stream::NAME));
+        let (host, shared) = (name.clone(), Arc::clone(&contact));
+        self.carry(&name, move || log_stream::pull(&zenoh, &from, &shared, |line| say(&host, line)));
+        let (zenoh, to) = (self.zenoh.clone(), key(plan.run_id, HOME, &format!("{name}-scenario")));
+        let (place, shared, run_id) = (self.place.clone(), Arc::clone(&contact), plan.run_id);
+        self.carry(&name, move || serve::<Scenario>(&zenoh, &to, &place, run_id, &shared));
+        self.hosts.insert(name.clone(), Host { plan, contact, is_reported: false });
+        self.session.joined(&name)
+    }
+
+    fn bring_home<T: ComesHome>(&mut self, name: &str, plan: &Plan, contact: &Arc<Contact>) -> Result<(), Failure> {
+        let (zenoh, from) = (self.zenoh.clone(), key(plan.run_id, name, T::NAME));
+        let (place, shared, host) = (self.place.clone(), Arc::clone(contact), name.to_owned());
+        let (members, attempts) = (plan.members.clone(), self.session.attempt);
+        self.carry(name, move || {
+            let mut landing = Landing::<T>::new(&place, &host, &members, attempts)?;
+            pull(&zenoh, &from, &shared, &mut landing)
+        });
+        Ok(())
+    }
+
+    fn carry(&mut self, host: &str, work: impl FnOnce() -> Result<(), Failure> + Send + 'static) {
+        let host = host.to_owned();
+        self.threads.push(spawn(move || {
+            if let Err(failure) = work() {
+                tracing::error!("host {host}: {failure}");
+            }
+        }));
+    }
+
+    /// The cases of hosts that are gone have failed in the scenario under way.
+    fn report_the_lost(&mut self) -> Result<(), Failure> {
+        for (name, host) in &mut self.hosts {
+            if host.is_reported || !host.contact.is_gone() {
+                continue;
+            }
+            host.is_reported = true;
+            host.contact.stop();
+            let why = match host.contact.has_ended() {
+                true => format!("host {name} has left the run"),
+                false => {
+                    format!("host {name} is lost: nothing heard for {:.1} s", host.contact.silence().as_secs_f64())
+                }
+            };
+            for member in &host.plan.members {
+                self.session.failed(ANY_SCENARIO, &member.label, &format!("{} was there: {why}", member.name))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A line of a worker host's log, said at home.
+fn say(host: &str, line: &str) {
+    let Ok(mut line) = serde_json::from_str::<Line>(line) else { return };
+    line.node = format!("{}@{host}", line.node);
+    let _ = writeln!(std::io::stderr(), "{}", line.to_text(Format::Json));
+}

@@ -1,0 +1,166 @@
+//! What has been pulled goes into the local domain: each message once, however often it comes.
+
+use std::collections::BTreeMap;
+
+use messages::domain::{Domain, Place};
+use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, StatusHeader};
+use messages::port::{Draft, Outlet};
+use messages::text::unpack;
+use messages::topic::{Passage, Snapshot, Status, Topic};
+use messages::wait::Awaited;
+use nodes::failure::Failure;
+
+use crate::plan::Share;
+use crate::pull::Sink;
+
+/// A topic whose messages come home.
+pub trait ComesHome: Topic {
+    /// The process that the message is of, by name.
+    fn member(header: &Self::Header) -> String;
+    /// Where the message stands among that process's, in ascending order: scenario, attempt, position. `None` for reports, which may
+    /// be heard twice.
+    fn position(header: &Self::Header) -> Option<(u32, u32, u32)>;
+    /// The scenario it belongs to.
+    fn scenario(header: &Self::Header) -> u32;
+    /// The most items that a message of the same process can have in the same scenario.
+    fn most_items(header: &Self::Header) -> usize;
+    /// The same message as sent by a bridge that has been restarted `attempts` times.
+    fn again(header: Self::Header, attempts: u32) -> Self::Header;
+}
+
+impl ComesHome for Snapshot {
+    fn member(header: &SnapshotHeader) -> String {
+        unpack(&header.label)
+    }
+
+    fn position(header: &SnapshotHeader) -> Option<(u32, u32, u32)> {
+        Some((header.scenario, header.attempt, header.index))
+    }
+
+    fn scenario(header: &SnapshotHeader) -> u32 {
+        header.scenario
+    }
+
+    fn most_items(header: &SnapshotHeader) -> usize {
+        header.rows as usize * header.columns as usize
+    }
+
+    /// A higher attempt replaces what came before, which a restarted bridge sends once more.
+    fn again(header: SnapshotHeader, attempts: u32) -> SnapshotHeader {
+        SnapshotHeader { attempt: header.attempt.saturating_add(attempts), ..header }
+    }
+}
+
+impl ComesHome for Passage {
+    fn member(header: &PassageHeader) -> String {
+        unpack(&header.label)
+    }
+
+    fn position(header: &PassageHeader) -> Option<(u32, u32, u32)> {
+        let _ = header;
+        None
+    }
+
+    fn scenario(header: &PassageHeader) -> u32 {
+        header.scenario
+    }
+
+    fn most_items(_: &PassageHeader) -> usize {
+        PASSAGE_TIMES * PASSAGE_COLUMNS
+    }
+
+    fn again(header: PassageHeader, _: u32) -> PassageHeader {
+        header
+    }
+}
+
+impl ComesHome for Status {
+    fn member(header: &StatusHeader) -> String {
+        unpack(&header.node)
+    }
+
+    fn position(_: &StatusHeader) -> Option<(u32, u32, u32)> {
+        None
+    }
+
+    /// One outlet for all scenarios.
+    fn scenario(_: &StatusHeader) -> u32 {
+        0
+    }
+
+    fn most_items(_: &StatusHeader) -> usize {
+        2
+    }
+
+    fn again(header: StatusHeader, _: u32) -> StatusHeader {
+        header
+    }
+}
+
+/// The way into the local domain for what the processes of one host say on one topic.
+pub struct Landing<T: ComesHome> {
+    domain: Domain,
+    host: String,
+    members: BTreeMap<String, Door<T>>,
+    attempts: u32,
+}
+
+/// What of one process has landed, and where it lands: an outlet a process and scenario, as in the process's own domain.
+struct Door<T: ComesHome> {
+    scenario: u32,
+    outlet: Option<Outlet<T>>,
+    last: Option<(u32, u32, u32)>,
+}
+
+impl<T: ComesHome> Landing<T> {
+    /// A way for `members` of `host`; this process has been restarted `attempts` times.
+    ///
+    /// # Errors
+    /// [`Failure::Port`] if the domain cannot be entered.
+    pub fn new(place: &Place, host: &str, members: &[Share], attempts: u32) -> Result<Self, Failure> {
+        let door = |share: &Share| (share.name.clone(), Door { scenario: 0, outlet: None, last: None });
+        let members = members.iter().map(door).collect();
+        Ok(Self { domain: Domain::enter(place, "bridge")?, host: host.into(), members, attempts })
+    }
+}
+
+impl<T: ComesHome> Sink<T> for Landing<T> {
+    fn room(&mut self, header: &T::Header, items: usize) -> Result<Option<Draft<T>>, Failure> {
+        let member = T::member(header);
+        let Some(door) = self.members.get_mut(&member) else {
+            tracing::warn!(
+                "{} sends for \"{}\", which is not its share; it is left out",
+                self.host,
+                member.escape_debug()
+            );
+            return Ok(None);
+        };
+        let position = T::position(header);
+        if position.is_some() && position <= door.last {
+            return Ok(None);
+        }
+        if items > T::most_items(header) {
+            tracing::warn!("{}: {member} sends {items} items on {}, more than it may", self.host, T::NAME);
+            return Ok(None);
+        }
+        let outlet = match door.outlet.take().filter(|_| door.scenario == T::scenario(header)) {
+            Some(outlet) => outlet,
+            None => self.domain.outlet(T::most_items(header))?,
+        };
+        door.scenario = T::scenario(header);
+        Ok(Some(door.outlet.insert(outlet).draft(items)?))
+    }
+
+    fn deliver(&mut self, header: T::Header, draft: Draft<T>) -> Result<(), Failure> {
+        let Some(door) = self.members.get_mut(&T::member(&header)) else { return Ok(()) };
+        door.last = T::position(&header).or(door.last);
+        if let Some(outlet) = &door.outlet {
+            outlet.send(draft, T::again(header, self.attempts))?;
+        }
+        Ok(())
+    }
+
+    fn idle(&mut self) {
+        self.members.values().filter_map(|door| door.outlet.as_ref()).for_each(Awaited::attend);
+    }
+}

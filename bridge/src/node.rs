@@ -1,0 +1,22 @@
+//! The bridge as a node.
+
+use std::path::Path;
+
+use messages::domain::Place;
+use nodes::failure::Failure;
+use nodes::session::Session;
+
+use crate::plan::Post;
+use crate::{home, worker};
+
+/// Carries messages at the post that the file at `path` describes.
+///
+/// # Errors
+/// [`Failure::Stopped`] is the normal end at home; a worker host's is the end of the run there.
+pub fn run(session: &Session, place: &Place, path: &Path) -> Result<(), Failure> {
+    let text = std::fs::read(path).map_err(|e| Failure::file(path, e))?;
+    match serde_json::from_slice(&text).map_err(|e| Failure::file(path, e))? {
+        Post::Home { access, plans } => home::run(session, place, &access, plans),
+        Post::Worker { access, host, log } => worker::run(session, place, &access, &host, &log),
+    }
+}

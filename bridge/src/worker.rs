@@ -1,0 +1,119 @@
+//! The bridge of a worker host: brings scenarios in and sends out what the propagators say.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::thread::spawn;
+use std::time::Duration;
+
+use messages::domain::{Domain, Place};
+use messages::layout::ScenarioHeader;
+use messages::port::{Draft, Outlet};
+use messages::topic::{Passage, Scenario, Snapshot, Status};
+use messages::wait::Awaited;
+use nodes::failure::Failure;
+use nodes::newest::Newest;
+use nodes::screen::Screened;
+use nodes::session::Session;
+use zenoh::Session as Zenoh;
+
+use crate::contact::Contact;
+use crate::endpoint::{Access, End};
+use crate::log_stream;
+use crate::plan::HOME;
+use crate::pull::{Sink, pull};
+use crate::serve::serve;
+use crate::session;
+use crate::wire::key;
+
+/// How often home is looked after.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Carries messages of `host` until the run at home has ended, or asked to stop. `log` is the file with the host's log.
+///
+/// # Errors
+/// [`Failure::Refused`] if home is lost.
+pub fn run(session: &Session, place: &Place, access: &Access, host: &str, log: &Path) -> Result<(), Failure> {
+    let zenoh = session::open(access, End::Connects)?;
+    let contact = Arc::<Contact>::default();
+    let carrier = Carrier { zenoh: &zenoh, place, run_id: session.run_id, host, contact: &contact };
+    let mut threads = vec![carrier.send_out::<Snapshot>(), carrier.send_out::<Passage>(), carrier.send_out::<Status>()];
+    let (own, from, log) = (zenoh.clone(), key(session.run_id, host, log_stream::NAME), log.to_owned());
+    let shared = Arc::clone(&contact);
+    threads.push(spawn(move || log_stream::serve(&own, &from, &log, &shared)));
+    let (own, from) = (zenoh.clone(), key(session.run_id, HOME, &format!("{host}-scenario")));
+    let (shared, own_place) = (Arc::clone(&contact), place.clone());
+    threads.push(spawn(move || pull(&own, &from, &shared, &mut Arrivals::new(&own_place)?)));
+    session.ready()?;
+    let end = look_after(session, &contact, || threads.iter().any(|thread| thread.is_finished()));
+    contact.stop();
+    let ends: Vec<Result<(), Failure>> = threads.into_iter().filter_map(|thread| thread.join().ok()).collect();
+    end.and(ends.into_iter().collect())
+}
+
+fn look_after(session: &Session, contact: &Contact, is_broken: impl Fn() -> bool) -> Result<(), Failure> {
+    loop {
+        std::thread::sleep(LOOK);
+        if contact.has_ended() {
+            return Ok(());
+        }
+        if contact.is_lost() {
+            let seconds = contact.silence().as_secs_f64();
+            return Err(Failure::Refused(format!("the home host is lost: nothing heard for {seconds:.1} s")));
+        }
+        if is_broken() {
+            return Ok(()); // whose failure is told by its thread
+        }
+        session.look_up()?;
+    }
+}
+
+struct Carrier<'a> {
+    zenoh: &'a Zenoh,
+    place: &'a Place,
+    run_id: u64,
+    host: &'a str,
+    contact: &'a Arc<Contact>,
+}
+
+impl Carrier<'_> {
+    fn send_out<T: Screened>(&self) -> std::thread::JoinHandle<Result<(), Failure>> {
+        let (zenoh, place, run_id) = (self.zenoh.clone(), self.place.clone(), self.run_id);
+        let (to, contact) = (key(run_id, self.host, T::NAME), Arc::clone(self.contact));
+        spawn(move || serve::<T>(&zenoh, &to, &place, run_id, &contact))
+    }
+}
+
+/// The way into the local domain for scenarios.
+struct Arrivals {
+    domain: Domain,
+    outlet: Option<Outlet<Scenario>>,
+    newest: Newest,
+}
+
+impl Arrivals {
+    fn new(place: &Place) -> Result<Self, Failure> {
+        Ok(Self { domain: Domain::enter(place, "bridge")?, outlet: None, newest: Newest::default() })
+    }
+}
+
+impl Sink<Scenario> for Arrivals {
+    fn room(&mut self, header: &ScenarioHeader, items: usize) -> Result<Option<Draft<Scenario>>, Failure> {
+        if !self.newest.is_news(header.scenario) {
+            return Ok(None);
+        }
+        // The last scenario counts alone: its outlet is made anew.
+        drop(self.outlet.take());
+        Ok(Some(self.outlet.insert(self.domain.outlet(items)?).draft(items)?))
+    }
+
+    fn deliver(&mut self, header: ScenarioHeader, draft: Draft<Scenario>) -> Result<(), Failure> {
+        match &self.outlet {
+            Some(outlet) => Ok(outlet.send(draft, header)?),
+            None => Ok(()),
+        }
+    }
+
+    fn idle(&mut self) {
+        self.outlet.iter().for_each(Awaited::attend);
+    }
+}
