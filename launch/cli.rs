@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use bridge::endpoint::Endpoint;
 use clap::{Args, Parser, Subcommand};
 use nodes::input::{PLAIN_NAME, is_plain_name};
 use nodes::log::{FORMAT_VARIABLE, Format, LEVEL_VARIABLE};
@@ -37,6 +38,8 @@ pub enum Command {
     Serve(ServeArguments),
     /// Ask a running service to work on scenarios, and wait until it has
     Submit(SubmitArguments),
+    /// Do a share of the run that another host conducts, as its launch file says
+    Join(JoinArguments),
     /// Remove what runs whose launcher was killed have left in shared memory; live runs are not touched
     Clean,
     /// Run again what was recorded, with any part of it replaced
@@ -114,6 +117,43 @@ pub struct RunArguments {
     pub start_order: Option<u64>,
     #[command(flatten)]
     pub logged: Logged,
+    /// Let hosts talk without encryption beyond this machine
+    #[arg(long)]
+    pub insecure: bool,
+}
+
+/// Arguments of `phasecloud join`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  phasecloud join --connect tcp/127.0.0.1:7447 --name worker-a\n  \
+    phasecloud join --connect tls/home.example:7447 --authority ca.pem --certificate worker.pem --key worker-key.pem\n\n\
+    Exit codes: 0 the run at home has ended; 1 home refused or was lost, or work cannot go on; 2 bad input; 130 stopped on request.")]
+pub struct JoinArguments {
+    /// Where home listens: tcp/HOST:PORT on this machine, tls/HOST:PORT beyond it
+    #[arg(long, value_name = "ENDPOINT")]
+    pub connect: Endpoint,
+    /// The name of this host in the launch file [default: its host name]
+    #[arg(long)]
+    pub name: Option<String>,
+    /// Certificate of the authority that has signed home's, in PEM
+    #[arg(long, value_name = "FILE")]
+    pub authority: Option<PathBuf>,
+    /// This host's certificate, in PEM, where home asks for one
+    #[arg(long, value_name = "FILE")]
+    pub certificate: Option<PathBuf>,
+    /// The private key of the certificate, in PEM
+    #[arg(long, value_name = "FILE")]
+    pub key: Option<PathBuf>,
+    /// Talk without encryption beyond this machine
+    #[arg(long)]
+    pub insecure: bool,
+    /// Let home start programs of its choice here, not only phasecloud's own propagators
+    #[arg(long)]
+    pub allow_commands: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub logged: Logged,
 }
 
 /// How much of the log is shown, and how.
@@ -187,6 +227,9 @@ pub struct ServeArguments {
     /// Most snapshots that a scenario may have
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..=64))]
     pub most_snapshots: usize,
+    /// Let hosts talk without encryption beyond this machine
+    #[arg(long)]
+    pub insecure: bool,
     #[command(flatten)]
     pub shown: Shown,
     #[command(flatten)]
@@ -279,7 +322,7 @@ pub struct ReportArguments {
     after_help = "Example, in a domain that `phasecloud domain demo ...` holds:\n  phasecloud node mc --domain demo --set samples=1000"
 )]
 pub struct NodeArguments {
-    /// scenario, mc, dee, gmm-ut, exact, estimator, comparator, recorder or player
+    /// scenario, mc, dee, gmm-ut, exact, estimator, comparator, recorder, player or bridge
     pub kind: String,
     /// The run's domain: its name, or ROOT:PREFIX [default: from PHASECLOUD_ROOT and PHASECLOUD_PREFIX]
     #[arg(long)]
@@ -314,6 +357,9 @@ pub struct NodeArguments {
     /// Bins of the comparison grid in phi and e, for the scenario node
     #[arg(long, num_args = 2, value_names = ["PHI", "E"], default_values_t = [100, 100])]
     pub bins: Vec<usize>,
+    /// File that the launcher has written, for the bridge
+    #[arg(long, value_name = "FILE")]
+    pub post: Option<PathBuf>,
     /// Folder to write to, for the recorder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use messages::domain::{PREFIX_VARIABLE, Place, ROOT_VARIABLE};
 use nodes::session::{ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, RUN_VARIABLE};
-use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
+use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE, Shard};
 
 use crate::launch_file::{Launch, Runs};
 
@@ -13,6 +13,8 @@ use crate::launch_file::{Launch, Runs};
 pub const SCENARIO_NODE: &str = "scenario";
 /// The processes that every run needs besides its cases.
 pub const SERVICES: [&str; 4] = ["estimator", "comparator", "recorder", SCENARIO_NODE];
+/// The process that a run over several hosts needs as well.
+pub const BRIDGE: &str = "bridge";
 
 /// What the commands of a run are made of.
 #[derive(Debug)]
@@ -26,9 +28,50 @@ pub struct Commands<'a> {
     pub tape: Option<PathBuf>,
     /// Arguments of the scenario node: where scenarios come from.
     pub scenarios: Vec<String>,
+    /// The bridge's file, if there is one.
+    pub post: Option<PathBuf>,
+}
+
+/// Who a process is; it learns that from its environment.
+pub struct Identity<'a> {
+    /// The domain.
+    pub place: &'a Place,
+    /// The run.
+    pub run_id: u64,
+    /// Its name.
+    pub name: &'a str,
+    /// Of a propagator: the label of its case, and which shard it is.
+    pub label: Option<(&'a str, Shard)>,
+    /// How often it has been restarted.
+    pub attempt: u32,
+}
+
+impl Identity<'_> {
+    /// Gives it to a command.
+    pub fn give(&self, command: &mut Command) {
+        command.env(ROOT_VARIABLE, &self.place.root).env(PREFIX_VARIABLE, &self.place.prefix);
+        command.env(RUN_VARIABLE, self.run_id.to_string());
+        command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
+        command.env(NODE_VARIABLE, self.name);
+        for variable in [LABEL_VARIABLE, SHARD_VARIABLE, SHARDS_VARIABLE] {
+            command.env_remove(variable); // only propagators have one
+        }
+        if let Some((label, shard)) = self.label {
+            command.env(LABEL_VARIABLE, label);
+            if !shard.is_whole() {
+                command.env(SHARD_VARIABLE, shard.index.to_string()).env(SHARDS_VARIABLE, shard.count.to_string());
+            }
+        }
+        command.env(ATTEMPT_VARIABLE, self.attempt.to_string());
+    }
 }
 
 impl Commands<'_> {
+    /// The names of the other hosts.
+    pub fn hosts(&self) -> &[String] {
+        self.launch.hosts.as_ref().map_or(&[], |hosts| &hosts.names)
+    }
+
     /// The command of process `name`, a service or a member of a case, which has been restarted `attempt` times, while scenario `scenario` is under way.
     ///
     /// # Errors
@@ -41,20 +84,8 @@ impl Commands<'_> {
             (None, Some(runs)) => of_what_runs(name, runs)?,
             (None, None) => self.of_service(name, scenario)?,
         };
-        command.env(ROOT_VARIABLE, &self.place.root).env(PREFIX_VARIABLE, &self.place.prefix);
-        command.env(RUN_VARIABLE, self.run_id.to_string());
-        command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
-        command.env(NODE_VARIABLE, name);
-        for variable in [LABEL_VARIABLE, SHARD_VARIABLE, SHARDS_VARIABLE] {
-            command.env_remove(variable); // only propagators have one
-        }
-        if let Some((case, (_, shard))) = member {
-            command.env(LABEL_VARIABLE, &case.label);
-            if !shard.is_whole() {
-                command.env(SHARD_VARIABLE, shard.index.to_string()).env(SHARDS_VARIABLE, shard.count.to_string());
-            }
-        }
-        command.env(ATTEMPT_VARIABLE, attempt.to_string());
+        let label = member.as_ref().map(|(case, (_, shard))| (case.label.as_str(), *shard));
+        Identity { place: self.place, run_id: self.run_id, name, label, attempt }.give(&mut command);
         Ok(command)
     }
 
@@ -69,6 +100,9 @@ impl Commands<'_> {
                 let (phi, e) = self.launch.bins;
                 command.args(["--bins", &phi.to_string(), &e.to_string(), "--first", &scenario.to_string()]);
                 command.args(&self.scenarios);
+            }
+            BRIDGE => {
+                command.args(self.post.iter().flat_map(|post| [Path::new("--post"), post]));
             }
             _ => {}
         }
@@ -100,12 +134,19 @@ fn of_what_runs(name: &str, runs: &Runs) -> Result<Command, String> {
 }
 
 /// The command that runs one of our own nodes.
-fn own_command(kind: &str) -> Result<Command, String> {
+///
+/// # Errors
+/// If this program cannot be found.
+pub fn own_command(kind: &str) -> Result<Command, String> {
     let mut command = own_program()?;
     command.args(["node", kind]);
     Ok(command)
 }
 
-fn own_program() -> Result<Command, String> {
+/// This program.
+///
+/// # Errors
+/// If it cannot be found.
+pub fn own_program() -> Result<Command, String> {
     std::env::current_exe().map(Command::new).map_err(|e| format!("cannot find myself: {e}"))
 }

@@ -61,7 +61,7 @@ fn prepare(arguments: &DomainArguments) -> Result<(OwnDomain, Capacity), String>
         arguments.scenarios.iter().map(snapshots).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
     let propagators = arguments.labels.iter().map(|case| case.shards as usize).sum();
     let snapshots = snapshots.into_iter().max().unwrap_or(1);
-    let capacity = Capacity { propagators, cases: labels.len(), snapshots };
+    let capacity = Capacity { propagators, cases: labels.len(), snapshots, hosts: 0 };
     domains::sweep();
     Ok((OwnDomain::claim_named(&arguments.name)?, capacity))
 }
@@ -121,7 +121,7 @@ fn publish(
 }
 
 /// A report in words.
-fn describe(header: &StatusHeader, units: &[f64]) -> String {
+pub fn describe(header: &StatusHeader, units: &[f64]) -> String {
     let (node, scenario) = (unpack(&header.node), header.scenario);
     match (header.phase, units) {
         (phase::READY, _) => format!("{node}: ready"),

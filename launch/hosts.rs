@@ -9,6 +9,10 @@ use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use serde::Deserialize;
 use toml::Spanned;
 
+/// What runs over several hosts need is compiled on request: it takes longer than all the rest.
+pub const WITHOUT_HOSTS: &str =
+    "this phasecloud was built for one host; build it with `cargo build --release --features hosts`";
+
 /// Most worker hosts of a run.
 const MOST_HOSTS: usize = 64;
 

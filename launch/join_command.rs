@@ -3,13 +3,13 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use bridge::endpoint::{Access, End};
+use bridge::endpoint::{Access, End, Tls};
 use bridge::greeting::{Hello, greet};
 use bridge::plan::{Plan, Program};
 use messages::wait::Signals;
 
 use crate::BAD_INPUT;
-use crate::cli::JoinArguments;
+use crate::cli::{JoinArguments, Shown};
 use crate::domains;
 use crate::run_command::INTERRUPTED;
 use crate::share::{self, Ending};
@@ -46,7 +46,11 @@ pub fn run(arguments: &JoinArguments) -> ExitCode {
 fn prepare(arguments: &JoinArguments) -> Result<(Access, String), String> {
     let access = Access {
         endpoint: arguments.connect.clone(),
-        tls: arguments.tls.clone().into(),
+        tls: Tls {
+            authority: arguments.authority.clone(),
+            certificate: arguments.certificate.clone(),
+            key: arguments.key.clone(),
+        },
         insecure: arguments.insecure,
     };
     access.check(End::Connects)?;
@@ -75,7 +79,8 @@ fn work(arguments: &JoinArguments, access: &Access, host: &str) -> Result<Ending
     }
     let names: Vec<&str> = plan.members.iter().map(|share| share.name.as_str()).collect();
     tell(arguments, &format!("joined run {:012x} ({}) as {host}: {}", plan.run_id, plan.name, names.join(", ")));
-    share::work(&plan, access, host, &signals, arguments.shown())
+    let shown = Shown { quiet: arguments.quiet, json: false };
+    share::work(&plan, access, host, &signals, (shown, arguments.logged))
 }
 
 /// Knocks until somebody answers; `None` if the user asked to stop before.

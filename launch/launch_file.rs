@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use bridge::endpoint::End;
+use bridge::plan::HOME;
 use nodes::accuracy::AccuracySetting;
 use nodes::builtin::BuiltIn;
 use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
@@ -12,6 +14,8 @@ use nodes::shard::{MOST_SHARDS, Shard};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+
+use crate::hosts::{self, Hosts, RawHosts, WITHOUT_HOSTS};
 
 /// The launch file that `phasecloud run` takes when none is named, and the scenario it names.
 const DEFAULT: (&str, &str) = (include_str!("scenario-1.toml"), include_str!("scenarios/scenario-1.toml"));
@@ -37,6 +41,8 @@ pub struct Launch {
     pub cases: Vec<Case>,
     /// What runs in place of phasecloud's own estimator or comparator; only replays have such.
     pub substitutes: BTreeMap<String, Runs>,
+    /// The other hosts, if there are any.
+    pub hosts: Option<Hosts>,
 }
 
 /// When a process that has ended before the run did is started again.
@@ -68,12 +74,20 @@ pub struct Case {
     pub runs: Runs,
     /// How many processes share its work.
     pub shards: u32,
+    /// The hosts on which they run, in turn; none for home.
+    pub hosts: Vec<String>,
 }
 
 impl Case {
     /// The names of its processes, and which part of the case each computes.
     pub fn members(&self) -> impl Iterator<Item = (String, Shard)> {
         Shard::all(self.shards).map(|shard| (shard.member(&self.label), shard))
+    }
+
+    /// The host on which a shard runs.
+    pub fn host_of(&self, shard: Shard) -> &str {
+        let turn = shard.index as usize % self.hosts.len().max(1);
+        self.hosts.get(turn).map_or(HOME, String::as_str)
     }
 }
 
@@ -104,6 +118,7 @@ struct Raw {
     patience: Option<Spanned<f64>>,
     #[serde(default)]
     restart: Restart,
+    hosts: Option<RawHosts>,
     /// Of the built-in cases that do not set their own.
     #[serde(default)]
     accuracy: AccuracySetting,
@@ -117,9 +132,25 @@ struct RawCase {
     node: Option<Spanned<String>>,
     command: Option<Spanned<Vec<String>>>,
     shards: Option<Spanned<i64>>,
+    hosts: Option<Spanned<Vec<Spanned<String>>>>,
 }
 
 impl Launch {
+    /// Leaves the other hosts out: everything runs at home.
+    pub fn stay_home(&mut self) {
+        self.hosts = None;
+        self.cases.iter_mut().for_each(|case| case.hosts.clear());
+    }
+
+    /// The processes that run on other hosts, and where.
+    pub fn away(&self) -> BTreeMap<String, String> {
+        let hosts = |case: &Case| {
+            let of = |(name, shard)| (name, case.host_of(shard).to_owned());
+            case.members().map(of).collect::<Vec<_>>()
+        };
+        self.cases.iter().flat_map(hosts).filter(|(_, host)| host != HOME).collect()
+    }
+
     /// How many processes propagate.
     pub fn propagators(&self) -> usize {
         self.cases.iter().map(|case| case.shards as usize).sum()
@@ -152,6 +183,21 @@ impl Launch {
         Self::check_with(&file, |_| recorded.iter().map(input).collect())
     }
 
+    /// Says that hosts may talk without encryption, if `insecure`, and checks whether they can talk at all.
+    ///
+    /// # Errors
+    /// What is missing.
+    pub fn open_to_hosts(&mut self, insecure: bool) -> Result<(), String> {
+        match &mut self.hosts {
+            Some(hosts) if cfg!(feature = "hosts") => {
+                hosts.access.insecure = insecure;
+                hosts.access.check(End::Listens).map_err(|why| format!("hosts.listen: {why}"))
+            }
+            Some(_) => Err(format!("hosts: {WITHOUT_HOSTS}")),
+            None => Ok(()),
+        }
+    }
+
     fn check_with(
         file: &InputFile,
         scenarios: impl FnOnce(&Raw) -> Result<Vec<ScenarioInput>, InputError>,
@@ -159,7 +205,9 @@ impl Launch {
         let mut top = file.table()?;
         let propagators = top.get_mut().remove("propagator");
         let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;
-        let mut cases = cases(file, propagators)?;
+        let folder = file.path().parent().unwrap_or(Path::new("."));
+        let hosts = raw.hosts.as_ref().map(|raw| Hosts::check(file, raw, folder)).transpose()?;
+        let mut cases = cases(file, propagators, hosts.as_ref())?;
         for case in &mut cases {
             if let Runs::BuiltIn { settings, .. } = &mut case.runs {
                 settings.accuracy_mut().get_or_insert(raw.accuracy);
@@ -182,6 +230,7 @@ impl Launch {
             restart: raw.restart,
             cases,
             substitutes: BTreeMap::new(),
+            hosts,
         })
     }
 }
@@ -247,7 +296,11 @@ fn scenario(file: InputFile) -> Result<ScenarioInput, InputError> {
     Ok(ScenarioInput { content: scenario_file::check(&file)?, text: file.text().into() })
 }
 
-fn cases(file: &InputFile, propagators: Option<Spanned<DeValue<'_>>>) -> Result<Vec<Case>, InputError> {
+fn cases(
+    file: &InputFile,
+    propagators: Option<Spanned<DeValue<'_>>>,
+    hosts: Option<&Hosts>,
+) -> Result<Vec<Case>, InputError> {
     let Some(propagators) = propagators else {
         return Err(file.error_in_whole("propagator", "there is no [[propagator]] table; a run needs at least one"));
     };
@@ -259,7 +312,7 @@ fn cases(file: &InputFile, propagators: Option<Spanned<DeValue<'_>>>) -> Result<
     let mut cases = Vec::new();
     let mut propagators = 0;
     for table in tables {
-        let (label, case) = case(file, table)?;
+        let (label, case) = case(file, table, hosts)?;
         propagators += case.shards as usize;
         if propagators > MOST_PROPAGATORS {
             let problem = format!("more than {MOST_PROPAGATORS} processes in one run, with the shards of all cases");
@@ -285,15 +338,19 @@ const MOST_PROPAGATORS: usize = 128;
 /// Longest name of a process.
 const LONGEST_NAME: usize = 31;
 /// Labels of the processes that are not propagators.
-const RESERVED: [&str; 5] = ["scenario", "estimator", "comparator", "recorder", "launcher"];
+const RESERVED: [&str; 6] = ["scenario", "estimator", "comparator", "recorder", "launcher", "bridge"];
 
-fn case<'i>(file: &InputFile, table: Spanned<DeValue<'i>>) -> Result<(Spanned<String>, Case), InputError> {
+fn case(
+    file: &InputFile,
+    table: Spanned<DeValue<'_>>,
+    hosts: Option<&Hosts>,
+) -> Result<(Spanned<String>, Case), InputError> {
     let span = table.span();
     let DeValue::Table(mut settings) = table.into_inner() else {
         return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
     };
     let mut head = DeTable::new();
-    for key in ["label", "node", "command", "shards"] {
+    for key in ["label", "node", "command", "shards", "hosts"] {
         if let Some((key, value)) = settings.remove_entry(key) {
             head.insert(key, value);
         }
@@ -320,7 +377,8 @@ fn case<'i>(file: &InputFile, table: Spanned<DeValue<'i>>) -> Result<(Spanned<St
         _ => return Err(file.error(&raw.label, "needs either node or command, and not both")),
     };
     let shards = raw.shards.as_ref().map_or(Ok(1), |shards| checked_shards(file, shards, &label, &runs))?;
-    Ok((raw.label, Case { label, runs, shards }))
+    let hosts = raw.hosts.as_ref().map_or(Ok(Vec::new()), |named| hosts::placement(file, named, hosts))?;
+    Ok((raw.label, Case { label, runs, shards, hosts }))
 }
 
 fn checked_shards(file: &InputFile, shards: &Spanned<i64>, label: &str, runs: &Runs) -> Result<u32, InputError> {

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, PipeReader, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 use nodes::log::{Format, Line};
 use tracing::Level;
 use tracing::level_filters::LevelFilter;
+
+use crate::commands::BRIDGE;
 
 /// The log's name in the results folder.
 const NAME: &str = "log.jsonl";
@@ -38,6 +40,7 @@ pub type Printer = Box<dyn Fn(&str) + Send>;
 #[derive(Clone)]
 pub struct LogSink {
     run: String,
+    path: PathBuf,
     view: View,
     inner: Arc<Mutex<Inner>>,
 }
@@ -58,7 +61,12 @@ impl LogSink {
         let file = File::create(&path).map_err(|e| format!("{}: {e}", path.display()))?;
         let printer: Printer = Box::new(|line| drop(writeln!(std::io::stderr(), "{line}")));
         let inner = Inner { file: Some(file), printer, readers: Vec::new() };
-        Ok(Self { run: format!("{run_id:012x}"), view, inner: Arc::new(Mutex::new(inner)) })
+        Ok(Self { run: format!("{run_id:012x}"), path, view, inner: Arc::new(Mutex::new(inner)) })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
@@ -116,7 +124,10 @@ impl LogSink {
     /// A line of our own form is taken as it is; anything else is a program's own words, said by `node`.
     fn take(&self, node: &str, text: &str) {
         match serde_json::from_str::<Line>(text) {
-            Ok(line) if line.run == self.run && line.node == node => self.record(&line),
+            // The bridge passes on what is said on other hosts.
+            Ok(line) if line.run == self.run && (line.node == node || (node == BRIDGE && line.node.contains('@'))) => {
+                self.record(&line);
+            }
             _ => {
                 let line = Line { message: text.into(), ..Line::now(Level::WARN, &self.run, node) };
                 self.write(&line, LevelFilter::WARN <= self.view.level || !self.view.quiet);

@@ -14,6 +14,8 @@ mod domains;
 mod ending;
 mod graph;
 mod guard;
+#[cfg(feature = "hosts")]
+mod join_command;
 mod live;
 mod log_sink;
 mod manifest;
@@ -21,6 +23,7 @@ mod member;
 mod new_command;
 mod node_command;
 mod observe;
+mod plans;
 mod preflight;
 mod recording;
 mod replay_command;
@@ -30,6 +33,8 @@ mod results_folder;
 mod run;
 mod run_command;
 mod serve_command;
+#[cfg(feature = "hosts")]
+mod share;
 mod submit_command;
 mod supervisor;
 
@@ -37,7 +42,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use launch::launch_file;
+use launch::{hosts, launch_file};
 
 use cli::{Cli, Command, RunArguments};
 use launch_file::Launch;
@@ -51,6 +56,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Serve(arguments) => serve_command::run(&arguments),
         Command::Submit(arguments) => submit_command::run(&arguments),
+        Command::Join(arguments) => join(&arguments),
         Command::Clean => clean_command::run(),
         Command::Replay(arguments) => replay_command::run(&arguments),
         Command::Topics(target) => observe::topics::run(&target),
@@ -67,6 +73,15 @@ fn main() -> ExitCode {
         Command::Node(arguments) => node_command::run(arguments),
         Command::Guard { words } => guard::run(&words),
     }
+}
+
+#[cfg(feature = "hosts")]
+use join_command::run as join;
+
+#[cfg(not(feature = "hosts"))]
+fn join(_: &cli::JoinArguments) -> ExitCode {
+    eprintln!("error: phasecloud join: {}", hosts::WITHOUT_HOSTS);
+    ExitCode::from(BAD_INPUT)
 }
 
 /// Prints what differs between results folders and their manifests.

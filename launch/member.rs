@@ -34,6 +34,11 @@ impl Member {
         Self { due: Some(due), ready: false, heard: due, owes: true, attempt: 0, restarts: 0, rests: false }
     }
 
+    /// A process on another host, which is started and looked after there.
+    pub fn away(now: Instant) -> Self {
+        Self { due: None, ..Self::new(now) }
+    }
+
     /// It has been started.
     pub fn started(&mut self, now: Instant) {
         (self.due, self.ready, self.heard) = (None, false, now);

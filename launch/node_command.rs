@@ -13,6 +13,7 @@ use nodes::{comparator, estimator, player, recorder, scenario};
 
 use crate::BAD_INPUT;
 use crate::cli::NodeArguments;
+use crate::commands::BRIDGE;
 use crate::domains;
 
 /// A node as the command line describes it.
@@ -23,6 +24,7 @@ enum Kind {
     Comparator,
     Recorder,
     Player,
+    Bridge,
 }
 
 /// Runs a node until it is asked to stop.
@@ -52,6 +54,7 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
         "comparator" => Kind::Comparator,
         "recorder" => Kind::Recorder,
         "player" => Kind::Player,
+        BRIDGE => Kind::Bridge,
         name => {
             let text = arguments.settings.join("\n");
             let table = toml::Deserializer::parse(&text).map_err(|e| format!("--set: {}", e.message()))?;
@@ -62,7 +65,7 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
                     Kind::Propagator(settings)
                 }
                 None => {
-                    let others = "scenario, estimator, comparator, recorder, player";
+                    let others = "scenario, estimator, comparator, recorder, player, bridge";
                     return Err(format!(
                         "there is no kind \"{name}\"; there are {}, {others}",
                         BuiltIn::NAMES.join(", ")
@@ -117,6 +120,10 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
             let file = arguments.recording.ok_or_else(|| Failure::Refused("a player needs --recording FILE".into()))?;
             player::run(&session, &file)
         }
+        Kind::Bridge => {
+            let post = arguments.post.ok_or_else(|| Failure::Refused("the bridge needs --post FILE".into()))?;
+            bridge(&session, place, &post)
+        }
     };
     if let Err(failure) = &served
         && !matches!(failure, Failure::Stopped | Failure::Port(_))
@@ -125,4 +132,12 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
         let _ = session.failed(ANY_SCENARIO, &session.name, &failure.to_string());
     }
     served
+}
+
+#[cfg(feature = "hosts")]
+use bridge::run as bridge;
+
+#[cfg(not(feature = "hosts"))]
+fn bridge(_: &Session, _: &Place, _: &std::path::Path) -> Result<(), Failure> {
+    Err(Failure::Refused(crate::hosts::WITHOUT_HOSTS.into()))
 }

@@ -11,11 +11,16 @@ use crate::launch_file::{Case, Launch, Restart, Runs};
 /// The bridge's file, in the domain's folder.
 const FILE: &str = "bridge.json";
 
-/// The post of the home host's bridge.
+/// Writes what the bridge of a run over several hosts needs to know into the domain's folder.
 ///
 /// # Errors
-/// What cannot run on another host.
-pub fn at_home(launch: &Launch, hosts: &Hosts, run_id: u64, snapshots: usize) -> Result<Post, String> {
+/// What cannot run on another host, or why the file cannot be written.
+pub fn post_bridge(launch: &Launch, folder: &Path, run_id: u64, snapshots: usize) -> Result<Option<PathBuf>, String> {
+    let Some(hosts) = &launch.hosts else { return Ok(None) };
+    write(folder, &at_home(launch, hosts, run_id, snapshots)?).map(Some)
+}
+
+fn at_home(launch: &Launch, hosts: &Hosts, run_id: u64, snapshots: usize) -> Result<Post, String> {
     let plan = |host: &String| {
         let members = launch.cases.iter().map(|case| shares(case, host)).collect::<Result<Vec<_>, _>>()?.concat();
         let plan = Plan {

@@ -56,6 +56,7 @@ pub fn run(arguments: &ReplayArguments) -> ExitCode {
                 report: true,
                 shown: arguments.shown,
                 logged: Logged::default(),
+                insecure: false,
                 start_order: None,
             };
             run_command::execute(Ok(launch), &order)
@@ -73,6 +74,7 @@ fn prepare(arguments: &ReplayArguments) -> Result<Launch, String> {
     let about: About = serde_json::from_str(recording.about()).map_err(|e| format!("{}: {e}", file.display()))?;
     drop(recording);
     let mut launch = Launch::from_record(&about.launch_file, &about.scenarios).map_err(|e| e.to_string())?;
+    launch.stay_home();
     for label in arguments.live.iter().chain(&arguments.without) {
         if !launch.cases.iter().any(|case| case.label == *label) {
             return Err(unknown(label, &launch, &[]));

@@ -1,8 +1,9 @@
 //! A run under way: its processes are started, looked after, restarted where that helps, and ended.
 
+mod arrivals;
 mod patience;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use messages::domain::HeldDomain;
@@ -15,7 +16,7 @@ use nodes::screen::{Refusal, screen};
 use nodes::shard::label_of_member;
 
 use crate::cli::Shown;
-use crate::commands::{Commands, SCENARIO_NODE, SERVICES};
+use crate::commands::{BRIDGE, Commands, SCENARIO_NODE, SERVICES};
 use crate::ending;
 use crate::launch_file::{Case, Launch, Restart, ScenarioInput};
 use crate::live::View;
@@ -78,6 +79,8 @@ pub struct Run<'a> {
     failures: Failures,
     /// Who else has sent what cannot be used, and what was wrong with it.
     strangers: BTreeMap<String, String>,
+    /// The hosts that have not joined yet; until they have, nothing but the bridge is started.
+    awaited: BTreeSet<String>,
 }
 
 impl<'a> Run<'a> {
@@ -97,17 +100,27 @@ impl<'a> Run<'a> {
         let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
             .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
         let cases = &commands.launch.cases;
-        let capacity = Capacity { propagators: commands.launch.propagators(), cases: cases.len(), snapshots };
+        let capacity = Capacity {
+            propagators: commands.launch.propagators(),
+            cases: cases.len(),
+            snapshots,
+            hosts: commands.hosts().len(),
+        };
         let domain = HeldDomain::create(commands.place, &capacity)?;
         let reports = domain.domain.inlet::<Status>()?;
         let roster = domain.domain.outlet::<Roster>(cases.len())?;
         let scenarios = domain.domain.inlet::<Scenario>()?;
         commands.place.reserve().map_err(|e| Abort::Fatal(format!("cannot reserve shared memory: {e}")))?;
         let propagators: Vec<String> = cases.iter().flat_map(Case::members).map(|(name, _)| name).collect();
+        let away = commands.launch.away();
         let names = SERVICES.into_iter().map(str::to_owned).chain(propagators.iter().cloned());
-        let members = names.map(|name| (name, Member::new(start_at())));
-        let members = members.collect();
-        let model = Model::new(propagators, stages(commands.launch, in_all));
+        let names = names.chain(commands.launch.hosts.iter().map(|_| BRIDGE.to_owned()));
+        let member = |name: String| {
+            let member = if away.contains_key(&name) { Member::away(start_at()) } else { Member::new(start_at()) };
+            (name, member)
+        };
+        let members = names.map(member).collect();
+        let model = Model::new(propagators, stages(commands.launch, in_all)).with_hosts(away);
         let view = View::new(model, shown);
         log.print_with(view.printer());
         let run = Self {
@@ -128,9 +141,11 @@ impl<'a> Run<'a> {
             compared: false,
             failures: Failures::new(),
             strangers: BTreeMap::new(),
+            awaited: commands.hosts().iter().cloned().collect(),
             commands,
         };
         run.publish_roster()?;
+        run.announce_hosts();
         Ok(run)
     }
 
@@ -210,6 +225,7 @@ impl<'a> Run<'a> {
             .members
             .iter()
             .filter(|(_, member)| member.due.is_some_and(|due| due <= now))
+            .filter(|(name, _)| self.awaited.is_empty() || *name == BRIDGE)
             .map(|(name, _)| name.clone())
             .collect();
         for name in due {
@@ -315,6 +331,7 @@ impl<'a> Run<'a> {
             self.view.report(header, [done, of], false);
         }
         match header.phase {
+            phase::READY if node == BRIDGE => self.take_in(&unpack(&header.subject)),
             phase::READY => self.note_when_all_are_ready(),
             phase::WORKING if is_current && node == "estimator" => self.estimated = done,
             phase::DONE if is_current && node == "comparator" => self.compared = true,
@@ -373,7 +390,7 @@ impl<'a> Run<'a> {
 
     /// Notes a failure. A case that fails is left out of the scenario's comparison; without a service there is no run.
     fn fail(&mut self, name: &str, why: String) -> Result<(), Abort> {
-        if SERVICES.contains(&name) {
+        if SERVICES.contains(&name) || name == BRIDGE {
             return Err(Abort::Fatal(format!("{name}: {why}")));
         }
         if !self.has_failed(name) {

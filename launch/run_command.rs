@@ -21,7 +21,7 @@ use crate::log_sink::{LogSink, View};
 use crate::recording::Draft;
 use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
-use crate::{attach, manifest, preflight, report, report_command};
+use crate::{attach, manifest, plans, preflight, report, report_command};
 
 /// The user asked to stop.
 pub const INTERRUPTED: u8 = 130;
@@ -41,6 +41,8 @@ pub struct Order<'a> {
     pub shown: Shown,
     /// How much of the log is shown.
     pub logged: Logged,
+    /// Whether hosts may talk without encryption beyond this machine.
+    pub insecure: bool,
     /// Seed of random times at which the processes are started, else all are started at once.
     pub start_order: Option<u64>,
 }
@@ -48,13 +50,14 @@ pub struct Order<'a> {
 /// Runs a launch file from start to results folder.
 pub fn run(arguments: &RunArguments) -> ExitCode {
     let launch = Launch::load(arguments.launch_file.as_deref(), arguments.scenario.as_deref());
-    let RunArguments { out, record, no_report, shown, start_order, logged, .. } = arguments;
+    let RunArguments { out, record, no_report, shown, start_order, logged, insecure, .. } = arguments;
     let order = Order {
         out: out.as_deref(),
         record: record.as_deref(),
         report: !no_report,
         shown: *shown,
         logged: *logged,
+        insecure: *insecure,
         start_order: *start_order,
     };
     execute(launch.map_err(|e| e.to_string()), &order)
@@ -68,6 +71,7 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
             // What a process sends twice would be on the recording twice.
             launch.restart = Restart::Never;
         }
+        launch.open_to_hosts(order.insecure)?;
         preflight::check_shared_memory(&launch)?;
         preflight::check_descriptors(launch.propagators())?;
         let folder = ResultsFolder::prepare(order.out, &launch.name, run_id)?;
@@ -152,8 +156,9 @@ fn conduct(
     let scenarios = folder.keep_scenarios(launch).map_err(Abort::Fatal)?;
     let scenarios = scenarios.iter().flat_map(|file| ["--scenario".into(), file.display().to_string()]).collect();
     let tape = tape.map(|tape| tape.draft.clone());
-    let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape, scenarios };
     let snapshots = launch.scenarios.iter().map(|s| s.content.problem.times.len()).max().unwrap_or(1);
+    let post = plans::post_bridge(launch, &own.place.root, run_id, snapshots).map_err(Abort::Fatal)?;
+    let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape, scenarios, post };
     let (failures, nodes) = {
         let in_all = Some(launch.scenarios.len() as u32);
         let mut run = Run::begin(commands, snapshots, in_all, order.shown, log, start_times(order.start_order))?;

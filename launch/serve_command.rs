@@ -18,7 +18,7 @@ use crate::launch_file::{Launch, ScenarioInput};
 use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
 use crate::run_command::start_log;
-use crate::{attach, manifest, preflight};
+use crate::{attach, manifest, plans, preflight};
 
 /// What a service has done so far.
 #[derive(Default)]
@@ -72,7 +72,8 @@ fn say(line: &str) {
 }
 
 fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Launch, ResultsFolder), String> {
-    let launch = Launch::load(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
+    let mut launch = Launch::load(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
+    launch.open_to_hosts(arguments.insecure)?;
     if let Some(sweep) = &arguments.sweep {
         Sweep::load(sweep).map_err(|e| e.to_string())?;
     }
@@ -97,7 +98,9 @@ fn serve(
         Some(file) => vec!["--sweep".into(), file.display().to_string()],
         None => vec!["--requests".into()],
     };
-    let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape: None, scenarios };
+    let post = plans::post_bridge(launch, &own.place.root, run_id, arguments.most_snapshots).map_err(Abort::Fatal)?;
+    let draft = folder.draft.clone();
+    let commands = Commands { launch, place: &own.place, run_id, draft, tape: None, scenarios, post };
     {
         let now = Instant::now();
         let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.shown, &log, || now)?;

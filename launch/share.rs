@@ -52,9 +52,9 @@ pub fn work(
     // Named by a number of its own: home's domain may be on the same machine.
     let own = OwnDomain::claim(domains::fresh_run_id())?;
     let log = start_log(&own.place.root, plan.run_id, shown, logged)?;
-    let post = Post::Worker { access: access.clone(), host: host.into(), log: log.path() };
+    let post = Post::Worker { access: access.clone(), host: host.into(), log: log.path().to_owned() };
     let post = plans::write(&own.place.root, &post)?;
-    let capacity = Capacity { propagators: plan.propagators, cases: plan.cases, snapshots: plan.snapshots };
+    let capacity = Capacity { propagators: plan.propagators, cases: plan.cases, snapshots: plan.snapshots, hosts: 1 };
     let ending = {
         let mut workshop = Workshop::open(plan, &own.place, &capacity, &log, shown).map_err(|e| e.to_string())?;
         workshop.bridge.extend(["--post".into(), post.display().to_string()]);
@@ -144,7 +144,7 @@ impl<'a> Workshop<'a> {
         let mut command = match share.map(|share| &share.program) {
             Some(Program::BuiltIn { node, settings }) => {
                 let mut command = own_command(node)?;
-                settings.iter().for_each(|line| drop(command.arg("--set").arg(line)));
+                command.args(settings.iter().flat_map(|line| ["--set", line.as_str()]));
                 command
             }
             Some(Program::Command(words)) => {
@@ -158,9 +158,8 @@ impl<'a> Workshop<'a> {
                 command
             }
         };
-        let label = share.map(|Share { label, shard: (index, count), .. }| {
-            (label.as_str(), Shard { index: *index, count: *count })
-        });
+        let label = share
+            .map(|Share { label, shard: (index, count), .. }| (label.as_str(), Shard { index: *index, count: *count }));
         Identity { place: self.place, run_id: self.plan.run_id, name, label, attempt }.give(&mut command);
         Ok(command)
     }

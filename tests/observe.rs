@@ -27,7 +27,7 @@ struct Own {
 impl Own {
     fn new(bench: &Bench, name: &str) -> Self {
         let place = Place { root: bench.path("domain"), prefix: format!("pc{name}{}-", std::process::id()) };
-        let held = HeldDomain::create(&place, &Capacity { propagators: 1, cases: 1, snapshots: 3 }).unwrap();
+        let held = HeldDomain::create(&place, &Capacity { propagators: 1, cases: 1, snapshots: 3, hosts: 0 }).unwrap();
         let outlet = held.domain.outlet::<Snapshot>(8).unwrap();
         Self { place, _held: held, outlet }
     }

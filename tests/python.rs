@@ -259,7 +259,7 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
         let removed =
             Removed(Place { root: bench.path("domain"), prefix: format!("pcpy{}{computing}-", std::process::id()) });
         let place = &removed.0;
-        let held = HeldDomain::create(place, &Capacity { propagators: 1, cases: 1, snapshots: 2 }).unwrap();
+        let held = HeldDomain::create(place, &Capacity { propagators: 1, cases: 1, snapshots: 2, hosts: 0 }).unwrap();
         let reports = held.domain.inlet::<Status>().unwrap();
         let scenario = held.domain.outlet::<Scenario>(10).unwrap();
         let snapshots = held.domain.inlet::<Snapshot>().unwrap();

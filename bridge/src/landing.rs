@@ -9,6 +9,7 @@ use messages::text::unpack;
 use messages::topic::{Passage, Snapshot, Status, Topic};
 use messages::wait::Awaited;
 use nodes::failure::Failure;
+use nodes::shard::Shard;
 
 use crate::plan::Share;
 use crate::pull::Sink;
@@ -30,7 +31,7 @@ pub trait ComesHome: Topic {
 
 impl ComesHome for Snapshot {
     fn member(header: &SnapshotHeader) -> String {
-        unpack(&header.label)
+        Shard { index: header.shard, count: header.shards }.member(&unpack(&header.label))
     }
 
     fn position(header: &SnapshotHeader) -> Option<(u32, u32, u32)> {
@@ -53,11 +54,11 @@ impl ComesHome for Snapshot {
 
 impl ComesHome for Passage {
     fn member(header: &PassageHeader) -> String {
-        unpack(&header.label)
+        Shard { index: header.shard, count: header.shards }.member(&unpack(&header.label))
     }
 
-    fn position(header: &PassageHeader) -> Option<(u32, u32, u32)> {
-        let _ = header;
+    /// The recorder takes the last one.
+    fn position(_: &PassageHeader) -> Option<(u32, u32, u32)> {
         None
     }
 

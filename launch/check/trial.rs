@@ -90,7 +90,7 @@ impl<'a> Trial<'a> {
     pub fn start(command: &[String], signals: &'a Signals, limits: &Limits) -> Result<Self, Abort> {
         let run_id = fresh_run_id();
         let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
-        let capacity = Capacity { propagators: 1, cases: 1, snapshots: MOST_SNAPSHOTS };
+        let capacity = Capacity { propagators: 1, cases: 1, snapshots: MOST_SNAPSHOTS, hosts: 0 };
         let held = HeldDomain::create(&own.place, &capacity)?;
         let ports = Ports {
             reports: held.domain.inlet()?,

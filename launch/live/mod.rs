@@ -42,7 +42,7 @@ impl View {
             _ if std::io::stderr().is_terminal() => {
                 let terminal = MultiProgress::new();
                 let bar = |node: &NodeState| {
-                    let bar = terminal.add(ProgressBar::new(0)).with_prefix(node.name.clone());
+                    let bar = terminal.add(ProgressBar::new(0)).with_prefix(node.shown());
                     match ProgressStyle::with_template("  {prefix:16} {bar:20} {wide_msg}") {
                         Ok(style) => bar.with_style(style),
                         Err(_) => bar,
@@ -121,7 +121,7 @@ impl View {
                     *phase != node.phase || now.saturating_duration_since(*told) >= LINE_INTERVAL
                 });
                 if due {
-                    eprintln!("{}: {}", node.name, describe(node, scenario, now));
+                    eprintln!("{}: {}", node.shown(), describe(node, scenario, now));
                     last.insert(node.name.clone(), (now, node.phase));
                 }
             }

@@ -1,5 +1,6 @@
 //! How far every node of a run is, from what the nodes report.
 
+use std::collections::BTreeMap;
 use std::collections::BTreeSet;
 use std::time::Instant;
 
@@ -49,6 +50,8 @@ impl Phase {
 pub struct NodeState {
     /// The node's name; a propagator's is its label.
     pub name: String,
+    /// The other host on which it runs, if it does.
+    pub host: Option<String>,
     /// What it is doing.
     pub phase: Phase,
     /// The scenario it works on, as a position in the run.
@@ -62,6 +65,14 @@ pub struct NodeState {
 }
 
 impl NodeState {
+    /// Its name as it is shown: with its host, if that is another one.
+    pub fn shown(&self) -> String {
+        match &self.host {
+            Some(host) => format!("{}@{host}", self.name),
+            None => self.name.clone(),
+        }
+    }
+
     /// Units a second, once there is something to measure.
     pub fn per_second(&self, now: Instant) -> Option<f64> {
         let (since, before) = self.since?;
@@ -102,6 +113,7 @@ impl Model {
         let names = names.chain([ESTIMATOR, "comparator", RECORDER]);
         let node = |name: &str| NodeState {
             name: name.into(),
+            host: None,
             phase: Phase::Starting,
             scenario: 0,
             done: 0,
@@ -109,6 +121,14 @@ impl Model {
             since: None,
         };
         Self { nodes: names.map(node).collect(), stages, cases }
+    }
+
+    /// The same nodes, of which these run on other hosts.
+    pub fn with_hosts(mut self, away: BTreeMap<String, String>) -> Self {
+        for node in &mut self.nodes {
+            node.host = away.get(&node.name).cloned();
+        }
+        self
     }
 
     /// The nodes, in the order of the flow.

@@ -11,6 +11,9 @@ impl Run<'_> {
     /// Kills the processes that owe work and have not been heard of for too long; a case that was silent has failed.
     pub(super) fn give_up_on_the_silent(&mut self) -> Result<(), Abort> {
         let now = Instant::now();
+        if !self.awaited.is_empty() {
+            return self.give_up_on_absent_hosts(now);
+        }
         let late: Vec<String> =
             self.members.iter().filter(|(_, m)| m.is_late(now)).map(|(name, _)| name.clone()).collect();
         for name in late {
@@ -45,6 +48,17 @@ impl Run<'_> {
             self.supervisor.kill(hindrance);
         }
         Ok(())
+    }
+
+    /// Ends a run whose hosts do not come.
+    fn give_up_on_absent_hosts(&self, now: Instant) -> Result<(), Abort> {
+        let patience = Duration::from_secs_f64(self.commands.launch.patience.min(1e9));
+        if self.members.values().all(|member| now < member.heard + patience) {
+            return Ok(());
+        }
+        let absent: Vec<&str> = self.awaited.iter().map(String::as_str).collect();
+        let seconds = self.commands.launch.patience;
+        Err(Abort::Fatal(format!("{} did not join within {seconds} s", absent.join(", "))))
     }
 
     /// The process for which all others wait, if all cases have done their work.

@@ -57,7 +57,7 @@ fn send(task: &str) -> Outcome {
 fn measure(messages: usize) -> Outcome {
     let name = format!("latency-{}", std::process::id());
     let place = Place { root: std::env::temp_dir().join(&name), prefix: format!("{name}-") };
-    let held = HeldDomain::create(&place, &Capacity { propagators: 1, cases: 1, snapshots: 5 })?;
+    let held = HeldDomain::create(&place, &Capacity { propagators: 1, cases: 1, snapshots: 5, hosts: 0 })?;
     println!("bytes, median and 99th percentile from last write to first read [us]");
     for size in SIZES {
         let mut delays = receive(&held, &place, size, messages)?;

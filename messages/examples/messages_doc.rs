@@ -16,7 +16,7 @@ use messages::port::{JOINED, OBSERVER, READER, SENT};
 use messages::topic::{Capacity, Status, Topic, Visitor, for_each};
 
 /// A run without propagators.
-const ANY_CAPACITY: Capacity = Capacity { propagators: 0, cases: 0, snapshots: 1 };
+const ANY_CAPACITY: Capacity = Capacity { propagators: 0, cases: 0, snapshots: 1, hosts: 0 };
 
 fn main() {
     print!("{}", document());

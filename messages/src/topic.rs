@@ -49,12 +49,15 @@ pub struct Capacity {
     pub cases: usize,
     /// Snapshots of the longest scenario.
     pub snapshots: usize,
+    /// Other hosts that take part.
+    pub hosts: usize,
 }
 
 impl Capacity {
-    /// Processes and helpers that may open the topics at once: the nodes, the launcher and a few onlookers.
+    /// Processes and threads that may open the topics at once: the nodes, the launcher, for each other host those that carry its
+    /// messages, and a few onlookers.
     pub fn nodes(&self) -> usize {
-        self.propagators + 16
+        self.propagators + 4 * self.hosts + 16
     }
 }
 

@@ -23,7 +23,7 @@ impl Drop for Own {
     }
 }
 
-const CAPACITY: Capacity = Capacity { propagators: 1, cases: 1, snapshots: 1 };
+const CAPACITY: Capacity = Capacity { propagators: 1, cases: 1, snapshots: 1, hosts: 0 };
 
 #[test]
 fn an_observer_that_never_looks_holds_nobody_up_and_readers_still_get_everything() {

@@ -20,7 +20,8 @@ impl Bench {
     fn new(name: &str) -> Self {
         let name = format!("{name}-{}", std::process::id());
         let place = Place { root: std::env::temp_dir().join(&name), prefix: format!("pt{name}-") };
-        let held = HeldDomain::create(&place, &Capacity { propagators: 1, cases: 1, snapshots: SNAPSHOTS }).unwrap();
+        let held =
+            HeldDomain::create(&place, &Capacity { propagators: 1, cases: 1, snapshots: SNAPSHOTS, hosts: 0 }).unwrap();
         Self { place, held: Some(held) }
     }
 

@@ -70,7 +70,8 @@ fn killed_propagators_and_bridges_change_no_byte() {
 fn a_host_that_is_lost_for_good_is_named_with_its_cases_and_the_others_are_compared() {
     let site = Site::new(&["worker-a", "worker-b"]);
     let far = "[[propagator]]\nlabel = \"far\"\nnode = \"mc\"\nsamples = 20_000_000\nhosts = [\"worker-a\"]\n";
-    let launch = site.launch_file("lost", &format!("{CASES}{far}").replace("\"worker-a\", \"worker-b\"", "\"worker-b\""), "");
+    let launch =
+        site.launch_file("lost", &format!("{CASES}{far}").replace("\"worker-a\", \"worker-b\"", "\"worker-b\""), "");
     let run = site.run(&launch, &[]);
     let mut workers = site.join_all();
     Site::await_process(&site.workers[0].1, "far");

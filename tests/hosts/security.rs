@@ -29,14 +29,53 @@ impl Certificates {
         std::fs::create_dir(&folder).unwrap();
         let made = Self(folder);
         let subject = |name: &str| format!("/CN={name}");
-        made.openssl(&["req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", "ca-key.pem", "-out", "ca.pem", "-days", "2", "-subj", &subject("authority")]);
-        std::fs::write(made.path("names"), format!("subjectAltName=IP:{address}\nbasicConstraints=CA:FALSE\n")).unwrap();
+        made.openssl(&[
+            "req",
+            "-x509",
+            "-newkey",
+            "rsa:2048",
+            "-nodes",
+            "-keyout",
+            "ca-key.pem",
+            "-out",
+            "ca.pem",
+            "-days",
+            "2",
+            "-subj",
+            &subject("authority"),
+        ]);
+        std::fs::write(made.path("names"), format!("subjectAltName=IP:{address}\nbasicConstraints=CA:FALSE\n"))
+            .unwrap();
         for host in ["home", "worker"] {
             let (key, request, certificate) = (format!("{host}-key.pem"), format!("{host}.csr"), format!("{host}.pem"));
-            made.openssl(&["req", "-newkey", "rsa:2048", "-nodes", "-keyout", &key, "-out", &request, "-subj", &subject(host)]);
             made.openssl(&[
-                "x509", "-req", "-in", &request, "-CA", "ca.pem", "-CAkey", "ca-key.pem", "-CAcreateserial", "-out",
-                &certificate, "-days", "2", "-extfile", "names",
+                "req",
+                "-newkey",
+                "rsa:2048",
+                "-nodes",
+                "-keyout",
+                &key,
+                "-out",
+                &request,
+                "-subj",
+                &subject(host),
+            ]);
+            made.openssl(&[
+                "x509",
+                "-req",
+                "-in",
+                &request,
+                "-CA",
+                "ca.pem",
+                "-CAkey",
+                "ca-key.pem",
+                "-CAcreateserial",
+                "-out",
+                &certificate,
+                "-days",
+                "2",
+                "-extfile",
+                "names",
             ]);
         }
         Some(made)
@@ -143,7 +182,10 @@ fn strange_versions_names_and_doubles_are_refused_by_name_and_the_run_goes_on() 
         heard.unwrap()
     };
     let own = Hello::of("worker-a", 1);
-    let old = Hello { contract: own.contract.replace(Snapshot::NAME, "x").replace("SnapshotHeader/", "SnapshotHeader/0"), ..own };
+    let old = Hello {
+        contract: own.contract.replace(Snapshot::NAME, "x").replace("SnapshotHeader/", "SnapshotHeader/0"),
+        ..own
+    };
     let why = refusal(&old);
     assert!(why.contains("worker-a") && why.contains("another version") && why.contains("SnapshotHeader/"), "{why}");
     let why = refusal(&Hello::of("worker-z", 1));
