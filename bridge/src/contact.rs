@@ -12,6 +12,7 @@ pub const LOST: Duration = Duration::from_millis(8500);
 pub struct Contact {
     start: Instant,
     heard: AtomicU64,
+    carried: AtomicU64,
     ended: AtomicBool,
     stop: AtomicBool,
 }
@@ -20,7 +21,7 @@ impl Default for Contact {
     fn default() -> Self {
         Self {
             start: Instant::now(),
-            heard: AtomicU64::new(0),
+            heard: AtomicU64::new(0), carried: AtomicU64::new(0),
             ended: AtomicBool::new(false),
             stop: AtomicBool::new(false),
         }
@@ -33,7 +34,17 @@ impl Contact {
         self.heard.store(self.start.elapsed().as_millis() as u64, Ordering::Relaxed);
     }
 
-    /// How long ago that was.
+    /// So many bytes of messages have come from it.
+    pub fn carry(&self, bytes: usize) {
+        self.carried.fetch_add(bytes as u64, Ordering::Relaxed);
+    }
+
+    /// Bytes of messages that have come from it so far.
+    pub fn carried(&self) -> u64 {
+        self.carried.load(Ordering::Relaxed)
+    }
+
+    /// How long nothing has been heard of it.
     pub fn silence(&self) -> Duration {
         self.start.elapsed().saturating_sub(Duration::from_millis(self.heard.load(Ordering::Relaxed)))
     }

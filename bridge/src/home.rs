@@ -50,6 +50,9 @@ pub fn run(session: &Session, place: &Place, access: &Access, plans: BTreeMap<St
     let mut home = Home { session, place, zenoh: &zenoh, hosts: BTreeMap::new(), threads: Vec::new() };
     let end = home.look_after(&joins);
     home.hosts.values().for_each(|host| host.contact.stop());
+    for (name, host) in &home.hosts {
+        tracing::info!(bytes = host.contact.carried(), "brought home from {name}");
+    }
     home.threads.drain(..).for_each(|thread| drop(thread.join()));
     end
 }

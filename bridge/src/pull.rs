@@ -44,6 +44,7 @@ pub trait Sink<T: Topic> {
 struct Part<T: Topic> {
     header: T::Header,
     draft: Draft<T>,
+    begun: Instant,
 }
 
 /// Pulls the stream under `key` into `sink` until its sender ends or `contact` is told to stop. A cut link, or a sender that is
@@ -102,7 +103,9 @@ impl<T: Topic> Reader<T> {
         if piece.kind != kind::PIECE || (piece.sequence, piece.offset) != (self.ask.sequence, self.ask.offset) {
             return Ok(false);
         }
-        self.take_piece(piece, &sample.payload().to_bytes(), sink)
+        let bytes = sample.payload().to_bytes();
+        contact.carry(bytes.len());
+        self.take_piece(piece, &bytes, sink)
     }
 
     fn take_piece(&mut self, piece: Piece, bytes: &[u8], sink: &mut impl Sink<T>) -> Result<bool, Failure> {
@@ -114,7 +117,7 @@ impl<T: Topic> Reader<T> {
             if head + items * size_of::<T::Item>() != piece.total as usize {
                 return Err(bad("its items have no whole number"));
             }
-            self.part = sink.room(&header, items)?.map(|draft| Part { header, draft });
+            self.part = sink.room(&header, items)?.map(|draft| Part { header, draft, begun: Instant::now() });
         }
         let Some(part) = &mut self.part else { return Ok(self.next()) };
         let body: &mut [u8] = cast_slice_mut(part.draft.items_mut());
@@ -127,7 +130,9 @@ impl<T: Topic> Reader<T> {
         if self.ask.offset < piece.total {
             return Ok(true);
         }
-        if let Some(Part { header, draft }) = self.part.take() {
+        if let Some(Part { header, draft, begun }) = self.part.take() {
+            let milliseconds = begun.elapsed().as_millis() as u64;
+            tracing::debug!(bytes = piece.total, milliseconds, "a message on {} is here", T::NAME);
             sink.deliver(header, draft)?;
         }
         Ok(self.next())
