@@ -1,6 +1,7 @@
 //! What every node has: its name, its access to the run's domain, its line to the launcher, and its ear for signals.
 
-use std::time::Duration;
+use std::cell::Cell;
+use std::time::{Duration, Instant};
 
 use messages::domain::{Domain, Place, ROOT_VARIABLE};
 use messages::layout::{StatusHeader, phase};
@@ -48,6 +49,7 @@ pub struct Session {
     /// The run's domain.
     pub domain: Domain,
     launcher: Option<i32>,
+    launcher_seen: Cell<Instant>,
     signals: Signals,
     status: Outlet<Status>,
     pub(crate) told: Told,
@@ -86,6 +88,7 @@ impl Session {
             attempt,
             domain,
             launcher: launcher(),
+            launcher_seen: Cell::new(Instant::now()),
             signals,
             status,
             told: Told::default(),
@@ -153,8 +156,11 @@ impl Session {
         // Who comes late must also hear what has been reported.
         let ports: Vec<&dyn Awaited> = ports.iter().copied().chain([&self.status as &dyn Awaited]).collect();
         self.signals.wait(&ports, LONGEST_SLEEP)?;
-        if self.launcher.is_some_and(|launcher| !is_alive(launcher)) {
-            return Err(Failure::Stopped);
+        if self.launcher_seen.get().elapsed() >= LONGEST_SLEEP {
+            if self.launcher.is_some_and(|launcher| !is_alive(launcher)) {
+                return Err(Failure::Stopped);
+            }
+            self.launcher_seen.set(Instant::now());
         }
         self.check_stop()
     }
