@@ -21,7 +21,8 @@ impl Default for Contact {
     fn default() -> Self {
         Self {
             start: Instant::now(),
-            heard: AtomicU64::new(0), carried: AtomicU64::new(0),
+            heard: AtomicU64::new(0),
+            carried: AtomicU64::new(0),
             ended: AtomicBool::new(false),
             stop: AtomicBool::new(false),
         }

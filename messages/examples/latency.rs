@@ -1,12 +1,16 @@
-//! Measures how long a snapshot takes from its sender's last write to its reader's first read, in two processes.
+//! Measures how long a snapshot takes from its sender's last write to its reader's first read, in two processes, and beside
+//! it the least that this machine takes to wake a process.
 //!
-//! `cargo run --release -p phasecloud-messages --example latency [MESSAGES]` prints median and 99th percentile by size. A copy
-//! would grow with the size: 240 MB take 20 ms and more to copy once.
+//! `cargo run --release -p phasecloud-messages --example latency [MESSAGES]` prints median and 99th percentile. A copy would
+//! grow with the size: 240 MB take 20 ms and more to copy once.
 
+use std::io::{Read, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use messages::domain::{Domain, HeldDomain, Place};
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::{event, publish_subscribe};
+use messages::domain::{Domain, HeldDomain, PREFIX_VARIABLE, Place, ROOT_VARIABLE};
 use messages::layout::SnapshotHeader;
 use messages::topic::{Capacity, Snapshot};
 use messages::wait::Signals;
@@ -15,14 +19,14 @@ use rustix::time::{ClockId, clock_gettime};
 /// Numbers in a message: 24 B, a scenario's snapshot of 1e5, of 1e6 and of 1e7 samples with three columns.
 const SIZES: [usize; 4] = [3, 300_000, 3_000_000, 30_000_000];
 const MESSAGES: usize = 300;
-/// Rest between two messages: the machine is idle when one is sent.
-const REST: Duration = Duration::from_millis(3);
-const ROLE: &str = "LATENCY_SENDER";
+/// Rest between two messages: after the long one the machine sleeps, after the short one it is still awake.
+const RESTS: [Duration; 2] = [Duration::from_millis(3), Duration::ZERO];
+const TASK: &str = "LATENCY_TASK";
 
-type Outcome = Result<(), Box<dyn std::error::Error>>;
+type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
 fn main() -> Outcome {
-    match std::env::var(ROLE) {
+    match std::env::var(TASK) {
         Ok(task) => send(&task),
         Err(_) => measure(std::env::args().nth(1).map_or(Ok(MESSAGES), |text| text.parse())?),
     }
@@ -34,29 +38,10 @@ fn now() -> f64 {
     time.tv_sec as f64 * 1e9 + time.tv_nsec as f64
 }
 
-/// The sender: writes the time into the last number and sends at once.
-fn send(task: &str) -> Outcome {
-    let place = Place::from_environment().ok_or("no domain")?;
-    let (size, messages) = task.split_once(' ').ok_or("no task")?;
-    let (size, messages): (usize, usize) = (size.parse()?, messages.parse()?);
-    let domain = Domain::enter(&place, "sender")?;
-    let outlet = domain.outlet::<Snapshot>(size)?;
-    for index in 0..messages {
-        std::thread::sleep(REST);
-        let mut draft = outlet.draft(size)?;
-        let header = SnapshotHeader { index: index as u32, rows: size as u32, ..SnapshotHeader::default() };
-        if let Some(last) = draft.items_mut().last_mut() {
-            *last = now();
-        }
-        outlet.send(draft, header)?;
-    }
-    std::thread::sleep(Duration::from_millis(200)); // messages that are not yet read die with their sender
-    Ok(())
-}
-
 fn measure(messages: usize) -> Outcome {
     let name = format!("latency-{}", std::process::id());
     let place = Place { root: std::env::temp_dir().join(&name), prefix: format!("{name}-") };
+<<<<<<< HEAD
     let held = HeldDomain::create(&place, &Capacity { propagators: 1, cases: 1, snapshots: 5, hosts: 0 })?;
     println!("bytes, median and 99th percentile from last write to first read [us]");
     for size in SIZES {
@@ -64,44 +49,137 @@ fn measure(messages: usize) -> Outcome {
         delays.sort_by(f64::total_cmp);
         let at = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize] / 1e3;
         println!("{:11} {:8.1} {:8.1}", 8 * size, at(0.5), at(0.99));
+=======
+    let held = HeldDomain::create(&place, &Capacity { propagators: 1, snapshots: 5 })?;
+    let signals = Signals::catch(&[])?;
+    println!("  rest [us]      way        bytes  from last write to first read [us]: median, 99th percentile");
+    for rest in RESTS {
+        report(&place, Task { way: "pipe", size: 1, rest, messages }, &mut |sender| {
+            let mut bytes = [0; 8];
+            sender.stdout.as_mut().ok_or("no pipe")?.read_exact(&mut bytes)?;
+            Ok(Some(f64::from_ne_bytes(bytes)))
+        })?;
+        for size in SIZES {
+            let bare = Bare::open(&place)?;
+            let (subscriber, listener) =
+                (bare.messages.subscriber_builder().create()?, bare.events.listener_builder().create()?);
+            report(&place, Task { way: "iceoryx2", size, rest, messages }, &mut |_| {
+                listener.blocking_wait(|_| ())?;
+                Ok(subscriber.receive()?.and_then(|sample| sample.payload().last().copied()))
+            })?;
+            let inlet = held.domain.inlet::<Snapshot>()?;
+            report(&place, Task { way: "ports", size, rest, messages }, &mut |_| {
+                signals.wait(&[&inlet], Duration::from_secs(1))?;
+                Ok(inlet.receive()?.and_then(|message| message.items().last().copied()))
+            })?;
+            held.domain.clean_up_after_the_dead();
+        }
+>>>>>>> perf
     }
     drop(held);
     Ok(place.remove()?)
 }
 
-/// Delays \[ns\] of messages of `size` numbers, without the first few, which touch their memory for the first time.
-fn receive(
-    held: &HeldDomain,
-    place: &Place,
+/// What a sender is told to do.
+#[derive(Debug, Clone, Copy)]
+struct Task {
+    way: &'static str,
     size: usize,
+    rest: Duration,
     messages: usize,
-) -> Result<Vec<f64>, Box<dyn std::error::Error>> {
-    let signals = Signals::catch(&[])?;
-    let inlet = held.domain.inlet::<Snapshot>()?;
-    let mut sender = start(place, size, messages)?;
-    let mut delays = Vec::new();
-    let mut received = 0;
-    while received < messages {
-        while let Some(message) = inlet.receive()? {
-            let sent = message.items().last().copied().unwrap_or(f64::NAN);
-            delays.push(now() - sent);
-            received += 1;
-        }
-        signals.wait(&[&inlet], Duration::from_secs(1))?;
-        if received < messages && sender.try_wait()?.is_some() {
-            return Err("the sender ended early".into());
-        }
-    }
-    sender.wait()?;
-    held.domain.clean_up_after_the_dead();
-    Ok(delays.split_off(messages.min(10)))
 }
 
-fn start(place: &Place, size: usize, messages: usize) -> std::io::Result<Child> {
-    Command::new(std::env::current_exe()?)
-        .env(ROLE, format!("{size} {messages}"))
-        .env(messages::domain::ROOT_VARIABLE, &place.root)
-        .env(messages::domain::PREFIX_VARIABLE, &place.prefix)
-        .stdin(Stdio::null())
-        .spawn()
+/// Starts a sender, asks it for message after message, and prints how long they took. `read` waits for something to arrive, and
+/// returns the time that is in it, if it is a message.
+fn report(place: &Place, task: Task, read: &mut dyn FnMut(&mut Child) -> Outcome<Option<f64>>) -> Outcome {
+    let Task { way, size, rest, messages } = task;
+    let mut sender = Command::new(std::env::current_exe()?)
+        .env(TASK, format!("{way} {size} {}", rest.as_micros()))
+        .env(ROOT_VARIABLE, &place.root)
+        .env(PREFIX_VARIABLE, &place.prefix)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()?;
+    let mut ask = sender.stdin.take().ok_or("no pipe")?;
+    let mut delays = Vec::new();
+    for _ in 0..messages {
+        ask.write_all(&[0])?;
+        delays.push(loop {
+            if let Some(sent) = read(&mut sender)? {
+                break now() - sent;
+            }
+        });
+    }
+    drop(ask);
+    sender.wait()?;
+    // The first few touch their memory for the first time.
+    let mut delays = delays.split_off(messages.min(10));
+    delays.sort_by(f64::total_cmp);
+    let at = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize] / 1e3;
+    println!("{:11} {way:>8} {:12} {:8.1} {:8.1}", rest.as_micros(), 8 * size, at(0.5), at(0.99));
+    Ok(())
+}
+
+/// The sender: as often as it is asked, rests, writes the time into the last number, and sends at once.
+fn send(task: &str) -> Outcome {
+    let [way, size, rest] = task.split(' ').collect::<Vec<_>>()[..] else { return Err("no task".into()) };
+    let (size, rest): (usize, u64) = (size.parse()?, rest.parse()?);
+    let place = Place::from_environment().ok_or("no domain")?;
+    let asked = || {
+        let is_asked = matches!(std::io::stdin().read(&mut [0]), Ok(1));
+        std::thread::sleep(Duration::from_micros(rest));
+        is_asked
+    };
+    match way {
+        "pipe" => {
+            let mut pipe = std::io::stdout();
+            while asked() {
+                pipe.write_all(&now().to_ne_bytes())?;
+                pipe.flush()?;
+            }
+        }
+        "iceoryx2" => {
+            let bare = Bare::open(&place)?;
+            let publisher = bare.messages.publisher_builder().initial_max_slice_len(size).create()?;
+            let notifier = bare.events.notifier_builder().create()?;
+            while asked() {
+                let mut sample = publisher.loan_slice(size)?;
+                if let Some(last) = sample.payload_mut().last_mut() {
+                    *last = now();
+                }
+                sample.send()?;
+                notifier.notify()?;
+            }
+        }
+        _ => {
+            let domain = Domain::enter(&place, "sender")?;
+            let outlet = domain.outlet::<Snapshot>(size)?;
+            while asked() {
+                let mut draft = outlet.draft(size)?;
+                if let Some(last) = draft.items_mut().last_mut() {
+                    *last = now();
+                }
+                outlet.send(draft, SnapshotHeader { rows: size as u32, ..SnapshotHeader::default() })?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// iceoryx2 with an event and nothing else.
+struct Bare {
+    messages: publish_subscribe::PortFactory<ipc::Service, [f64], ()>,
+    events: event::PortFactory<ipc::Service>,
+}
+
+impl Bare {
+    fn open(place: &Place) -> Outcome<Self> {
+        let mut config = Config::default();
+        config.global.set_root_path(&iceoryx2::prelude::Path::new(place.root.to_string_lossy().as_bytes())?);
+        config.global.prefix = FileName::new(place.prefix.as_bytes())?;
+        let node = NodeBuilder::new().config(&config).create::<ipc::Service>()?;
+        let service = node.service_builder(&"bare".try_into()?);
+        let messages = service.clone().publish_subscribe::<[f64]>().open_or_create()?;
+        Ok(Self { messages, events: service.event().open_or_create()? })
+    }
 }

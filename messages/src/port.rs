@@ -29,6 +29,9 @@ pub const OBSERVER: &str = "observer";
 /// Port name of every other reader.
 pub const READER: &str = "reader";
 
+/// Name of a listener that only waits for readers to join: a message is nothing to wake it for.
+const EAR: &str = "ear";
+
 /// The transport refused something.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PortError {
@@ -113,7 +116,8 @@ impl<T: Topic> Outlet<T> {
             .create()
             .map_err(|e| failed(&format_args!("{e:?} for {most_items} items a message; is there memory for them?")))?;
         let notifier = events.notifier_builder().create().map_err(|e| failed(&e))?;
-        let listener = events.listener_builder().create().map_err(|e| failed(&e))?;
+        let ear = PortName::new(EAR).map_err(|e| failed(&e))?;
+        let listener = events.listener_builder().name(&ear).create().map_err(|e| failed(&e))?;
         let outlet = Self { publisher, notifier, listener };
         outlet.wake();
         Ok(outlet)
@@ -150,8 +154,14 @@ impl<T: Topic> Outlet<T> {
         self.send(draft, header)
     }
 
+    /// Wakes all but those who send on the topic themselves.
     fn wake(&self) {
-        let _ = self.notifier.notify_with_custom_event_id(SENT);
+        self.notifier.for_each_listener(|one, details| {
+            if details.listener_name != EAR {
+                let _ = one.notify_with_custom_event_id(SENT);
+            }
+            CallbackProgression::Continue
+        });
     }
 }
 

@@ -1,5 +1,6 @@
 //! Sleeping until a message or a signal to stop arrives. Nobody spins.
 
+use std::cell::RefCell;
 use std::io::Read;
 use std::os::fd::AsRawFd;
 use std::os::unix::net::UnixStream;
@@ -7,8 +8,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use iceoryx2::identifiers::UniqueListenerId;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::prelude::*;
+use iceoryx2::waitset::WaitSetRunError;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::port::PortError;
@@ -21,6 +24,7 @@ const STOP: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 pub struct Signals {
     pipe: Wakeup,
     stop: Arc<AtomicBool>,
+    watch: RefCell<Option<Watch>>,
 }
 
 #[derive(Debug)]
@@ -54,7 +58,7 @@ impl Signals {
         }
         let descriptor = FileDescriptor::non_owning_new(stream.as_raw_fd())
             .ok_or_else(|| std::io::Error::other("the signal socket has no descriptor"))?;
-        Ok(Self { pipe: Wakeup { stream, descriptor }, stop })
+        Ok(Self { pipe: Wakeup { stream, descriptor }, stop, watch: RefCell::default() })
     }
 
     /// Ends the process `grace` after it has been asked to stop, should it still be there: deep in a computation, say.
@@ -90,27 +94,74 @@ impl Signals {
             return Ok(());
         }
         let failed = |error: &dyn std::fmt::Debug| PortError::new("wait", "wait set", error);
-        let set = WaitSetBuilder::new()
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<ipc::Service>()
-            .map_err(|e| failed(&e))?;
-        let _signal_guard = set.attach_notification(&self.pipe).map_err(|e| failed(&e))?;
-        let _guards = ports
-            .iter()
-            .map(|port| set.attach_notification(port.listener()))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(|e| failed(&e))?;
-        set.wait_and_process_once_with_timeout(|_| CallbackProgression::Continue, timeout).map_err(|e| failed(&e))?;
-        for port in ports {
-            port.attend();
+        let mut kept = self.watch.borrow_mut();
+        if kept.as_ref().is_some_and(|watch| !watch.is_of(ports)) {
+            *kept = None;
         }
-        self.drain();
+        let watch = match &mut *kept {
+            Some(watch) => watch,
+            none => none.insert(Watch::new(&self.pipe, ports).map_err(|e| failed(&e))?),
+        };
+        for port in watch.wait(timeout).map_err(|e| failed(&e))? {
+            match ports.get(port) {
+                Some(port) => port.attend(),
+                None => self.drain(),
+            }
+        }
         Ok(())
     }
 
     fn drain(&self) {
         let mut bytes = [0; 64];
         while matches!((&self.pipe.stream).read(&mut bytes), Ok(count) if count == bytes.len()) {}
+    }
+}
+
+/// What has been watched last. It is kept, since most waits are for the same ports as the one before.
+#[derive(Debug)]
+struct Watch {
+    /// Boxed: the names tell sets apart by where they lie.
+    set: Box<WaitSet<ipc::Service>>,
+    /// What the set calls each port, and the signals after them.
+    names: Vec<WaitSetAttachmentId<ipc::Service>>,
+    listeners: Vec<UniqueListenerId>,
+}
+
+impl Watch {
+    fn new(signals: &Wakeup, ports: &[&dyn Awaited]) -> Result<Self, Box<dyn std::fmt::Debug>> {
+        let set = WaitSetBuilder::new()
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map(Box::new)
+            .map_err(|e| Box::new(e) as _)?;
+        let mut names = Vec::new();
+        {
+            let mut keep = |guard: WaitSetGuard<'_, '_, ipc::Service>| {
+                names.push(WaitSetAttachmentId::from_guard(&guard));
+                // The kernel detaches what is closed, and with the set everything: nothing is left for the guard to do.
+                std::mem::forget(guard);
+            };
+            for port in ports {
+                keep(set.attach_notification(port.listener()).map_err(|e| Box::new(e) as _)?);
+            }
+            keep(set.attach_notification(signals).map_err(|e| Box::new(e) as _)?);
+        }
+        Ok(Self { set, names, listeners: ports.iter().map(|port| port.listener().id()).collect() })
+    }
+
+    fn is_of(&self, ports: &[&dyn Awaited]) -> bool {
+        self.listeners.iter().copied().eq(ports.iter().map(|port| port.listener().id()))
+    }
+
+    /// Which of the ports something has arrived on; one beyond them for the signals.
+    fn wait(&self, timeout: Duration) -> Result<Vec<usize>, WaitSetRunError> {
+        let mut arrived = Vec::new();
+        let note = |id| {
+            arrived.extend(self.names.iter().position(|name| *name == id));
+            CallbackProgression::Continue
+        };
+        self.set.wait_and_process_once_with_timeout(note, timeout)?;
+        Ok(arrived)
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use messages::domain::{Domain, HeldDomain, Place};
 use messages::layout::{RosterEntry, RosterHeader, SnapshotHeader};
 use messages::topic::{Capacity, Roster, Snapshot};
-use messages::wait::Awaited;
+use messages::wait::{Awaited, Signals};
 
 const SNAPSHOTS: usize = 4;
 
@@ -125,4 +125,33 @@ impl messages::topic::Topic for Other {
     fn shape(_: &Self::Header) -> messages::payload::Shape {
         messages::payload::rows(&[])
     }
+}
+
+#[test]
+fn a_wait_ends_with_a_message_and_sleeps_when_there_is_none() {
+    let bench = Bench::new("wait");
+    let (sender, reader) = (bench.enter("sender"), bench.enter("reader"));
+    let (outlet, inlet) = (sender.outlet::<Snapshot>(3).unwrap(), reader.inlet::<Snapshot>().unwrap());
+    let other = reader.inlet::<Roster>().unwrap();
+    let signals = Signals::catch(&[]).unwrap();
+    let nap = Duration::from_millis(20);
+    let slept = |ports: &[&dyn Awaited], at_most: Duration| {
+        let start = Instant::now();
+        signals.wait(ports, at_most).unwrap();
+        start.elapsed()
+    };
+    slept(&[&inlet, &other, &outlet], nap); // all were told that readers have joined
+    for index in 0..SNAPSHOTS as u32 {
+        outlet.send_items(header(index), &[0.0; 3]).unwrap();
+        let watchdog = Duration::from_secs(60);
+        assert!(slept(&[&inlet], watchdog) < watchdog, "the message is there");
+        assert_eq!(inlet.receive().unwrap().unwrap().header().index, index);
+        assert!(slept(&[&inlet], nap) >= nap, "nothing has come since");
+    }
+    outlet.send_items(header(9), &[0.0; 3]).unwrap();
+    assert!(slept(&[&other], nap) >= nap, "it is nothing to this port");
+    assert!(slept(&[&other, &inlet], Duration::from_secs(60)) < Duration::from_secs(60), "other ports are watched");
+    assert!(slept(&[&other, &outlet], nap) >= nap, "a message does not wake those who send");
+    let _late = reader.inlet::<Snapshot>().unwrap();
+    assert!(slept(&[&other, &outlet], Duration::from_secs(60)) < Duration::from_secs(60), "a reader that joins does");
 }

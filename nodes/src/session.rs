@@ -1,6 +1,7 @@
 //! What every node has: its name, its access to the run's domain, its line to the launcher, and its ear for signals.
 
-use std::time::Duration;
+use std::cell::Cell;
+use std::time::{Duration, Instant};
 
 use messages::domain::{Domain, Place, ROOT_VARIABLE};
 use messages::layout::{StatusHeader, phase};
@@ -54,6 +55,7 @@ pub struct Session {
     /// The run's domain.
     pub domain: Domain,
     launcher: Option<i32>,
+    launcher_seen: Cell<Instant>,
     signals: Signals,
     status: Outlet<Status>,
     pub(crate) told: Told,
@@ -105,6 +107,7 @@ impl Session {
             attempt,
             domain,
             launcher: launcher(),
+            launcher_seen: Cell::new(Instant::now()),
             signals,
             status,
             told: Told::default(),
@@ -194,8 +197,15 @@ impl Session {
         self.check_stop()
     }
 
+    /// Looks now and then whether the launcher lives.
     fn check_launcher(&self) -> Result<(), Failure> {
-        if self.launcher.is_some_and(|launcher| !is_alive(launcher)) { Err(Failure::Stopped) } else { Ok(()) }
+        if self.launcher_seen.get().elapsed() >= LONGEST_SLEEP {
+            if self.launcher.is_some_and(|launcher| !is_alive(launcher)) {
+                return Err(Failure::Stopped);
+            }
+            self.launcher_seen.set(Instant::now());
+        }
+        Ok(())
     }
 
     /// # Errors

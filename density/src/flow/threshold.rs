@@ -8,9 +8,9 @@ use super::taylor::{Crew, LANES, Lanes, Series, Watch};
 use crate::dynamics::SUN_MEAN_MOTION;
 
 /// Pieces of a step in which `s` has at most one minimum: a year takes about fifteen steps at the default accuracy.
-const PIECES: u32 = 8;
-/// Halvings of an interval: more than a double has bits.
-const HALVINGS: u32 = 60;
+const PIECES: usize = 8;
+/// Steps to a root: were all of them halvings, they would be more than a double has bits.
+const MOST_STEPS: u32 = 60;
 
 /// Watches for the first passage of every orbit through a critical eccentricity.
 pub(super) struct Threshold<'a> {
@@ -65,35 +65,75 @@ impl Threshold<'_> {
 }
 
 /// First time in `[0, step]` at which a polynomial is 0 or less.
-fn first_fall(polynomial: &[f64], step: f64) -> Option<f64> {
+fn first_fall<const P: usize>(polynomial: &[f64; P], step: f64) -> Option<f64> {
     if polynomial[0] <= 0.0 {
         return Some(0.0);
     }
-    let value = |t: f64| polynomial.iter().rev().fold(0.0, |sum, c| sum * t + c);
-    let slope = |t: f64| polynomial.iter().enumerate().skip(1).rev().fold(0.0, |sum, (n, c)| sum * t + n as f64 * c);
-    let edge = |piece: u32| step * f64::from(piece) / f64::from(PIECES);
+    let mut edges = [0.0; PIECES + 1];
+    for (piece, edge) in edges.iter_mut().enumerate() {
+        *edge = step * piece as f64 / PIECES as f64;
+    }
+    let (values, slopes) = evaluate(polynomial, &edges);
     (0..PIECES).find_map(|piece| {
-        let (from, to) = (edge(piece), edge(piece + 1));
-        if value(to) <= 0.0 {
-            return Some(bisect(value, from, to));
+        let (from, to) = (edges[piece], edges[piece + 1]);
+        let at = |t: f64| {
+            let ([value], [slope]) = evaluate(polynomial, &[t]);
+            (value, slope)
+        };
+        if values[piece + 1] <= 0.0 {
+            return Some(root(at, from, to));
         }
         // A minimum between the ends?
-        let lowest = (slope(from) < 0.0 && slope(to) > 0.0).then(|| bisect(|t| -slope(t), from, to))?;
-        (value(lowest) <= 0.0).then(|| bisect(value, from, lowest))
+        if !(slopes[piece] < 0.0 && slopes[piece + 1] > 0.0) {
+            return None;
+        }
+        let mut derivative = [0.0; P];
+        for n in 1..P {
+            derivative[n - 1] = -(n as f64) * polynomial[n];
+        }
+        let lowest = root(
+            |t| {
+                let ([slope], [curvature]) = evaluate(&derivative, &[t]);
+                (slope, curvature)
+            },
+            from,
+            to,
+        );
+        (at(lowest).0 <= 0.0).then(|| root(at, from, lowest))
     })
 }
 
-/// Where a function that is positive at `low` and not at `high` changes its sign.
-fn bisect(function: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if function(middle) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
+/// Values and slopes of a polynomial at several times at once.
+fn evaluate<const P: usize, const N: usize>(polynomial: &[f64; P], times: &[f64; N]) -> ([f64; N], [f64; N]) {
+    let (mut values, mut slopes) = ([0.0; N], [0.0; N]);
+    for coefficient in polynomial.iter().rev() {
+        for k in 0..N {
+            slopes[k] = slopes[k] * times[k] + values[k];
+            values[k] = values[k] * times[k] + coefficient;
         }
     }
-    high
+    (values, slopes)
+}
+
+/// Where a function that is positive at `low` and not at `high` changes its sign: by Newton's steps from value and slope, or
+/// by a halving where such a step would lead out of what is left.
+fn root(function: impl Fn(f64) -> (f64, f64), mut low: f64, mut high: f64) -> f64 {
+    let mut time = 0.5 * (low + high);
+    for _ in 0..MOST_STEPS {
+        let (value, slope) = function(time);
+        if value > 0.0 {
+            low = time;
+        } else {
+            high = time;
+        }
+        let newton = time - value / slope;
+        let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
+        if (next - time).abs() <= f64::EPSILON * next {
+            return next;
+        }
+        time = next;
+    }
+    time
 }
 
 #[cfg(test)]
@@ -108,5 +148,14 @@ mod tests {
         assert_eq!(first_fall(&[0.0, 1.0], 1.0), Some(0.0));
         assert_eq!(first_fall(&[1.0, -0.1], 1.0), None);
         assert_eq!(first_fall(&[0.13, -0.7, 1.0], 2.0), None, "its minimum is above");
+    }
+
+    #[test]
+    fn a_root_is_found_where_newtons_steps_alone_would_not_converge() {
+        // arctan overshoots ever farther from a start as far off as this.
+        let function = |t: f64| ((0.3 - t).atan(), -1.0 / (1.0 + (0.3 - t) * (0.3 - t)));
+        assert!((root(function, -20.0, 40.0) - 0.3).abs() < 1e-15);
+        // A flat start.
+        assert!((root(|t| (1.0 - t.powi(9), -9.0 * t.powi(8)), 0.0, 2.5) - 1.0).abs() < 1e-15);
     }
 }
