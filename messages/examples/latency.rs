@@ -41,16 +41,7 @@ fn now() -> f64 {
 fn measure(messages: usize) -> Outcome {
     let name = format!("latency-{}", std::process::id());
     let place = Place { root: std::env::temp_dir().join(&name), prefix: format!("{name}-") };
-<<<<<<< HEAD
     let held = HeldDomain::create(&place, &Capacity { propagators: 1, cases: 1, snapshots: 5, hosts: 0 })?;
-    println!("bytes, median and 99th percentile from last write to first read [us]");
-    for size in SIZES {
-        let mut delays = receive(&held, &place, size, messages)?;
-        delays.sort_by(f64::total_cmp);
-        let at = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize] / 1e3;
-        println!("{:11} {:8.1} {:8.1}", 8 * size, at(0.5), at(0.99));
-=======
-    let held = HeldDomain::create(&place, &Capacity { propagators: 1, snapshots: 5 })?;
     let signals = Signals::catch(&[])?;
     println!("  rest [us]      way        bytes  from last write to first read [us]: median, 99th percentile");
     for rest in RESTS {
@@ -74,7 +65,6 @@ fn measure(messages: usize) -> Outcome {
             })?;
             held.domain.clean_up_after_the_dead();
         }
->>>>>>> perf
     }
     drop(held);
     Ok(place.remove()?)
