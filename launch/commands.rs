@@ -14,7 +14,7 @@ pub const SCENARIO_NODE: &str = "scenario";
 /// The processes that every run needs besides its cases.
 pub const SERVICES: [&str; 4] = ["estimator", "comparator", "recorder", SCENARIO_NODE];
 /// The process that a run over several hosts needs as well.
-pub const BRIDGE: &str = "bridge";
+pub const BRIDGE: &str = bridge::plan::NAME;
 
 /// What the commands of a run are made of.
 #[derive(Debug)]

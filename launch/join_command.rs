@@ -69,7 +69,8 @@ fn tell(arguments: &JoinArguments, line: &str) {
 
 fn work(arguments: &JoinArguments, access: &Access, host: &str) -> Result<Ending, String> {
     let signals = Signals::catch(&[signal_hook::consts::SIGCHLD]).map_err(|e| format!("cannot catch signals: {e}"))?;
-    let Some(plan) = await_plan(arguments, access, host, &signals)? else { return Ok(Ending::Interrupted) };
+    let hello = Hello::of(host, domains::fresh_run_id());
+    let Some(plan) = await_plan(arguments, access, &hello, &signals)? else { return Ok(Ending::Interrupted) };
     let commands = plan.members.iter().find(|share| matches!(share.program, Program::Command(_)));
     if let Some(share) = commands.filter(|_| !arguments.allow_commands) {
         return Err(format!(
@@ -80,21 +81,20 @@ fn work(arguments: &JoinArguments, access: &Access, host: &str) -> Result<Ending
     let names: Vec<&str> = plan.members.iter().map(|share| share.name.as_str()).collect();
     tell(arguments, &format!("joined run {:012x} ({}) as {host}: {}", plan.run_id, plan.name, names.join(", ")));
     let shown = Shown { quiet: arguments.quiet, json: false };
-    share::work(&plan, access, host, &signals, (shown, arguments.logged))
+    share::work(&plan, access, &hello, &signals, (shown, arguments.logged))
 }
 
 /// Knocks until somebody answers; `None` if the user asked to stop before.
 fn await_plan(
     arguments: &JoinArguments,
     access: &Access,
-    host: &str,
+    hello: &Hello,
     signals: &Signals,
 ) -> Result<Option<Plan>, String> {
     let zenoh = bridge::session::open(access, End::Connects).map_err(|e| e.to_string())?;
-    let hello = Hello::of(host, domains::fresh_run_id());
     let mut is_told = false;
     while !signals.stop_requested() {
-        if let Some(plan) = greet(&zenoh, &hello).map_err(|e| e.to_string())? {
+        if let Some(plan) = greet(&zenoh, hello).map_err(|e| e.to_string())? {
             return Ok(Some(plan));
         }
         if !std::mem::replace(&mut is_told, true) {

@@ -5,6 +5,7 @@ use std::process::{Command, ExitStatus};
 use std::time::{Duration, Instant};
 
 use bridge::endpoint::Access;
+use bridge::greeting::Hello;
 use bridge::plan::{Plan, Post, Program, Share};
 use messages::domain::{HeldDomain, Place};
 use messages::layout::{StatusHeader, phase};
@@ -44,7 +45,7 @@ pub enum Ending {
 pub fn work(
     plan: &Plan,
     access: &Access,
-    host: &str,
+    hello: &Hello,
     signals: &Signals,
     (shown, logged): (Shown, Logged),
 ) -> Result<Ending, String> {
@@ -52,7 +53,8 @@ pub fn work(
     // Named by a number of its own: home's domain may be on the same machine.
     let own = OwnDomain::claim(domains::fresh_run_id())?;
     let log = start_log(&own.place.root, plan.run_id, shown, logged)?;
-    let post = Post::Worker { access: access.clone(), host: host.into(), log: log.path().to_owned() };
+    let (host, process) = (hello.host.clone(), hello.process);
+    let post = Post::Worker { access: access.clone(), host, process, log: log.path().to_owned() };
     let post = plans::write(&own.place.root, &post)?;
     let capacity = Capacity { propagators: plan.propagators, cases: plan.cases, snapshots: plan.snapshots, hosts: 1 };
     let ending = {

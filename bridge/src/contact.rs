@@ -7,6 +7,9 @@ use std::time::{Duration, Instant};
 /// new link; little enough that a host whose home is lost ends within ten seconds.
 pub const LOST: Duration = Duration::from_millis(8500);
 
+/// A host that has just joined may take so long until it is first heard of: it has processes to start.
+const GRACE: Duration = Duration::from_secs(30);
+
 /// What the threads that deal with one other host share.
 #[derive(Debug)]
 pub struct Contact {
@@ -21,7 +24,7 @@ impl Default for Contact {
     fn default() -> Self {
         Self {
             start: Instant::now(),
-            heard: AtomicU64::new(0),
+            heard: AtomicU64::new(GRACE.as_millis() as u64),
             carried: AtomicU64::new(0),
             ended: AtomicBool::new(false),
             stop: AtomicBool::new(false),

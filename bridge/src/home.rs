@@ -128,7 +128,6 @@ impl Home<'_> {
 
     /// Starts the threads that carry a host's messages.
     fn take_in(&mut self, (name, plan, contact): Joined) -> Result<(), Failure> {
-        contact.hear();
         tracing::info!("host {name} has joined");
         self.bring_home::<Snapshot>(&name, &plan, &contact)?;
         self.bring_home::<Passage>(&name, &plan, &contact)?;

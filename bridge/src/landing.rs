@@ -11,7 +11,7 @@ use messages::wait::Awaited;
 use nodes::failure::Failure;
 use nodes::shard::Shard;
 
-use crate::plan::Share;
+use crate::plan::{NAME, Share};
 use crate::pull::Sink;
 
 /// A topic whose messages come home.
@@ -121,7 +121,7 @@ impl<T: ComesHome> Landing<T> {
     pub fn new(place: &Place, host: &str, members: &[Share], attempts: u32) -> Result<Self, Failure> {
         let door = |share: &Share| (share.name.clone(), Door { scenario: 0, outlet: None, last: None });
         let members = members.iter().map(door).collect();
-        Ok(Self { domain: Domain::enter(place, "bridge")?, host: host.into(), members, attempts })
+        Ok(Self { domain: Domain::enter(place, NAME)?, host: host.into(), members, attempts })
     }
 }
 
@@ -129,6 +129,9 @@ impl<T: ComesHome> Sink<T> for Landing<T> {
     fn room(&mut self, header: &T::Header, items: usize) -> Result<Option<Draft<T>>, Failure> {
         let member = T::member(header);
         let Some(door) = self.members.get_mut(&member) else {
+            if member == NAME {
+                return Ok(None); // what the other bridge reports of itself
+            }
             tracing::warn!(
                 "{} sends for \"{}\", which is not its share; it is left out",
                 self.host,

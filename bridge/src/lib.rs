@@ -52,6 +52,8 @@ mod worker;
 mod node;
 #[cfg(feature = "zenoh")]
 pub use node::run;
+#[cfg(feature = "zenoh")]
+pub use zenoh;
 
 #[cfg(all(test, feature = "zenoh"))]
 mod tests;

@@ -6,6 +6,7 @@ use messages::domain::Place;
 use nodes::failure::Failure;
 use nodes::session::Session;
 
+use crate::greeting::Hello;
 use crate::plan::Post;
 use crate::{home, worker};
 
@@ -17,6 +18,8 @@ pub fn run(session: &Session, place: &Place, path: &Path) -> Result<(), Failure>
     let text = std::fs::read(path).map_err(|e| Failure::file(path, e))?;
     match serde_json::from_slice(&text).map_err(|e| Failure::file(path, e))? {
         Post::Home { access, plans } => home::run(session, place, &access, plans),
-        Post::Worker { access, host, log } => worker::run(session, place, &access, &host, &log),
+        Post::Worker { access, host, process, log } => {
+            worker::run(session, place, &access, &Hello::of(&host, process), &log)
+        }
     }
 }

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::endpoint::Access;
 
+/// What a bridge is called.
+pub const NAME: &str = "bridge";
 /// The name of the host that a run is started on, where it is estimated, compared and recorded.
 pub const HOME: &str = "home";
 
@@ -27,6 +29,8 @@ pub enum Post {
         access: Access,
         /// The worker host's name.
         host: String,
+        /// What it has greeted home with.
+        process: u64,
         /// The file with its log.
         log: PathBuf,
     },

@@ -6,6 +6,7 @@ use bytemuck::{bytes_of, cast_slice_mut};
 use messages::port::Draft;
 use messages::topic::Topic;
 use nodes::failure::Failure;
+use zenoh::handlers::FifoChannelHandler;
 use zenoh::qos::CongestionControl;
 use zenoh::query::{ConsolidationMode, Reply};
 use zenoh::{Session, Wait};
@@ -65,7 +66,7 @@ pub fn pull<T: Topic>(zenoh: &Session, key: &str, contact: &Contact, sink: &mut 
             .map_err(|e| refused(&e))?;
         let mut heard = false;
         // An end of the answers, or too long a pause between them: ask again.
-        while let Ok(Some(reply)) = answers.recv_timeout(PATIENCE) {
+        while let Some(reply) = await_reply(&answers, contact) {
             contact.hear();
             heard = true;
             if !reader.take(&reply, contact, sink)? || contact.is_to_stop() {
@@ -77,6 +78,19 @@ pub fn pull<T: Topic>(zenoh: &Session, key: &str, contact: &Contact, sink: &mut 
         }
     }
     Ok(())
+}
+
+/// The next answer, unless it takes too long.
+fn await_reply(answers: &FifoChannelHandler<Reply>, contact: &Contact) -> Option<Reply> {
+    let asked = Instant::now();
+    while asked.elapsed() < PATIENCE && !contact.is_to_stop() {
+        match answers.recv_timeout(PAUSE) {
+            Ok(None) => {}
+            Ok(reply) => return reply,
+            Err(_) => return None, // there will be no more
+        }
+    }
+    None
 }
 
 /// What a reader has so far.

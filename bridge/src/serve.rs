@@ -18,6 +18,7 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use crate::contact::Contact;
+use crate::plan::NAME;
 use crate::session::refused;
 use crate::wire::{self, Ask, PIECE, Piece, kind};
 
@@ -61,7 +62,7 @@ pub fn serve<T: Screened>(
     contact: &Contact,
 ) -> Result<(), Failure> {
     let questions = questions(zenoh, key)?;
-    let mut stream = Stream::<T>::open(Domain::enter(place, "bridge")?, run_id)?;
+    let mut stream = Stream::<T>::open(Domain::enter(place, NAME)?, run_id)?;
     let mut stopped: Option<Instant> = None;
     loop {
         if contact.is_to_stop() && stopped.get_or_insert_with(Instant::now).elapsed() > LAST_WORDS {

@@ -18,22 +18,27 @@ use zenoh::Session as Zenoh;
 
 use crate::contact::Contact;
 use crate::endpoint::{Access, End};
+use crate::greeting::{Hello, greet};
 use crate::log_stream;
-use crate::plan::HOME;
+use crate::plan::{HOME, NAME};
 use crate::pull::{Sink, pull};
 use crate::serve::serve;
 use crate::session;
 use crate::wire::key;
 
+/// How often home is greeted.
+const GREETINGS: Duration = Duration::from_millis(500);
 /// How often home is looked after.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Carries messages of `host` until the run at home has ended, or asked to stop. `log` is the file with the host's log.
+/// Carries messages of the host that says `hello` until the run at home has ended, or asked to stop. `log` is the file with
+/// the host's log.
 ///
 /// # Errors
 /// [`Failure::Refused`] if home is lost.
-pub fn run(session: &Session, place: &Place, access: &Access, host: &str, log: &Path) -> Result<(), Failure> {
+pub fn run(session: &Session, place: &Place, access: &Access, hello: &Hello, log: &Path) -> Result<(), Failure> {
     let zenoh = session::open(access, End::Connects)?;
+    let host = hello.host.as_str();
     let contact = Arc::<Contact>::default();
     let carrier = Carrier { zenoh: &zenoh, place, run_id: session.run_id, host, contact: &contact };
     let mut threads = vec![carrier.send_out::<Snapshot>(), carrier.send_out::<Passage>(), carrier.send_out::<Status>()];
@@ -43,11 +48,22 @@ pub fn run(session: &Session, place: &Place, access: &Access, host: &str, log: &
     let (own, from) = (zenoh.clone(), key(session.run_id, HOME, &format!("{host}-scenario")));
     let (shared, own_place) = (Arc::clone(&contact), place.clone());
     threads.push(spawn(move || pull(&own, &from, &shared, &mut Arrivals::new(&own_place)?)));
+    let (own, shared, hello) = (zenoh.clone(), Arc::clone(&contact), hello.clone());
+    threads.push(spawn(move || go_on_greeting(&own, &hello, &shared)));
     session.ready()?;
     let end = look_after(session, &contact, || threads.iter().any(|thread| thread.is_finished()));
     contact.stop();
     let ends: Vec<Result<(), Failure>> = threads.into_iter().filter_map(|thread| thread.join().ok()).collect();
     end.and(ends.into_iter().collect())
+}
+
+/// Greets again and again: a bridge at home that has been restarted knows of nobody.
+fn go_on_greeting(zenoh: &Zenoh, hello: &Hello, contact: &Contact) -> Result<(), Failure> {
+    while !contact.is_to_stop() && !contact.has_ended() {
+        greet(zenoh, hello)?;
+        std::thread::sleep(GREETINGS);
+    }
+    Ok(())
 }
 
 fn look_after(session: &Session, contact: &Contact, is_broken: impl Fn() -> bool) -> Result<(), Failure> {
@@ -92,7 +108,7 @@ struct Arrivals {
 
 impl Arrivals {
     fn new(place: &Place) -> Result<Self, Failure> {
-        Ok(Self { domain: Domain::enter(place, "bridge")?, outlet: None, newest: Newest::default() })
+        Ok(Self { domain: Domain::enter(place, NAME)?, outlet: None, newest: Newest::default() })
     }
 }
 

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tracing::field::{Field, Visit};
 use tracing::level_filters::LevelFilter;
-use tracing::{Event, Subscriber};
+use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 
 use crate::failure::Failure;
@@ -22,6 +22,9 @@ use crate::failure::Failure;
 pub const LEVEL_VARIABLE: &str = "PHASECLOUD_LOG";
 /// Environment variable that holds the format: `compact` or `json`.
 pub const FORMAT_VARIABLE: &str = "PHASECLOUD_LOG_FORMAT";
+
+/// Libraries that log as well.
+const FOREIGN: [&str; 2] = ["zenoh", "rustls"];
 
 /// A line of the log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -119,7 +122,14 @@ struct Stream<F> {
 
 impl<S: Subscriber, F: Fn(Line) + 'static> Layer<S> for Stream<F> {
     fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
-        let mut line = Line::now(*event.metadata().level(), &self.run, &self.node);
+        let (level, target) = (*event.metadata().level(), event.metadata().target());
+        let is_foreign = FOREIGN.iter().any(|library| target.starts_with(library));
+        if is_foreign && level > Level::WARN {
+            return;
+        }
+        // What is an error to a library is a reason for a warning: the process that uses it goes on.
+        let level = if is_foreign { Level::WARN } else { level };
+        let mut line = Line::now(level, &self.run, &self.node);
         event.record(&mut line);
         (self.emit)(line);
     }

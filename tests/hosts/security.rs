@@ -5,9 +5,9 @@ use std::process::Command;
 
 use bridge::endpoint::{Access, End, Tls};
 use bridge::greeting::{Hello, greet};
+use bridge::zenoh::Wait;
 use messages::topic::{Snapshot, Topic};
 use rustix::process::Signal;
-use zenoh::Wait;
 
 use crate::common::Bench;
 use crate::site::{self, Site, end, end_well, wait_until};
