@@ -1,15 +1,15 @@
 """Time and memory of Monte Carlo by number of samples: python3 benches/scale.py
 
-Runs target/release/phasecloud on scenario 1 and prints wall time, payload and peak memory (anonymous memory of all processes and the machine's
-shared memory, looked at every 20 ms). Then, for comparison with the transport, how long a byte takes through a pipe to a sleeping process.
+Runs target/release/phasecloud on scenario 1 and prints wall and CPU time, payload and peak memory (anonymous memory of all processes
+and the run's shared memory, looked at every 20 ms).
 """
 
+import contextlib
 import glob
 import os
 import pathlib
 import re
-import statistics
-import struct
+import resource
 import subprocess
 import tempfile
 import time
@@ -28,46 +28,53 @@ samples = {}
 
 
 def anonymous(process):
-    """MiB of a process of a run, 0 of others."""
+    """MiB of a process."""
     try:
-        if b"PHASECLOUD_RUN_ID" not in pathlib.Path(process, "environ").read_bytes():
-            return 0
-        return int(re.search(r"RssAnon:\s+(\d+)", pathlib.Path(process, "status").read_text())[1]) / 1024
+        return int(re.search(r"RssAnon:\s+(\d+)", pathlib.Path(f"/proc/{process}/status").read_text())[1]) / 1024
     except (OSError, TypeError):
         return 0  # it has ended
 
 
-def shared():
-    return int(re.search(r"Shmem:\s+(\d+)", pathlib.Path("/proc/meminfo").read_text())[1]) / 1024
+def shared(process):
+    """MiB in the shared memory of the run that a process belongs to."""
+    try:
+        variables = pathlib.Path(f"/proc/{process}/environ").read_bytes().split(b"\0")
+    except OSError:
+        return 0
+    prefixes = [v.split(b"=", 1)[1].decode() for v in variables if v.startswith(b"PHASECLOUD_PREFIX=")]
+    size = 0
+    for file in glob.glob(f"/dev/shm/{prefixes[0]}*") if prefixes else []:
+        with contextlib.suppress(OSError):
+            size += os.stat(file).st_blocks * 512
+    return size / 2**20
+
+
+def memory(launcher):
+    """MiB of launcher and nodes, and of what they share."""
+    with contextlib.suppress(OSError):
+        nodes = pathlib.Path(f"/proc/{launcher}/task/{launcher}/children").read_text().split()
+        return sum(map(anonymous, [launcher, *nodes])) + max(map(shared, nodes), default=0)
+    return 0
+
+
+def cpu():
+    """CPU time of all processes that have ended [s]."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def run(samples, end, snapshots):
     with tempfile.TemporaryDirectory() as folder:
         pathlib.Path(folder, "l.toml").write_text(launch.format(samples))
         pathlib.Path(folder, "s.toml").write_text(re.sub(r"(?m)^end = \S+", f"end = {end}", scenario))
-        before, begun, peak = shared(), time.perf_counter(), 0
+        begun, before, peak = time.perf_counter(), cpu(), 0
         child = subprocess.Popen([program, "run", "l.toml", "--quiet", "--no-report", "--out", "out"], cwd=folder)
         while child.poll() is None:
-            peak = max(peak, sum(map(anonymous, glob.glob("/proc/[0-9]*"))) + shared() - before)
+            peak = max(peak, memory(child.pid))
             time.sleep(0.02)
         wall, payload = time.perf_counter() - begun, samples * 16 * snapshots / 2**20
-        print(f"{samples:9} samples, {snapshots} snapshots: {wall:6.2f} s, {payload:6.0f} MiB, peak {peak:6.0f} MiB, {peak / payload:.2f}")
-
-
-def pipe(bytes_sent=300):
-    reader, writer = os.pipe()
-    if os.fork() == 0:
-        for _ in range(bytes_sent):
-            time.sleep(0.003)
-            os.write(writer, struct.pack("d", time.monotonic_ns()))
-        os._exit(0)
-    delays = []
-    for _ in range(bytes_sent):
-        sent = struct.unpack("d", os.read(reader, 8))[0]
-        delays.append((time.monotonic_ns() - sent) / 1e3)
-    print(f"through a pipe: median {statistics.median(delays):.0f} us")
+        print(f"{samples:9} samples, {snapshots} snapshots: {wall:6.2f} s, CPU {cpu() - before:6.2f} s, {payload:6.0f} MiB, peak {peak:6.0f} MiB, {peak / payload:.2f}")
 
 
 for case in [(100_000, 2.0, 5), (1_000_000, 2.0, 5), (10_000_000, 2.0, 5), (10_000_000, 3.0, 7)]:
     run(*case)
-pipe()

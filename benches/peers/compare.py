@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Our kernels beside the programs that one would otherwise take, on the same samples and at the same largest error.
 
-    python3 benches/peers/compare.py [--repeats 5] [--quick]
+    python3 benches/peers/compare.py [--repeats 5] [--quick] [--yardsticks FOLDER]
 
 makes a virtual environment in target/peers, builds and runs `density/examples/for_peers.rs`, and prints tables in Markdown.
 A peer's tolerance (or its number of steps) is the loosest of a ladder with which no coordinate of any sample at any snapshot
 is farther from the reference than the level; the reference is heyoka at 1e-16. Figures are medians: CPU time on one
-thread, wall time on two. `taylor.c` is a yardstick: what plain C can do, left out where there is no gcc.
+thread, wall time on two; the last column is the one over the other, which says something on an idle machine only. `taylor.c` is
+a yardstick: what plain C can do, left out where there is no gcc. FOLDER may hold other ones, see `yardsticks.py`.
 """
 import argparse
 import os
@@ -54,6 +55,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--quick", action="store_true", help="leave out what takes minutes: interpolation by SciPy")
+    parser.add_argument("--yardsticks", type=Path, help="a folder with C programs that are no part of this one")
     options = parser.parse_args()
     WORK.mkdir(parents=True, exist_ok=True)
     enter_environment()
@@ -61,6 +63,7 @@ def main():
 
     import meshes
     import propagators
+    import yardsticks
 
     ours = run_ours(options.repeats)
     start = np.fromfile(WORK / "start.f64").reshape(2, -1)
@@ -70,23 +73,28 @@ def main():
     for name, level in LEVELS.items():
         error = abs(np.fromfile(WORK / f"ours-{name}.f64").reshape(4, 2, -1) - reference).max()
         rows.append(("ours", name, error, ours["propagate", name, 1], ours["propagate", name, 2]))
+        if options.yardsticks:
+            rows.append(("yardstick in C", name, *yardsticks.propagate(options.yardsticks, start, reference, level, options.repeats)))
         rows += [(peer, name, *found) for peer, found in propagators.peers(start, reference, level, options.repeats)]
     table(rows)
     print("\n## From 1e5 samples at 2 yr to a density\n")
-    table(meshes.rows(WORK, ours, options.repeats, options.quick))
+    rows = list(meshes.rows(WORK, ours, options.repeats, options.quick))
+    if options.yardsticks:
+        rows.append(("yardstick in C", "interpolate", None, *yardsticks.rasterise(options.yardsticks, options.repeats)))
+    table(rows)
     print("\n" + ", ".join(versions()))
 
 
 def table(rows):
     """Prints rows of (who, what, largest error, seconds on 1 thread, on 2 threads) with ratios to ours, the first of each `what`."""
-    print("| program | what | largest error | 1 thread, s | 2 threads, s | times ours (1) | times ours (2) |")
-    print("|---|---|---|---|---|---|---|")
+    print("| program | what | largest error | 1 thread, s | 2 threads, s | times ours (1) | times ours (2) | 1 over 2 threads |")
+    print("|---|---|---|---|---|---|---|---|")
     best = {}
     for who, what, error, one, two in rows:
         base = best.setdefault(what, (one, two))
         number = lambda x, form: "-" if x is None else format(x, form)
         ratio = lambda x, y: "-" if x is None or y is None else f"{x / y:.2f}"
-        cells = [who, what, number(error, ".1e"), number(one, ".4g"), number(two, ".4g"), ratio(one, base[0]), ratio(two, base[1])]
+        cells = [who, what, number(error, ".1e"), number(one, ".4g"), number(two, ".4g"), ratio(one, base[0]), ratio(two, base[1]), ratio(one, two)]
         print("| " + " | ".join(cells) + " |", flush=True)
 
 

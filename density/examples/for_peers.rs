@@ -1,7 +1,7 @@
 //! Our half of the comparison with other programs: writes the samples that all start from, and times our kernels.
 //!
 //! Run by `benches/peers/compare.py`; by hand: `cargo run --release -p phasecloud-density --example for_peers -- FOLDER 5`.
-//! Files are little-endian f64, column after column. A line `stage,level,threads,seconds` is printed for every figure, the
+//! Files are little-endian f64, column after column, and u32 for triangles. A line `stage,level,threads,seconds` is printed for every figure, the
 //! median of so many runs: CPU time on one thread, which other programs on the machine disturb less, wall time on two.
 
 use std::f64::consts::PI;
@@ -62,6 +62,8 @@ fn main() {
     time("bin", "", 20 * repeats, || binning::count(&phi, &e, &grid));
     let triangles = triangulate(&phi, &e).expect("triangles");
     time("triangulate", "", repeats, || triangulate(&phi, &e));
+    let corners: Vec<u8> = triangles.as_flattened().iter().flat_map(|corner| corner.to_le_bytes()).collect();
+    std::fs::write(folder.join("triangles.u32"), corners).expect("room for the triangles");
     let points = PointGrid::new(&grid, RESOLUTION).expect("points");
     let corner = |row: u32| [phi[row as usize], e[row as usize], n[row as usize]];
     let bins = || points.bin_means(triangles.len(), |k| triangles[k].map(corner));

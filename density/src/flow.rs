@@ -7,6 +7,8 @@ use rayon::prelude::*;
 use taylor::Watch;
 use threshold::Threshold;
 
+pub use threshold::Passages;
+
 use crate::dynamics::{Force, State};
 
 /// Orbits a thread takes at a time.
@@ -84,21 +86,21 @@ impl Flow {
             .reduce(|| Ok(()), Result::and)
     }
 
-    /// As [`Flow::advance`], from `from` to `to` \[yr\], and notes in `passages[i]` when orbit `i` first has
-    /// `e >= critical_e`, to the accuracy of the flow; what is finite there already stays.
+    /// As [`Flow::advance`], from `from` to `to` \[yr\], and notes when each orbit first has `e >= critical_e`, to the
+    /// accuracy of the flow.
     ///
     /// # Errors
     /// As [`Flow::advance`].
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn advance_watching(
+    pub fn advance_watching<T: Copy + PartialEq + Send + Sync>(
         &self,
         x1: &mut [f64],
         x2: &mut [f64],
         (from, to): (f64, f64),
         critical_e: f64,
-        passages: &mut [f64],
+        Passages { passages, pending, note }: Passages<'_, T>,
     ) -> Result<(), Escaped> {
         assert!(x1.len() == x2.len() && x1.len() == passages.len(), "one x1 and one passage for every x2");
         let critical_s = ((1.0 - critical_e) * (1.0 + critical_e)).sqrt();
@@ -107,7 +109,7 @@ impl Flow {
             .zip(passages.par_chunks_mut(CHUNK))
             .enumerate()
             .map(|(chunk, ((x1, x2), passages))| {
-                let mut watch = Threshold { critical_s, end: to, passages };
+                let mut watch = Threshold { critical_s, end: to, passages: Passages { passages, pending, note } };
                 self.advance_chunk_watched(x1, x2, &[to - from], chunk * CHUNK, &mut watch)
             })
             .reduce(|| Ok(()), Result::and)

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::dynamics::State;
-use crate::flow::{Escaped, Flow};
+use crate::flow::{Escaped, Flow, Passages};
 
 /// Orbits that a thread reads out at a time.
 const CHUNK: usize = 4096;
@@ -86,7 +86,12 @@ impl Orbits {
     ///
     /// # Panics
     /// If there is not one passage for every orbit.
-    pub fn advance_watching(&mut self, time: f64, critical_e: f64, passages: &mut [f64]) -> Result<(), LostOrbit> {
+    pub fn advance_watching<T: Copy + PartialEq + Send + Sync>(
+        &mut self,
+        time: f64,
+        critical_e: f64,
+        passages: Passages<'_, T>,
+    ) -> Result<(), LostOrbit> {
         let from = self.time;
         self.time = time;
         let moved = self.flow.advance_watching(&mut self.x1, &mut self.x2, (from, time), critical_e, passages);

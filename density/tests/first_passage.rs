@@ -9,7 +9,7 @@ use density::first_passage::curve_times;
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::exact::exact_curve;
 use density::first_passage::times::first_passage_times;
-use density::flow::Flow;
+use density::flow::{Flow, Passages};
 use density::problem::{InitialGaussian, Problem};
 
 /// First time at which an orbit without oblateness reaches `critical_e`: `(x1, x2, s)` turns rigidly about `(0, C, 1)`, so `s`
@@ -81,7 +81,8 @@ fn passages_read_off_the_integrators_series_are_those_that_are_searched_for() {
         let mut read_off = vec![f64::INFINITY; x1.len()];
         // In unequal intervals, as between snapshots.
         for (from, to) in [(0.0, 0.3 * end), (0.3 * end, 0.35 * end), (0.35 * end, end)] {
-            flow.advance_watching(&mut x1, &mut x2, (from, to), critical_e, &mut read_off).unwrap();
+            let passages = Passages { passages: &mut read_off, pending: f64::INFINITY, note: &|time| time };
+            flow.advance_watching(&mut x1, &mut x2, (from, to), critical_e, passages).unwrap();
         }
         assert_eq!(
             searched.iter().filter(|t| t.is_finite()).count(),

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use density::dynamics::Force;
+use density::first_passage::curve_times;
 use density::grid::{Axis, Grid};
 use density::problem::{InitialGaussian, Problem};
-use messages::layout::{MOST_SNAPSHOTS, SCENARIO_COLUMNS, ScenarioHeader};
+use messages::layout::{MOST_SNAPSHOTS, PASSAGE_TIMES, SCENARIO_COLUMNS, ScenarioHeader};
 use messages::port::Message;
 use messages::text::{pack, unpack};
 use messages::topic::Scenario;
@@ -39,6 +40,11 @@ impl Assignment {
     /// [`Failure::Refused`] says which field is wrong.
     pub fn read(message: &Message<Scenario>) -> Result<Self, Failure> {
         Self::from_parts(message.header(), message.items()).map_err(|why| Failure::Refused(format!("scenario: {why}")))
+    }
+
+    /// The times of its first-passage curves \[yr\].
+    pub fn passage_times(&self) -> Vec<f64> {
+        curve_times(self.problem.times.last().copied().unwrap_or(0.0), PASSAGE_TIMES)
     }
 
     /// Reads a header and its items.

@@ -5,7 +5,6 @@
 
 use std::process::ExitCode;
 
-use density::first_passage::curve_times;
 use density::first_passage::empirical::EmpiricalCurve;
 use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, columns};
 use messages::port::Outlet;
@@ -225,8 +224,7 @@ fn send_passage(
     outlet: &Outlet<PassageTopic>,
 ) -> Result<(), Failure> {
     let clock = EffortClock::start();
-    let end = assignment.problem.times.last().copied().unwrap_or(0.0);
-    let (mut rows, samples, reason) = match propagator.first_passage(&curve_times(end, PASSAGE_TIMES))? {
+    let (mut rows, samples, reason) = match propagator.first_passage(&assignment.passage_times())? {
         Passage::Curve(rows) => (rows, 0, String::new()),
         Passage::Counted(rows, samples) => (rows, samples, String::new()),
         Passage::Cannot(reason) => (Vec::new(), 0, reason),

@@ -2,11 +2,12 @@
 
 use std::num::NonZeroUsize;
 
-use density::first_passage::empirical::{EmpiricalCurve, empirical_curve};
+use density::first_passage::empirical::{EmpiricalCurve, curve_of_points, point};
+use density::flow::Passages;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling::{Draws, Plan};
-use messages::layout::kind;
+use messages::layout::{PASSAGE_TIMES, kind};
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
@@ -89,9 +90,15 @@ struct Sample {
     /// Number of the first.
     first: usize,
     orbits: Orbits,
-    passages: Vec<f64>,
+    /// At which time of the curve each orbit had passed, or [`PENDING`]: a byte an orbit, of which there may be many.
+    points: Vec<u8>,
+    curve_times: Vec<f64>,
     problem: Problem,
 }
+
+/// The orbit has not passed. No time of the curve has this number.
+const PENDING: u8 = u8::MAX;
+const _: () = assert!(PASSAGE_TIMES < PENDING as usize);
 
 impl MonteCarlo {
     /// A propagator with these settings.
@@ -113,14 +120,17 @@ impl Propagator for MonteCarlo {
         let (first, most_rows) = (range.start, range.len());
         let (x1, x2) = self.settings.plan().draw_range(&problem.initial, range);
         let orbits = Orbits::new(AccuracySetting::flow(accuracy, problem.force), x1, x2);
-        self.sample =
-            Some(Sample { first, orbits, passages: vec![f64::INFINITY; most_rows], problem: problem.clone() });
+        let (points, curve_times) = (vec![PENDING; most_rows], assignment.passage_times());
+        self.sample = Some(Sample { first, orbits, points, curve_times, problem: problem.clone() });
         let replicates = if replicates > 1 { replicates as u32 } else { 0 };
         Ok(Form { kind: kind::SAMPLES, most_rows, total_rows: samples, replicates, ..Form::default() })
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let Sample { first, orbits, passages, problem } = self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
+        let Sample { first, orbits, points, curve_times, problem } =
+            self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
+        let note = |time| point(time, curve_times) as u8;
+        let passages = Passages { passages: points, pending: PENDING, note: &note };
         let moved = orbits.advance_watching(problem.times[index], problem.critical_e, passages);
         moved.map_err(|lost| lost.counted_from(*first))?;
         Ok(orbits.len())
@@ -136,8 +146,11 @@ impl Propagator for MonteCarlo {
     /// Of the same orbits, noted on their way: an interval holds for independent draws only.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let sample = self.sample.as_ref().ok_or_else(Failure::no_scenario)?;
-        let curve = empirical_curve(&sample.passages, None, times);
+        if times != sample.curve_times {
+            return Err(Failure::Refused("passages are asked for at other times than they were noted for".into()));
+        }
+        let curve = curve_of_points(sample.points.iter().map(|&point| point.into()), times);
         let interval = curve.interval.filter(|_| self.settings.draws == DrawsChoice::Independent);
-        Ok(Passage::Counted(Passage::rows(&EmpiricalCurve { interval, ..curve }), sample.passages.len() as u64))
+        Ok(Passage::Counted(Passage::rows(&EmpiricalCurve { interval, ..curve }), sample.points.len() as u64))
     }
 }

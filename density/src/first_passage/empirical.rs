@@ -20,29 +20,37 @@ pub struct EmpiricalCurve {
 /// If there is not one weight for every passage time.
 pub fn empirical_curve(passages: &[f64], weights: Option<&[f64]>, times: &[f64]) -> EmpiricalCurve {
     assert!(weights.is_none_or(|weights| weights.len() == passages.len()), "one weight for every passage time");
-    let share = match weights {
-        None => equal_shares(passages, times),
-        Some(weights) => weighted_shares(passages, weights, times),
-    };
-    let wilson = |p: &f64| wilson_interval(*p, passages.len() as f64);
-    let interval = weights.is_none().then(|| share.iter().map(wilson).collect());
-    EmpiricalCurve { times: times.to_vec(), probability: share, interval }
+    match weights {
+        None => curve_of_points(passages.iter().map(|&passage| point(passage, times)), times),
+        Some(weights) => {
+            let probability = weighted_shares(passages, weights, times);
+            EmpiricalCurve { times: times.to_vec(), probability, interval: None }
+        }
+    }
 }
 
-/// Share of the orbits that have passed at each of the ascending `times`, by counting.
-fn equal_shares(passages: &[f64], times: &[f64]) -> Vec<f64> {
+/// The first of the ascending `times` at which an orbit that passes at `passage` has passed; their number if there is none.
+pub fn point(passage: f64, times: &[f64]) -> usize {
+    times.partition_point(|&time| time < passage)
+}
+
+/// The curve of orbits of equal weight from the [`point`] of each.
+pub fn curve_of_points(points: impl ExactSizeIterator<Item = usize>, times: &[f64]) -> EmpiricalCurve {
+    let orbits = points.len() as f64;
     let mut counts = vec![0usize; times.len()];
-    for passage in passages {
-        if let Some(count) = counts.get_mut(times.partition_point(|time| time < passage)) {
+    for point in points {
+        if let Some(count) = counts.get_mut(point) {
             *count += 1;
         }
     }
     let mut passed = 0;
     let share = |count: &usize| {
         passed += count;
-        passed as f64 / passages.len() as f64
+        passed as f64 / orbits
     };
-    counts.iter().map(share).collect()
+    let probability: Vec<f64> = counts.iter().map(share).collect();
+    let interval = probability.iter().map(|&p| wilson_interval(p, orbits)).collect();
+    EmpiricalCurve { times: times.to_vec(), probability, interval: Some(interval) }
 }
 
 /// The same with weights, summed in the order of passage.

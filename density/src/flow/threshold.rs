@@ -11,20 +11,36 @@ use crate::dynamics::SUN_MEAN_MOTION;
 const PIECES: usize = 8;
 /// Steps to a root: were all of them halvings, they would be more than a double has bits.
 const MOST_STEPS: u32 = 60;
+/// A step that ends the search, as a share of where the root was sought.
+const SMALL_STEP: f64 = 1e-9;
+
+/// Where first passages are noted, as finely as they are needed.
+pub struct Passages<'a, T> {
+    /// One an orbit.
+    pub passages: &'a mut [T],
+    /// What stands there while an orbit has not passed.
+    pub pending: T,
+    /// What to note of the time of a passage \[yr\].
+    pub note: &'a (dyn Fn(f64) -> T + Sync),
+}
 
 /// Watches for the first passage of every orbit through a critical eccentricity.
-pub(super) struct Threshold<'a> {
+pub(super) struct Threshold<'a, T> {
     /// `sqrt(1 - e_crit²)`.
     pub critical_s: f64,
     /// Time at the end of the interval \[yr\].
     pub end: f64,
-    /// First passage time of each orbit \[yr\]; infinite while it has not passed.
-    pub passages: &'a mut [f64],
+    /// What has been seen.
+    pub passages: Passages<'a, T>,
 }
 
-impl Watch for Threshold<'_> {
+impl<T: Copy + PartialEq> Watch for Threshold<'_, T> {
     #[inline(always)]
     fn see<const P: usize>(&mut self, series: &Series<P>, steps: &Lanes, crew: &Crew) {
+        let pending = |orbit: &usize| self.passages.passages.get(*orbit).is_some_and(|p| *p == self.passages.pending);
+        if !crew.orbit.iter().flatten().any(pending) {
+            return;
+        }
         let mut fall = [0.0; LANES];
         for n in (1..P).rev() {
             for l in 0..LANES {
@@ -45,12 +61,13 @@ impl Watch for Threshold<'_> {
     }
 }
 
-impl Threshold<'_> {
+impl<T: Copy + PartialEq> Threshold<'_, T> {
     /// Looks for the passage of one lane's orbit in one step.
     #[inline(never)]
     fn follow<const P: usize>(&mut self, series: &Series<P>, lane: usize, step: f64, crew: &Crew) {
-        let Some(passage) = crew.orbit[lane].and_then(|orbit| self.passages.get_mut(orbit)) else { return };
-        if passage.is_finite() {
+        let Passages { passages, pending, note } = &mut self.passages;
+        let Some(passage) = crew.orbit[lane].and_then(|orbit| passages.get_mut(orbit)) else { return };
+        if passage != pending {
             return;
         }
         let mut polynomial = [0.0; P];
@@ -59,7 +76,7 @@ impl Threshold<'_> {
         }
         polynomial[0] -= self.critical_s;
         if let Some(time) = first_fall(&polynomial, step) {
-            *passage = self.end - (crew.left[lane] + step - time) / SUN_MEAN_MOTION;
+            *passage = note(self.end - (crew.left[lane] + step - time) / SUN_MEAN_MOTION);
         }
     }
 }
@@ -81,7 +98,8 @@ fn first_fall<const P: usize>(polynomial: &[f64; P], step: f64) -> Option<f64> {
             (value, slope)
         };
         if values[piece + 1] <= 0.0 {
-            return Some(root(at, from, to));
+            let secant = from + (to - from) * values[piece] / (values[piece] - values[piece + 1]);
+            return Some(root(at, from, to, secant));
         }
         // A minimum between the ends?
         if !(slopes[piece] < 0.0 && slopes[piece + 1] > 0.0) {
@@ -98,8 +116,9 @@ fn first_fall<const P: usize>(polynomial: &[f64; P], step: f64) -> Option<f64> {
             },
             from,
             to,
+            0.5 * (from + to),
         );
-        (at(lowest).0 <= 0.0).then(|| root(at, from, lowest))
+        (at(lowest).0 <= 0.0).then(|| root(at, from, lowest, 0.5 * (from + lowest)))
     })
 }
 
@@ -115,10 +134,12 @@ fn evaluate<const P: usize, const N: usize>(polynomial: &[f64; P], times: &[f64;
     (values, slopes)
 }
 
-/// Where a function that is positive at `low` and not at `high` changes its sign: by Newton's steps from value and slope, or
+/// Where a function that is positive at `low` and not at `high` changes its sign, sought from `time` on: by Newton's steps from value and slope, or
 /// by a halving where such a step would lead out of what is left.
-fn root(function: impl Fn(f64) -> (f64, f64), mut low: f64, mut high: f64) -> f64 {
-    let mut time = 0.5 * (low + high);
+///
+/// Near a simple root the error of a Newton step is that of the one before squared, so one of [`SMALL_STEP`] is the last.
+fn root(function: impl Fn(f64) -> (f64, f64), mut low: f64, mut high: f64, mut time: f64) -> f64 {
+    let small = SMALL_STEP * (high - low);
     for _ in 0..MOST_STEPS {
         let (value, slope) = function(time);
         if value > 0.0 {
@@ -127,8 +148,8 @@ fn root(function: impl Fn(f64) -> (f64, f64), mut low: f64, mut high: f64) -> f6
             high = time;
         }
         let newton = time - value / slope;
-        let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
-        if (next - time).abs() <= f64::EPSILON * next {
+        let next = if (low..=high).contains(&newton) { newton } else { 0.5 * (low + high) };
+        if (next - time).abs() <= small {
             return next;
         }
         time = next;
@@ -154,8 +175,8 @@ mod tests {
     fn a_root_is_found_where_newtons_steps_alone_would_not_converge() {
         // arctan overshoots ever farther from a start as far off as this.
         let function = |t: f64| ((0.3 - t).atan(), -1.0 / (1.0 + (0.3 - t) * (0.3 - t)));
-        assert!((root(function, -20.0, 40.0) - 0.3).abs() < 1e-15);
+        assert!((root(function, -20.0, 40.0, 10.0) - 0.3).abs() < 1e-15);
         // A flat start.
-        assert!((root(|t| (1.0 - t.powi(9), -9.0 * t.powi(8)), 0.0, 2.5) - 1.0).abs() < 1e-15);
+        assert!((root(|t| (1.0 - t.powi(9), -9.0 * t.powi(8)), 0.0, 2.5, 1.25) - 1.0).abs() < 1e-15);
     }
 }
