@@ -74,6 +74,8 @@ pub struct Run<'a> {
     in_all: Option<u32>,
     estimated: u64,
     compared: bool,
+    /// Which case estimator and recorder wait for, and what they wait for.
+    awaited: BTreeMap<String, (String, String)>,
     failures: Failures,
     /// Who else has sent what cannot be used, and what was wrong with it.
     strangers: BTreeMap<String, String>,
@@ -122,6 +124,7 @@ impl<'a> Run<'a> {
             scenario: 0,
             estimated: 0,
             compared: false,
+            awaited: BTreeMap::new(),
             failures: Failures::new(),
             strangers: BTreeMap::new(),
             commands,
@@ -301,6 +304,10 @@ impl<'a> Run<'a> {
                 _ => {}
             }
         }
+        let subject = unpack(&header.subject);
+        if header.phase == phase::WORKING && is_current && !self.is_case(&node) && self.is_case(&subject) {
+            self.awaited.insert(node.clone(), (subject, unpack(&header.text)));
+        }
         if header.phase != phase::FAILED {
             self.view.report(header, [done, of], false);
         }
@@ -336,6 +343,7 @@ impl<'a> Run<'a> {
         }
         self.scenario += 1;
         (self.estimated, self.compared) = (0, false);
+        self.awaited.clear();
         let now = Instant::now();
         for member in self.members.values_mut() {
             member.begin_scenario(now);

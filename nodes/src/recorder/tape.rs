@@ -11,11 +11,12 @@ use messages::layout::comparison;
 use messages::port::Inlet;
 use messages::recording::Writer;
 use messages::text::{Label, unpack};
-use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
+use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario, Snapshot, Status, Topic};
 use messages::wait::Awaited;
 
 use super::Recording;
 use crate::failure::Failure;
+use crate::roster::Roster;
 use crate::session::Session;
 
 /// A tape under way.
@@ -28,8 +29,9 @@ pub(super) struct Tape {
     densities: Inlet<Density>,
     comparisons: Inlet<Comparison>,
     reports: Inlet<Status>,
-    rosters: Inlet<Roster>,
+    rosters: Inlet<RosterTopic>,
     snapshots_of: Count,
+    passages_of: Count,
     densities_of: Count,
     compared: BTreeSet<u32>,
 }
@@ -52,19 +54,19 @@ impl Tape {
             reports: domain.inlet()?,
             rosters: domain.inlet()?,
             snapshots_of: Count::new(),
+            passages_of: Count::new(),
             densities_of: Count::new(),
             compared: BTreeSet::new(),
         })
     }
 
-    /// Takes in what has arrived. Passages come after snapshots here: a propagator sends them before its last snapshot, so
-    /// that they are here once that is.
+    /// Takes in what has arrived.
     pub(super) fn take_all(&mut self) -> Result<(), Failure> {
-        let Self { path, writer, snapshots_of, densities_of, compared, .. } = self;
+        let Self { path, writer, snapshots_of, passages_of, densities_of, compared, .. } = self;
         take(path, writer, &self.rosters, |_| ())?;
         take(path, writer, &self.scenarios, |_| ())?;
         take(path, writer, &self.snapshots, |h| *snapshots_of.entry((h.scenario, h.label)).or_default() += 1)?;
-        take(path, writer, &self.passages, |_| ())?;
+        take(path, writer, &self.passages, |h| *passages_of.entry((h.scenario, h.label)).or_default() += 1)?;
         take(path, writer, &self.densities, |h| *densities_of.entry((h.scenario, h.label)).or_default() += 1)?;
         take(path, writer, &self.comparisons, |h| {
             if h.kind == comparison::END {
@@ -75,16 +77,18 @@ impl Tape {
     }
 
     /// Whether all messages are there of the cases that were compared.
-    pub(super) fn has_all(&self, recording: &Recording) -> bool {
+    pub(super) fn has_all(&self, recording: &Recording, roster: &Roster) -> bool {
         let scenario = recording.assignment.scenario;
         let count = recording.assignment.problem.times.len();
-        let complete = |messages: &Count, label: &str| {
+        let has = |count: usize, messages: &Count, label: &str| {
             messages.iter().any(|((of, name), have)| *of == scenario && unpack(name) == label && *have >= count)
         };
         self.compared.contains(&scenario)
-            && recording
-                .compared()
-                .all(|label| complete(&self.snapshots_of, &label) && complete(&self.densities_of, &label))
+            && recording.compared().all(|label| {
+                has(count, &self.snapshots_of, &label)
+                    && has(count, &self.densities_of, &label)
+                    && (roster.has_failed(&label) || has(1, &self.passages_of, &label))
+            })
     }
 
     /// Ends the tape with what has arrived.
