@@ -60,6 +60,11 @@ impl Member {
         self.rests = true;
     }
 
+    /// Whether it has been started again in the scenario under way.
+    pub fn was_restarted(&self) -> bool {
+        self.restarts > 0
+    }
+
     /// The next scenario begins.
     pub fn begin_scenario(&mut self, now: Instant) {
         (self.owes, self.heard, self.restarts) = (true, now, 0);

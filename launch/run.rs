@@ -76,11 +76,13 @@ pub struct Run<'a> {
     in_all: Option<u32>,
     estimated: u64,
     compared: bool,
+    /// Which case estimator and recorder wait for, and what they wait for.
+    awaited: BTreeMap<String, (String, String)>,
     failures: Failures,
     /// Who else has sent what cannot be used, and what was wrong with it.
     strangers: BTreeMap<String, String>,
     /// The hosts that have not joined yet; until they have, nothing but the bridge is started.
-    awaited: BTreeSet<String>,
+    absent: BTreeSet<String>,
 }
 
 impl<'a> Run<'a> {
@@ -139,9 +141,10 @@ impl<'a> Run<'a> {
             scenario: 0,
             estimated: 0,
             compared: false,
+            awaited: BTreeMap::new(),
             failures: Failures::new(),
             strangers: BTreeMap::new(),
-            awaited: commands.hosts().iter().cloned().collect(),
+            absent: commands.hosts().iter().cloned().collect(),
             commands,
         };
         run.publish_roster()?;
@@ -225,7 +228,7 @@ impl<'a> Run<'a> {
             .members
             .iter()
             .filter(|(_, member)| member.due.is_some_and(|due| due <= now))
-            .filter(|(name, _)| self.awaited.is_empty() || *name == BRIDGE)
+            .filter(|(name, _)| self.absent.is_empty() || *name == BRIDGE)
             .map(|(name, _)| name.clone())
             .collect();
         for name in due {
@@ -327,6 +330,10 @@ impl<'a> Run<'a> {
                 _ => {}
             }
         }
+        let subject = unpack(&header.subject);
+        if header.phase == phase::WORKING && is_current && !self.is_case(&node) && self.is_case(&subject) {
+            self.awaited.insert(node.clone(), (subject, unpack(&header.text)));
+        }
         if header.phase != phase::FAILED {
             self.view.report(header, [done, of], false);
         }
@@ -363,6 +370,7 @@ impl<'a> Run<'a> {
         }
         self.scenario += 1;
         (self.estimated, self.compared) = (0, false);
+        self.awaited.clear();
         let now = Instant::now();
         for member in self.members.values_mut() {
             member.begin_scenario(now);

@@ -58,7 +58,7 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
     let bench = Bench::new();
     let program = example("faulty-propagator").display().to_string();
     let computing = "SIGTERM, computing";
-    let faults: [(&str, &[&str], &[&str], &str); 16] = [
+    let faults: [(&str, &[&str], &[&str], &str); 17] = [
         ("none", &GRACE, &[], ""),
         ("counts", &GRACE, &["counts"], "check-1: 4 of 5"),
         ("nan", &GRACE, &["finite"], "check-1, snapshot 1: row 7 of column 0 is NaN"),
@@ -70,6 +70,7 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
         ("redrawn", &GRACE, &["Hamiltonian"], "has changed by"),
         ("redrawn", &["--grace", "30", "--redrawn"], &[], ""),
         ("moments", &GRACE, &["moments"], "check-1: mean phi at 0 yr is 2.20"),
+        ("no-passage", &GRACE, &["first passage"], "check-1: no message on phasecloud/passage"),
         ("deaf", &["--grace", "0.4"], &["SIGTERM, waiting", computing], "after SIGTERM; it was killed"),
         ("never-ready", &["--patience", "2"], &["handshake"], "not ready: no sign of life for 2 s"),
         ("second-scenario", &GRACE, &["second scenario"], "its process ended: exit status: 101"),

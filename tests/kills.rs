@@ -33,9 +33,13 @@ fn launch_file(bench: &Bench, restart: &str) -> std::path::PathBuf {
 }
 
 fn start(bench: &Bench, launch: &std::path::Path, out: &str) -> Child {
+    start_with(bench, launch, out, &[])
+}
+
+fn start_with(bench: &Bench, launch: &std::path::Path, out: &str, options: &[&str]) -> Child {
     let mut command = bench.phasecloud();
-    command.arg("run").arg(launch).arg("--quiet").arg("--out").arg(bench.path(out));
-    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+    command.arg("run").arg(launch).args(["--quiet", "--out"]).arg(bench.path(out));
+    command.args(options).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
 /// Waits for the end and returns exit code and what was said.
@@ -112,6 +116,71 @@ fn kill_randomly(restart: &str, kills: u64, first_seed: u64) {
         "restart = {restart}: {kills} kills, seeds from {first_seed}: {complete} complete, {partial} without the killed case, \
          {refused} refused"
     );
+}
+
+/// A line of a run's log: who said it, what, and in which scenario.
+type Line = (String, String, Option<u64>);
+
+/// The log of the run under way, which keeps it in its unfinished results folder.
+fn log_so_far(bench: &Bench) -> Vec<Line> {
+    let entries = std::fs::read_dir(bench.path("")).unwrap().flatten();
+    let unfinished = entries.map(|entry| entry.path()).find(|path| path.to_string_lossy().ends_with(".partial"));
+    let log = unfinished.and_then(|folder| std::fs::read_to_string(folder.join("log.jsonl")).ok()).unwrap_or_default();
+    // The last line may be half written.
+    let lines = log.lines().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
+    let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+    lines.map(|line| (text(&line["node"]), text(&line["message"]), line["scenario"].as_u64())).collect()
+}
+
+/// Whether `victim`, whose process is there, has come to this phase of its life.
+fn has_come_to(phase: &str, victim: &str, log: &[Line]) -> bool {
+    let said = |node: &str, words: &str, scenario: Option<u64>| {
+        log.iter().filter(|line| line.0 == node && line.1.ends_with(words) && line.2 == scenario).count()
+    };
+    // Estimator and scenario node have no end of a scenario of their own.
+    let worker = if ["estimator", "scenario"].contains(&victim) { "comparator" } else { victim };
+    match phase {
+        "start-up" => true,
+        "ready" => said(victim, "ready", None) > 0,
+        "computing" => said(victim, " done", Some(0)) > 0,
+        "publishing" => {
+            said(victim, " done", Some(0)) > 1 || (victim == "scenario" && said(victim, " done", Some(1)) > 0)
+        }
+        "idle" => log.iter().any(|line| line.0 == worker && line.1 == "done"),
+        _ => log.iter().any(|line| line.0 == "recorder" && line.1 == "done" && line.2 == Some(1)),
+    }
+}
+
+#[test]
+fn a_process_killed_in_any_phase_of_its_life_changes_no_byte() {
+    let bench = Bench::new();
+    let launch = launch_file(&bench, "on-failure");
+    assert_eq!(end(start(&bench, &launch, "whole"), "undisturbed").0, Some(0));
+    for phase in ["start-up", "ready", "computing", "publishing", "idle", "shutdown"] {
+        let mut killed = Vec::new();
+        for victim in SERVICES.into_iter().chain(["mc", "dee", "gmm-ut"]) {
+            let mut run = start_with(&bench, &launch, "out", &["--log", "debug"]);
+            let what = format!("{victim} killed at {phase}");
+            while run.try_wait().unwrap().is_none() {
+                let process = of_runs_below(&bench.path("")).into_iter().find(|process| process.label == victim);
+                if let Some(process) = process.filter(|_| has_come_to(phase, victim, &log_so_far(&bench))) {
+                    signal(&process, Signal::KILL);
+                    killed.push(victim);
+                    break;
+                }
+            }
+            let (code, said) = end(run, &what);
+            assert_eq!(code, Some(0), "{what}: {said}");
+            for file in REPRODUCIBLE {
+                let same = bench.read(&format!("out/{file}")) == bench.read(&format!("whole/{file}"));
+                assert!(same, "{what}: {file} differs; {said}");
+            }
+            assert_eq!(bench.domains(), [""; 0], "{what}");
+            std::fs::remove_dir_all(bench.path("out")).unwrap();
+        }
+        println!("killed at {phase}: {killed:?}");
+        assert!(killed.len() > 2, "{phase}: too few came to be killed: {killed:?}");
+    }
 }
 
 #[test]

@@ -30,6 +30,9 @@ pub fn judge(findings: &mut Findings, answer: &Answer) {
     for rule in rules.into_iter().filter(|rule| !broken.contains(rule)) {
         findings.good(rule, format!("{name}: {} snapshots", snapshots.len()));
     }
+    if answer.outcome.is_done() && answer.heard.passages.is_empty() {
+        findings.take(Rule::FirstPassage, Err(format!("{name}: no message on phasecloud/passage")));
+    }
     for passage in &answer.heard.passages {
         let result = judge_passage(&answer.assignment, passage).map_err(|problem| format!("{name}: {problem}"));
         findings.take(Rule::FirstPassage, result.map(|seen| format!("{name}: {seen}")));

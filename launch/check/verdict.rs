@@ -63,7 +63,7 @@ rules! {
     /// Moments.
     Moments "moments" "samples: within 5 standard errors of the exact ones; else within 0.1 standard deviations",
     /// First passages.
-    FirstPassage "first passage" "if given: all times, probabilities from 0 to 1 that never fall, in their intervals; else a reason",
+    FirstPassage "first passage" "one message: all times, probabilities from 0 to 1 that never fall, in their intervals; or a reason",
     /// A scenario without an answer.
     Refusal "refusal" "reports a failure in words where all orbits leave e < 1, and sends nothing wrong before",
     /// It ends when it is asked while it waits.

@@ -16,11 +16,11 @@ impl Run<'_> {
 
     /// A host has joined, or the bridge itself is ready.
     pub(super) fn take_in(&mut self, host: &str) {
-        if !self.awaited.remove(host) {
+        if !self.absent.remove(host) {
             return;
         }
         self.view.note(&format!("{host} has joined"));
-        if self.awaited.is_empty() {
+        if self.absent.is_empty() {
             let now = Instant::now();
             self.members.values_mut().for_each(|member| member.heard = now);
         }

@@ -4,14 +4,14 @@ use std::time::{Duration, Instant};
 
 use super::{Abort, Run};
 use crate::commands::SCENARIO_NODE;
-use crate::launch_file::Case;
+use crate::launch_file::{Case, Restart};
 use crate::member::{Member, STARTUP};
 
 impl Run<'_> {
     /// Kills the processes that owe work and have not been heard of for too long; a case that was silent has failed.
     pub(super) fn give_up_on_the_silent(&mut self) -> Result<(), Abort> {
         let now = Instant::now();
-        if !self.awaited.is_empty() {
+        if !self.absent.is_empty() {
             return self.give_up_on_absent_hosts(now);
         }
         let late: Vec<String> =
@@ -41,11 +41,20 @@ impl Run<'_> {
         }
         let hindrance = self.hindrance();
         if self.members.values().all(is_silent) {
-            self.view.error(&format!("{hindrance}: no sign of life for {} s", self.commands.launch.patience));
+            let patience = self.commands.launch.patience;
+            match self.whom_it_waits_for(hindrance) {
+                Some((label, what)) => {
+                    self.fail(&label, format!("the {hindrance} has waited {patience} s for {what}"))?;
+                    self.supervisor.kill(&label);
+                }
+                None => {
+                    self.view.error(&format!("{hindrance}: no sign of life for {patience} s"));
+                    self.supervisor.kill(hindrance);
+                }
+            }
             for member in self.members.values_mut() {
                 member.heard = now;
             }
-            self.supervisor.kill(hindrance);
         }
         Ok(())
     }
@@ -56,9 +65,16 @@ impl Run<'_> {
         if self.members.values().all(|member| now < member.heard + patience) {
             return Ok(());
         }
-        let absent: Vec<&str> = self.awaited.iter().map(String::as_str).collect();
+        let absent: Vec<&str> = self.absent.iter().map(String::as_str).collect();
         let seconds = self.commands.launch.patience;
         Err(Abort::Fatal(format!("{} did not join within {seconds} s", absent.join(", "))))
+    }
+
+    /// The case that keeps a process waiting, and with what: believed when a restart of that process has not helped, or is not to be.
+    fn whom_it_waits_for(&self, hindrance: &str) -> Option<(String, String)> {
+        let never = self.commands.launch.restart == Restart::Never;
+        let has_had_its_chance = never || self.members.get(hindrance).is_some_and(Member::was_restarted);
+        self.awaited.get(hindrance).filter(|(label, _)| has_had_its_chance && !self.has_failed(label)).cloned()
     }
 
     /// The process for which all others wait, if all cases have done their work.

@@ -317,9 +317,10 @@ header! {
         pub scenario: u32,
         /// Who reports: a propagator's label, with `/` and its number if it is a shard, or the name of another node.
         pub node: Label,
-        /// Whom it is about: for a failure the label of the case that failed, else the same as `node`.
+        /// Whom it is about: for a failure the label of the case that failed, for work that waits for a case that case's,
+        /// else the same as `node`.
         pub subject: Label,
-        /// What went wrong.
+        /// What went wrong, or what is waited for.
         pub text: [u8; 384],
     }
 }

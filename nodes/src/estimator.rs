@@ -40,6 +40,7 @@ pub fn run(session: &Session) -> Result<(), Failure> {
         {
             estimator.handle(&message)?;
         }
+        estimator.tell_awaited()?;
         estimator.sleep()?;
     }
 }
@@ -62,6 +63,7 @@ struct Desk {
     cases: BTreeMap<String, Attempt>,
     refused: BTreeSet<String>,
     done: usize,
+    awaited: Option<String>,
 }
 
 /// What has come of a case.
@@ -105,7 +107,8 @@ impl<'a> Estimator<'a> {
                 let assignment = Assignment::read(&message)?;
                 // As a propagator's: an outlet a scenario.
                 self.densities = None;
-                self.desk = Some(Desk { assignment, cases: BTreeMap::new(), refused: BTreeSet::new(), done: 0 });
+                let (cases, refused) = (BTreeMap::new(), BTreeSet::new());
+                self.desk = Some(Desk { assignment, cases, refused, done: 0, awaited: None });
             }
         }
         Ok(())
@@ -155,6 +158,19 @@ impl<'a> Estimator<'a> {
         }
     }
 
+    /// Tells whose snapshots are waited for: the launcher cannot know who has sent too few.
+    fn tell_awaited(&mut self) -> Result<(), Failure> {
+        let Some(desk) = &mut self.desk else { return Ok(()) };
+        let alive = self.roster.cases.iter().filter(|(label, failed)| !failed && !desk.refused.contains(label));
+        let awaited =
+            alive.map(|(label, _)| label).find(|label| desk.snapshots_of(label) < desk.assignment.grids.len());
+        if let Some(label) = awaited.filter(|label| desk.awaited.as_ref() != Some(label)) {
+            self.session.waits_for(desk.assignment.scenario, label, "its snapshots", desk.done)?;
+        }
+        desk.awaited = awaited.cloned();
+        Ok(())
+    }
+
     /// Scenario and snapshot come from different processes: the answer may be here before the question.
     fn await_scenario(&mut self, scenario: u32) -> Result<(), Failure> {
         let deadline = Instant::now() + HEAD_START;
@@ -174,6 +190,10 @@ impl<'a> Estimator<'a> {
 }
 
 impl Desk {
+    fn snapshots_of(&self, label: &str) -> usize {
+        self.cases.get(label).map_or(0, |attempt| attempt.case.snapshots_done())
+    }
+
     /// Estimates a snapshot of a case of so many shards, if that is known; `None` if it is one of a shard and others are
     /// missing, or if a later attempt of the same case has replaced it.
     ///

@@ -51,7 +51,7 @@ fn number() -> impl Strategy<Value = f64> {
     prop_oneof![12 => 0.0..0.99f64, 1 => -10.0..10.0f64, 1 => select(&EXTREMES[..]), 1 => any::<u64>().prop_map(f64::from_bits)]
 }
 
-fn example() -> Assignment {
+pub(crate) fn example() -> Assignment {
     let grid = Grid { phi: Axis { low: 0.0, high: 6.0, bins: 4 }, e: Axis { low: 0.0, high: 0.9, bins: 3 } };
     Assignment {
         run_id: 7,

@@ -166,6 +166,7 @@ pub fn end(failure: &Failure) {
 pub(crate) fn report(phase: u32, scenario: u32, subject: &str, text: &str, [done, of]: [f64; 2]) {
     match phase {
         phase::READY => tracing::info!("ready"),
+        phase::WORKING if !text.is_empty() => tracing::debug!(scenario, "waits for {subject}: {text}"),
         phase::WORKING => tracing::debug!(scenario, "{done} of {of} done"),
         phase::DONE => tracing::info!(scenario, "done"),
         _ => tracing::warn!(scenario, subject, "failed: {text}"),

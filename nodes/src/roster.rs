@@ -59,6 +59,11 @@ impl Roster {
         self.cases.iter().any(|(name, _)| name == label)
     }
 
+    /// Whether case `label` has failed.
+    pub fn has_failed(&self, label: &str) -> bool {
+        self.cases.iter().any(|(name, failed)| *failed && name == label)
+    }
+
     /// Whether the roster of `scenario` has arrived and every case for which `is_complete` does not hold has failed.
     pub fn nothing_more_to_come(&self, scenario: u32, is_complete: impl Fn(&str) -> bool) -> bool {
         self.is_known()

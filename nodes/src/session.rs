@@ -138,6 +138,14 @@ impl Session {
         self.report(phase::WORKING, scenario, name, "", [f64::from(scenario), f64::from(of)])
     }
 
+    /// Tells the launcher that the node, having done so much, cannot go on without `what` from the case `subject`.
+    ///
+    /// # Errors
+    /// [`Failure::Port`] if the message cannot be sent.
+    pub fn waits_for(&self, scenario: u32, subject: &str, what: &str, done: usize) -> Result<(), Failure> {
+        self.report(phase::WORKING, scenario, subject, what, [done as f64, done as f64])
+    }
+
     /// Tells the launcher that the node has finished a scenario; the scenario node, that so many are all there are.
     ///
     /// # Errors

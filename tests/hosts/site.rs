@@ -1,13 +1,13 @@
 //! A home host and its workers, each in a folder of its own.
 
 use std::path::PathBuf;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::common::Bench;
 use crate::common::processes::of_runs_below;
-use crate::common::{Bench, text};
 
 /// Long past anything that a loaded machine takes; only to end a test that would hang.
 pub const WATCHDOG: Duration = Duration::from_secs(180);
@@ -136,9 +136,4 @@ pub fn end_well(child: Child) -> String {
     let (code, said) = end(child);
     assert_eq!(code, Some(0), "{said}");
     said
-}
-
-/// What a run said that has ended.
-pub fn said(output: &Output) -> String {
-    text(&output.stdout) + &text(&output.stderr)
 }

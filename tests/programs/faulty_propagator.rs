@@ -1,5 +1,5 @@
-//! A small Monte Carlo with a fault of choice, for the tests of `phasecloud check`. Without the kit, which would not let most
-//! of them happen.
+//! A small Monte Carlo with a fault of choice, for the tests of `phasecloud check` and of runs. Without the kit, which would not
+//! let most of them happen.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -7,10 +7,11 @@ use std::time::Duration;
 use density::flow::Flow;
 use density::orbits::Orbits;
 use density::sampling::{Draws, Plan};
-use messages::layout::{SnapshotHeader, kind};
+use messages::layout::{PassageHeader, SnapshotHeader, kind};
 use messages::port::Outlet;
 use messages::text::pack;
-use messages::topic::{Scenario, Snapshot};
+use messages::topic::{Passage, Scenario, Snapshot};
+use messages::wait::Awaited;
 use nodes::assignment::Assignment;
 use nodes::failure::Failure;
 use nodes::session::Session;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
 
 fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
+    let passages = session.domain.outlet::<Passage>(1)?;
     if fault != "never-ready" {
         session.ready()?;
     }
@@ -36,6 +38,12 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
             let assignment = Assignment::read(&message)?;
             drop(message);
             drop(outlet.take());
+            if fault != "no-passage" {
+                let Assignment { run_id, scenario, .. } = assignment;
+                let (label, reason) = (pack(&session.name), pack("it does not look"));
+                passages
+                    .send_items(PassageHeader { run_id, scenario, label, reason, ..PassageHeader::default() }, &[])?;
+            }
             match answer(session, &assignment, fault) {
                 Ok(sent) => outlet = Some(sent),
                 Err(failure) if fault == "dies-unsaid" => return Err(failure),
@@ -45,7 +53,9 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
                 }
             }
         }
-        match session.wait(&[&scenarios]) {
+        let mut ports: Vec<&dyn Awaited> = vec![&scenarios, &passages];
+        ports.extend(outlet.iter().map(|outlet| outlet as &dyn Awaited));
+        match session.wait(&ports) {
             Err(Failure::Stopped) if fault == "deaf" => std::thread::sleep(Duration::from_millis(50)),
             other => other?,
         }
@@ -75,6 +85,12 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
         _ => {}
     }
     for index in indices {
+        match fault {
+            "silent" if index == 2 => std::thread::sleep(Duration::from_secs(3600)),
+            "late" if index == 2 => std::thread::sleep(Duration::from_secs(2)),
+            "crashes" if index == 2 => std::process::abort(),
+            _ => {}
+        }
         if fault == "redrawn" {
             orbits = drawn(100 + index as u64);
         }
@@ -98,6 +114,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
             count: problem.times.len() as u32,
             kind: kind::SAMPLES,
             rows: SAMPLES as u32,
+            attempt: session.attempt,
             columns: if fault == "shape" && index > 0 { 3 } else { 2 },
             total: if fault == "range" { 2 * SAMPLES as u64 - 1 } else { 0 },
             shard: if fault == "range" { session.shard.index } else { 0 },

@@ -115,6 +115,18 @@ impl Recording {
         self.comparisons.values().any(|c| c.header.kind == comparison::END)
             && self.compared().all(|label| self.case(&label).is_some())
     }
+
+    /// The first case that was compared, has not failed, and has not said what it knows of first passages. It did before its last
+    /// snapshot, but a message dies with its publisher, and no publisher hears at once of a reader that comes late.
+    fn without_passage(&self, roster: &Roster) -> Option<String> {
+        self.compared().find(|label| !roster.has_failed(label) && !self.has_passage(label))
+    }
+
+    /// Whether every process of a case has said what it knows of first passages.
+    fn has_passage(&self, label: &str) -> bool {
+        let mut parts = self.passages.iter().filter(|((of, _), _)| of == label).map(|(_, part)| part);
+        parts.next().is_some_and(|part| parts.count() + 1 >= part.header.shards as usize)
+    }
 }
 
 /// The file in a scenario's folder that says what was run.
@@ -141,6 +153,7 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>) -> Result<(), 
     let mut roster = Roster::default();
     let mut newest = Newest::default();
     let mut current: Option<Recording> = None;
+    let mut awaited: Option<String> = None;
     loop {
         roster.update(session, &rosters)?;
         while let Some(message) = receive(session, &scenarios)? {
@@ -171,22 +184,46 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>) -> Result<(), 
                 recording.take_passage(*message.header(), message.items());
             }
             let Assignment { scenario, scenarios: count, .. } = recording.assignment;
-            if roster.is_known()
-                && roster.scenario == scenario
-                && recording.is_complete()
-                && tape.as_ref().is_none_or(|tape| tape.has_all(recording))
-            {
-                write(recording, &roster, &part(folder, scenario))?;
-                if scenario + 1 == count {
-                    tape.take().map_or(Ok(()), Tape::finish)?;
+            if roster.is_known() && roster.scenario == scenario && recording.is_complete() {
+                let missing = recording.without_passage(&roster);
+                if let Some(label) = missing.as_ref().filter(|_| missing != awaited) {
+                    let what = "its message on phasecloud/passage, due before its last snapshot";
+                    session.waits_for(scenario, label, what, recording.densities.len())?;
                 }
-                session.done(scenario)?;
-                current = None;
-                continue;
+                awaited = missing;
+                if awaited.is_none() && tape.as_ref().is_none_or(|tape| tape.has_all(recording, &roster)) {
+                    write(recording, &roster, &part(folder, scenario))?;
+                    if scenario + 1 == count {
+                        tape.take().map_or(Ok(()), Tape::finish)?;
+                    }
+                    session.done(scenario)?;
+                    current = None;
+                    continue;
+                }
             }
         }
         let mut ports: Vec<&dyn Awaited> = vec![&scenarios, &densities, &comparisons, &passages, &rosters];
         ports.extend(tape.iter().flat_map(Tape::ports));
         session.wait(&ports)?;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use messages::text::pack;
+
+    use super::*;
+
+    #[test]
+    fn a_passage_that_died_with_its_sender_is_waited_for_unless_the_case_has_failed() {
+        let mut recording = Recording::new(crate::hostile::example());
+        let roster = |failed| Roster { cases: vec![("mc".into(), failed)], ..Roster::default() };
+        assert_eq!(recording.without_passage(&roster(false)), None, "nothing is compared yet");
+        let effort = ComparisonHeader { kind: comparison::EFFORT, label: pack("mc"), ..ComparisonHeader::default() };
+        recording.take_comparison(effort, &[0.0; 4]);
+        assert_eq!(recording.without_passage(&roster(false)), Some("mc".into()));
+        assert_eq!(recording.without_passage(&roster(true)), None);
+        recording.take_passage(PassageHeader { label: pack("mc"), ..PassageHeader::default() }, &[]);
+        assert_eq!(recording.without_passage(&roster(false)), None);
     }
 }

@@ -11,11 +11,12 @@ use messages::layout::comparison;
 use messages::port::Inlet;
 use messages::recording::Writer;
 use messages::text::{Label, unpack};
-use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
+use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario, Snapshot, Status, Topic};
 use messages::wait::Awaited;
 
 use super::Recording;
 use crate::failure::Failure;
+use crate::roster::Roster;
 use crate::session::Session;
 
 /// A tape under way.
@@ -28,8 +29,9 @@ pub(super) struct Tape {
     densities: Inlet<Density>,
     comparisons: Inlet<Comparison>,
     reports: Inlet<Status>,
-    rosters: Inlet<Roster>,
-    snapshots_of: BTreeMap<(u32, Label), Snapshots>,
+    rosters: Inlet<RosterTopic>,
+    snapshots_of: BTreeMap<(u32, Label), OfShards>,
+    passages_of: BTreeMap<(u32, Label), OfShards>,
     densities_of: Count,
     compared: BTreeSet<u32>,
 }
@@ -37,11 +39,17 @@ pub(super) struct Tape {
 /// How many messages there are of a scenario and a label.
 type Count = BTreeMap<(u32, Label), usize>;
 
-/// Snapshots of all shards of a case.
+/// Messages of all shards of a case.
 #[derive(Debug, Default)]
-struct Snapshots {
+struct OfShards {
     have: usize,
     shards: usize,
+}
+
+impl OfShards {
+    fn count_one_of(&mut self, shards: u32) {
+        (self.have, self.shards) = (self.have + 1, shards.max(1) as usize);
+    }
 }
 
 impl Tape {
@@ -59,22 +67,23 @@ impl Tape {
             reports: domain.inlet()?,
             rosters: domain.inlet()?,
             snapshots_of: BTreeMap::new(),
+            passages_of: BTreeMap::new(),
             densities_of: Count::new(),
             compared: BTreeSet::new(),
         })
     }
 
-    /// Takes in what has arrived. Passages come after snapshots here: a propagator sends them before its last snapshot, so
-    /// that they are here once that is.
+    /// Takes in what has arrived.
     pub(super) fn take_all(&mut self) -> Result<(), Failure> {
-        let Self { path, writer, snapshots_of, densities_of, compared, .. } = self;
+        let Self { path, writer, snapshots_of, passages_of, densities_of, compared, .. } = self;
         take(path, writer, &self.rosters, |_| ())?;
         take(path, writer, &self.scenarios, |_| ())?;
         take(path, writer, &self.snapshots, |h| {
-            let of_case = snapshots_of.entry((h.scenario, h.label)).or_default();
-            (of_case.have, of_case.shards) = (of_case.have + 1, h.shards.max(1) as usize);
+            snapshots_of.entry((h.scenario, h.label)).or_default().count_one_of(h.shards);
         })?;
-        take(path, writer, &self.passages, |_| ())?;
+        take(path, writer, &self.passages, |h| {
+            passages_of.entry((h.scenario, h.label)).or_default().count_one_of(h.shards);
+        })?;
         take(path, writer, &self.densities, |h| *densities_of.entry((h.scenario, h.label)).or_default() += 1)?;
         take(path, writer, &self.comparisons, |h| {
             if h.kind == comparison::END {
@@ -85,16 +94,20 @@ impl Tape {
     }
 
     /// Whether all messages are there of the cases that were compared.
-    pub(super) fn has_all(&self, recording: &Recording) -> bool {
+    pub(super) fn has_all(&self, recording: &Recording, roster: &Roster) -> bool {
         let scenario = recording.assignment.scenario;
         let count = recording.assignment.problem.times.len();
         let is_of = |(of, name): &(u32, Label), label: &str| *of == scenario && unpack(name) == label;
-        let has_snapshots = |label: &str| {
-            self.snapshots_of.iter().any(|(of, case)| is_of(of, label) && case.have >= count * case.shards)
+        let has = |messages: &BTreeMap<(u32, Label), OfShards>, each: usize, label: &str| {
+            messages.iter().any(|(of, case)| is_of(of, label) && case.have >= each * case.shards)
         };
         let has_densities = |label: &str| self.densities_of.iter().any(|(of, have)| is_of(of, label) && *have >= count);
         self.compared.contains(&scenario)
-            && recording.compared().all(|label| has_snapshots(&label) && has_densities(&label))
+            && recording.compared().all(|label| {
+                has(&self.snapshots_of, count, &label)
+                    && has_densities(&label)
+                    && (roster.has_failed(&label) || has(&self.passages_of, 1, &label))
+            })
     }
 
     /// Ends the tape with what has arrived.
