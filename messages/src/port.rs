@@ -4,7 +4,7 @@ use std::fmt::{self, Debug};
 use std::sync::Arc;
 use std::time::Duration;
 
-use iceoryx2::port::listener::Listener;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -213,7 +213,11 @@ impl<T: Topic> Inlet<T> {
     /// # Errors
     /// [`PortError`] if the topic cannot be waited for.
     pub fn wait(&self, timeout: Duration) -> Result<(), PortError> {
-        self.listener.timed_wait(|_| (), timeout).map(drop).map_err(|e| PortError::new("wait on", T::NAME, &e))
+        match self.listener.timed_wait(|_| (), timeout) {
+            // A signal is a reason to look up, not to fail.
+            Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
+            Err(error) => Err(PortError::new("wait on", T::NAME, &error)),
+        }
     }
 }
 
