@@ -8,7 +8,7 @@ mod common;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
-use common::processes::{of_runs_below, signal};
+use common::processes::{Process, of_runs_below, signal};
 use common::{Bench, REPRODUCIBLE, number, text};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -180,6 +180,40 @@ fn a_process_killed_in_any_phase_of_its_life_changes_no_byte() {
         }
         println!("killed at {phase}: {killed:?}");
         assert!(killed.len() > 2, "{phase}: too few came to be killed: {killed:?}");
+    }
+}
+
+/// Waits until `victim` is there and the log as the condition says.
+fn await_process(bench: &Bench, run: &mut Child, victim: &str, mut condition: impl FnMut(&[Line]) -> bool) -> Process {
+    loop {
+        assert!(run.try_wait().unwrap().is_none(), "the run is over before its {victim} is as expected");
+        let process = of_runs_below(&bench.path("")).into_iter().find(|process| process.label == victim);
+        if let Some(process) = process.filter(|_| condition(&log_so_far(bench))) {
+            return process;
+        }
+    }
+}
+
+#[test]
+fn first_passages_that_died_with_their_sender_before_the_recorder_came_are_waited_for() {
+    let bench = Bench::new();
+    let launch = launch_file(&bench, "on-failure");
+    assert_eq!(end(start(&bench, &launch, "whole"), "undisturbed").0, Some(0));
+    let mut run = start(&bench, &launch, "out");
+    let recorder = await_process(&bench, &mut run, "recorder", |_| true);
+    signal(&recorder, Signal::STOP);
+    let compared = |log: &[Line]| log.iter().any(|line| line.0 == "comparator" && line.1 == "done");
+    let dee = await_process(&bench, &mut run, "dee", compared);
+    signal(&dee, Signal::KILL);
+    // What is dead has been removed.
+    await_process(&bench, &mut run, "recorder", |log| {
+        log.iter().any(|line| line.1.starts_with("dee has ended, signal"))
+    });
+    signal(&recorder, Signal::CONT);
+    let (code, said) = end(run, "dee killed");
+    assert_eq!(code, Some(0), "{said}");
+    for file in REPRODUCIBLE {
+        assert!(bench.read(&format!("out/{file}")) == bench.read(&format!("whole/{file}")), "{file} differs; {said}");
     }
 }
 

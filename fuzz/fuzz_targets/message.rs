@@ -1,0 +1,112 @@
+//! `cargo +nightly fuzz run message`: messages as a foreign publisher may send them, fed to what nodes do with them.
+#![no_main]
+
+use bytemuck::{Pod, bytes_of_mut};
+use density::dynamics::Force;
+use density::grid::{Axis, Grid};
+use density::problem::{InitialGaussian, Problem};
+use messages::layout::{
+    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader, columns,
+};
+use messages::text::pack;
+use messages::topic::{Comparison, Density, Passage, Roster, Scenario};
+use nodes::assignment::Assignment;
+use nodes::method::Case;
+use nodes::screen::Screened;
+use nodes::snapshot_rules::breaches;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    let Some((&[topic, kind, rows, changes], rest)) = bytes.split_first_chunk() else { return };
+    let (changes, items) = rest.split_at(rest.len().min(2 * usize::from(changes % 16)));
+    let items: Vec<f64> = match topic & 8 {
+        // Any bits, or numbers that a cloud could have.
+        0 => items.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect(),
+        _ => items.iter().map(|&byte| f64::from(byte) / 256.0).collect(),
+    };
+    match topic % 8 {
+        0 => judge::<Density>(DensityHeader::default(), changes, &items),
+        1 => judge::<Passage>(PassageHeader { rows: rows.into(), ..PassageHeader::default() }, changes, &items),
+        2 => {
+            judge::<Comparison>(ComparisonHeader { kind: kind.into(), ..ComparisonHeader::default() }, changes, &items)
+        }
+        3 => {
+            let entry = change(RosterEntry::default(), changes);
+            let _ = Roster::check(&change(RosterHeader::default(), changes), &[entry]);
+        }
+        4 => scenario(changes, &items),
+        _ => estimate(u32::from(kind % 6), u32::from(rows), changes, items),
+    }
+});
+
+/// Overwrites bytes: pairs of position and value.
+fn change<H: Pod>(mut header: H, changes: &[u8]) -> H {
+    let bytes = bytes_of_mut(&mut header);
+    for pair in changes.chunks_exact(2) {
+        bytes[usize::from(pair[0]) % size_of::<H>()] = pair[1];
+    }
+    header
+}
+
+fn judge<T: Screened<Item = f64>>(header: T::Header, changes: &[u8], items: &[f64])
+where
+    T::Header: Pod,
+{
+    let _ = T::check(&change(header, changes), items);
+}
+
+fn scenario(changes: &[u8], items: &[f64]) {
+    let (header, mut good) = assignment().to_parts();
+    for (good, bad) in good.iter_mut().zip(items) {
+        *good = *bad;
+    }
+    let _ = Scenario::check(&change(header, changes), &good);
+}
+
+/// What is estimated of a snapshot that passes is finite.
+fn estimate(kind: u32, rows: u32, changes: &[u8], mut items: Vec<f64>) {
+    let columns = columns(kind).unwrap_or(1);
+    let rows = rows.min(items.len() as u32 / columns);
+    items.truncate((rows * columns) as usize);
+    let lattice = if rows.isqrt().pow(2) == rows { rows.isqrt() } else { 0 };
+    let header = SnapshotHeader {
+        run_id: 7,
+        count: 2,
+        kind,
+        rows,
+        columns,
+        lattice,
+        degree: 1,
+        treatment: 1,
+        resolution: 10,
+        label: pack("mine"),
+        ..SnapshotHeader::default()
+    };
+    let (assignment, mut case) = (assignment(), Case::default());
+    for header in [header, SnapshotHeader { index: 1, time: 0.5, ..header }] {
+        let header = change(header, changes);
+        if !breaches(&header, &items, &assignment, case.snapshots_done()).is_empty() {
+            return;
+        }
+        let Ok(estimated) = case.estimate(&header, &items, &assignment) else { return };
+        let estimate = estimated.estimate;
+        assert!(estimate.joint.iter().chain(&estimate.marginal_phi).chain(&estimate.marginal_e).all(|n| n.is_finite()));
+        assert!(estimate.moments.to_array().iter().all(|moment| moment.is_finite()));
+    }
+}
+
+fn assignment() -> Assignment {
+    let grid = Grid { phi: Axis { low: 0.0, high: 6.0, bins: 4 }, e: Axis { low: 0.0, high: 0.9, bins: 3 } };
+    Assignment {
+        run_id: 7,
+        name: "scenario-1".into(),
+        scenario: 0,
+        scenarios: 1,
+        problem: Problem {
+            force: Force { radiation: 0.15, oblateness: 0.4 },
+            initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
+            times: vec![0.0, 0.5],
+            critical_e: 0.6,
+        },
+        grids: vec![grid; 2],
+    }
+}
