@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 /// Another host of which nothing has been heard for so long is lost. More than a cut of five seconds and the opening of a
 /// new link; little enough that a host whose home is lost ends within ten seconds.
-pub const LOST: Duration = Duration::from_millis(8500);
+pub const LOST: Duration = Duration::from_secs(8);
 
 /// A host that has just joined may take so long until it is first heard of: it has processes to start.
 const GRACE: Duration = Duration::from_secs(30);

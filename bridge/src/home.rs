@@ -49,6 +49,9 @@ pub fn run(session: &Session, place: &Place, access: &Access, plans: BTreeMap<St
     session.ready()?;
     let mut home = Home { session, place, zenoh: &zenoh, hosts: BTreeMap::new(), threads: Vec::new() };
     let end = home.look_after(&joins);
+    if !session.has_launcher() {
+        return end; // the run has not ended, it has died: workers are to find that out
+    }
     home.hosts.values().for_each(|host| host.contact.stop());
     for (name, host) in &home.hosts {
         tracing::info!(bytes = host.contact.carried(), "brought home from {name}");

@@ -65,8 +65,11 @@ pub fn serve<T: Screened>(
     let mut stream = Stream::<T>::open(Domain::enter(place, NAME)?, run_id)?;
     let mut stopped: Option<Instant> = None;
     loop {
-        if contact.is_to_stop() && stopped.get_or_insert_with(Instant::now).elapsed() > LAST_WORDS {
-            return Ok(());
+        if contact.is_to_stop() {
+            let since = *stopped.get_or_insert_with(Instant::now);
+            if since.elapsed() > LAST_WORDS || contact.is_gone() {
+                return Ok(());
+            }
         }
         let Ok(Some(mut question)) = questions.recv_timeout(LOOK) else { continue };
         while let Ok(Some(newer)) = questions.try_recv() {

@@ -12,7 +12,7 @@ const LEASE: u64 = 3000;
 /// Longest wait for the other side while a link is opened \[ms\].
 const OPENING: u64 = 1000;
 /// Longest pause between two tries to connect \[ms\].
-const PAUSE: u64 = 1000;
+const PAUSE: u64 = 500;
 
 /// Enters zenoh. One that connects goes on trying for as long as the session lives.
 ///
@@ -54,7 +54,7 @@ fn settings(access: &Access, end: End) -> Vec<(&'static str, Value)> {
             ("connect/exit_on_failure", json!(false)),
             (
                 "connect/retry",
-                json!({"period_init_ms": PAUSE / 4, "period_max_ms": PAUSE, "period_increase_factor": 2}),
+                json!({"period_init_ms": PAUSE / 2, "period_max_ms": PAUSE, "period_increase_factor": 2}),
             ),
         ]),
     }

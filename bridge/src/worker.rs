@@ -49,11 +49,14 @@ pub fn run(session: &Session, place: &Place, access: &Access, hello: &Hello, log
     let (shared, own_place) = (Arc::clone(&contact), place.clone());
     threads.push(spawn(move || pull(&own, &from, &shared, &mut Arrivals::new(&own_place)?)));
     let (own, shared, hello) = (zenoh.clone(), Arc::clone(&contact), hello.clone());
-    threads.push(spawn(move || go_on_greeting(&own, &hello, &shared)));
+    let greeter = spawn(move || go_on_greeting(&own, &hello, &shared));
     session.ready()?;
-    let end = look_after(session, &contact, || threads.iter().any(|thread| thread.is_finished()));
+    let is_broken = || threads.iter().chain([&greeter]).any(|thread| thread.is_finished());
+    let end = look_after(session, &contact, is_broken);
     contact.stop();
-    let ends: Vec<Result<(), Failure>> = threads.into_iter().filter_map(|thread| thread.join().ok()).collect();
+    // The greeter may be waiting for an answer; nobody waits for it.
+    let last = threads.into_iter().chain([greeter].into_iter().filter(|greeter| greeter.is_finished()));
+    let ends: Vec<Result<(), Failure>> = last.filter_map(|thread| thread.join().ok()).collect();
     end.and(ends.into_iter().collect())
 }
 

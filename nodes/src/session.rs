@@ -205,10 +205,15 @@ impl Session {
         self.check_stop()
     }
 
+    /// Whether the launcher that started the node, if one did, lives.
+    pub fn has_launcher(&self) -> bool {
+        self.launcher.is_none_or(is_alive)
+    }
+
     /// Looks now and then whether the launcher lives.
     fn check_launcher(&self) -> Result<(), Failure> {
         if self.launcher_seen.get().elapsed() >= LONGEST_SLEEP {
-            if self.launcher.is_some_and(|launcher| !is_alive(launcher)) {
+            if !self.has_launcher() {
                 return Err(Failure::Stopped);
             }
             self.launcher_seen.set(Instant::now());
