@@ -3,36 +3,47 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Another host of which nothing has been heard for so long is lost. More than a cut of five seconds and the opening of a
-/// new link; little enough that a host whose home is lost ends within ten seconds.
-pub const LOST: Duration = Duration::from_secs(8);
-
-/// A host that has just joined may take so long until it is first heard of: it has processes to start.
-const GRACE: Duration = Duration::from_secs(30);
+/// Home is lost to a worker host that has heard nothing of it for so long: more than a cut of five seconds and the opening of a
+/// new link; little enough that the worker has ended within ten seconds.
+pub const HOME_LOST: Duration = Duration::from_secs(8);
+/// A worker host is lost to home after so long: it may be busy, and comes back by itself while it has not given up home.
+pub const WORKER_LOST: Duration = Duration::from_secs(12);
+/// A worker host that has just joined has processes to start before it is first heard of: so much longer.
+const STARTUP: Duration = Duration::from_secs(30);
 
 /// What the threads that deal with one other host share.
 #[derive(Debug)]
 pub struct Contact {
     start: Instant,
+    patience: Duration,
     heard: AtomicU64,
     carried: AtomicU64,
     ended: AtomicBool,
     stop: AtomicBool,
 }
 
-impl Default for Contact {
-    fn default() -> Self {
+impl Contact {
+    /// With home, which has just been heard of.
+    pub fn with_home() -> Self {
+        Self::lost_after(HOME_LOST, Duration::ZERO)
+    }
+
+    /// With a worker host that has just joined.
+    pub fn with_worker() -> Self {
+        Self::lost_after(WORKER_LOST, STARTUP)
+    }
+
+    fn lost_after(patience: Duration, startup: Duration) -> Self {
         Self {
             start: Instant::now(),
-            heard: AtomicU64::new(GRACE.as_millis() as u64),
+            patience,
+            heard: AtomicU64::new(startup.as_millis() as u64),
             carried: AtomicU64::new(0),
             ended: AtomicBool::new(false),
             stop: AtomicBool::new(false),
         }
     }
-}
 
-impl Contact {
     /// The other host has said something.
     pub fn hear(&self) {
         self.heard.store(self.start.elapsed().as_millis() as u64, Ordering::Relaxed);
@@ -55,7 +66,7 @@ impl Contact {
 
     /// Whether it is lost.
     pub fn is_lost(&self) -> bool {
-        self.silence() > LOST
+        self.silence() > self.patience
     }
 
     /// Whether nothing more is to be expected of it.

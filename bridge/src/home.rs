@@ -87,7 +87,7 @@ impl Register {
             }
             _ => {}
         }
-        let contact = Arc::<Contact>::default();
+        let contact = Arc::new(Contact::with_worker());
         present.insert(hello.host.clone(), (hello.process, Arc::clone(&contact)));
         Ok((plan.clone(), Some(contact)))
     }

@@ -43,7 +43,7 @@ impl ComesHome for Snapshot {
     }
 
     fn most_items(header: &SnapshotHeader) -> usize {
-        header.rows as usize * header.columns as usize
+        header.rows.max(header.most_rows) as usize * header.columns as usize
     }
 
     /// A higher attempt replaces what came before, which a restarted bridge sends once more.

@@ -134,7 +134,7 @@ struct Ends {
 
 impl Ends {
     fn of(worker: (&Session, &Place), home: (&Session, &Place), attempts: u32) -> Self {
-        let contacts: [Arc<Contact>; 2] = Default::default();
+        let contacts = [Contact::with_home(), Contact::with_worker()].map(Arc::new);
         let key = key(RUN, "worker", Snapshot::NAME);
         let (zenoh, place, contact, to) = (worker.0.clone(), worker.1.clone(), Arc::clone(&contacts[0]), key.clone());
         let sender = spawn(move || serve::<Snapshot>(&zenoh, &to, &place, RUN, &contact).unwrap());
@@ -184,6 +184,7 @@ fn send(outlet: &Outlet<Snapshot>, label: &str, index: u32) {
         rows: rows(index),
         columns: 2,
         kind: kind::SAMPLES,
+        most_rows: 200_000,
         label: pack(label),
         ..SnapshotHeader::default()
     };

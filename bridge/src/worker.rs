@@ -39,7 +39,7 @@ const LOOK: Duration = Duration::from_millis(100);
 pub fn run(session: &Session, place: &Place, access: &Access, hello: &Hello, log: &Path) -> Result<(), Failure> {
     let zenoh = session::open(access, End::Connects)?;
     let host = hello.host.as_str();
-    let contact = Arc::<Contact>::default();
+    let contact = Arc::new(Contact::with_home());
     let carrier = Carrier { zenoh: &zenoh, place, run_id: session.run_id, host, contact: &contact };
     let mut threads = vec![carrier.send_out::<Snapshot>(), carrier.send_out::<Passage>(), carrier.send_out::<Status>()];
     let (own, from, log) = (zenoh.clone(), key(session.run_id, host, log_stream::NAME), log.to_owned());
@@ -63,7 +63,9 @@ pub fn run(session: &Session, place: &Place, access: &Access, hello: &Hello, log
 /// Greets again and again: a bridge at home that has been restarted knows of nobody.
 fn go_on_greeting(zenoh: &Zenoh, hello: &Hello, contact: &Contact) -> Result<(), Failure> {
     while !contact.is_to_stop() && !contact.has_ended() {
-        greet(zenoh, hello)?;
+        if greet(zenoh, hello)?.is_some() {
+            contact.hear();
+        }
         std::thread::sleep(GREETINGS);
     }
     Ok(())

@@ -146,6 +146,7 @@ class Run:
             total=self._total if session.shards > 1 else 0,
             shard=session.shard,
             shards=session.shards,
+            most_rows=self._reserved // columns,
             label=_pack(session.label, 32),
             **{"disagreement": float("nan"), **fields},
         )

@@ -82,6 +82,8 @@ class SnapshotHeader(ctypes.Structure):
         ("attempt", c_uint32),
         ("shard", c_uint32),
         ("shards", c_uint32),
+        ("most_rows", c_uint32),
+        ("reserved", c_uint32),
         ("label", Label),
     ]
 

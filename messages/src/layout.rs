@@ -140,6 +140,10 @@ header! {
         /// Shards of the case; 0 or 1 if the snapshot is whole. Shard `k` of `n` has the rows from `total * k / n` up to
         /// `total * (k + 1) / n`.
         pub shards: u32,
+        /// The most rows that a snapshot of this process can have in the scenario; 0 if it is `rows` for all.
+        pub most_rows: u32,
+        /// 0.
+        pub reserved: u32,
         /// The propagator's label.
         pub label: Label,
     }
@@ -361,7 +365,7 @@ mod tests {
     #[test]
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
         assert_eq!(size_of::<ScenarioHeader>(), 120);
-        assert_eq!(size_of::<SnapshotHeader>(), 128);
+        assert_eq!(size_of::<SnapshotHeader>(), 136);
         assert_eq!(size_of::<DensityHeader>(), 280);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<PassageHeader>(), 264);

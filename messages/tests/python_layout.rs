@@ -94,6 +94,8 @@ fn rust_says() -> String {
             attempt,
             shard,
             shards,
+            most_rows,
+            reserved,
             label,
         }
     );

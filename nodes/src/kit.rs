@@ -201,6 +201,8 @@ fn serve_one(
             total: if shard.is_whole() { 0 } else { form.total_rows as u64 },
             shard: shard.index,
             shards: shard.count,
+            most_rows: form.most_rows as u32,
+            reserved: 0,
             label: pack(&session.label),
         };
         if index + 1 == count {

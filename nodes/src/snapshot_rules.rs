@@ -149,6 +149,8 @@ mod tests {
         attempt: 0,
         shard: 0,
         shards: 0,
+        most_rows: 2,
+        reserved: 0,
         label: [0; 32],
     };
 
