@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use messages::domain::{PREFIX_VARIABLE, Place, ROOT_VARIABLE};
-use nodes::session::{ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, RUN_VARIABLE};
+use nodes::session::{
+    ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE,
+};
 use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 
 use crate::launch_file::{Launch, Runs};
@@ -45,11 +47,14 @@ impl Commands<'_> {
         command.env(RUN_VARIABLE, self.run_id.to_string());
         command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
         command.env(NODE_VARIABLE, name);
-        for variable in [LABEL_VARIABLE, SHARD_VARIABLE, SHARDS_VARIABLE] {
+        for variable in [LABEL_VARIABLE, SHARD_VARIABLE, SHARDS_VARIABLE, REDUCE_VARIABLE] {
             command.env_remove(variable); // only propagators have one
         }
         if let Some((case, (_, shard))) = member {
             command.env(LABEL_VARIABLE, &case.label);
+            if case.reduce {
+                command.env(REDUCE_VARIABLE, "1");
+            }
             if !shard.is_whole() {
                 command.env(SHARD_VARIABLE, shard.index.to_string()).env(SHARDS_VARIABLE, shard.count.to_string());
             }

@@ -68,6 +68,8 @@ pub struct Case {
     pub runs: Runs,
     /// How many processes share its work.
     pub shards: u32,
+    /// Whether each reduces its samples before it sends them.
+    pub reduce: bool,
 }
 
 impl Case {
@@ -117,6 +119,7 @@ struct RawCase {
     node: Option<Spanned<String>>,
     command: Option<Spanned<Vec<String>>>,
     shards: Option<Spanned<i64>>,
+    reduce: Option<Spanned<bool>>,
 }
 
 impl Launch {
@@ -293,7 +296,7 @@ fn case<'i>(file: &InputFile, table: Spanned<DeValue<'i>>) -> Result<(Spanned<St
         return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
     };
     let mut head = DeTable::new();
-    for key in ["label", "node", "command", "shards"] {
+    for key in ["label", "node", "command", "shards", "reduce"] {
         if let Some((key, value)) = settings.remove_entry(key) {
             head.insert(key, value);
         }
@@ -320,7 +323,13 @@ fn case<'i>(file: &InputFile, table: Spanned<DeValue<'i>>) -> Result<(Spanned<St
         _ => return Err(file.error(&raw.label, "needs either node or command, and not both")),
     };
     let shards = raw.shards.as_ref().map_or(Ok(1), |shards| checked_shards(file, shards, &label, &runs))?;
-    Ok((raw.label, Case { label, runs, shards }))
+    if let (Some(reduce), Runs::BuiltIn { settings, .. }) = (&raw.reduce, &runs)
+        && *reduce.get_ref()
+    {
+        settings.check_reduce().map_err(|problem| file.error(reduce, &problem))?;
+    }
+    let reduce = raw.reduce.is_some_and(Spanned::into_inner);
+    Ok((raw.label, Case { label, runs, shards, reduce }))
 }
 
 fn checked_shards(file: &InputFile, shards: &Spanned<i64>, label: &str, runs: &Runs) -> Result<u32, InputError> {
@@ -421,6 +430,15 @@ mod tests {
             ("reference = \"mc\"", "reference = \"mc\"\naccuracy = 1e-7", 4, "accuracy", "1e-6, 1e-9 or 1e-12"),
             ("samples = 10", "accuracy = 0.1", 7, "propagator.accuracy", "1e-6, 1e-9 or 1e-12"),
             ("reference = \"mc\"", "reference = \"mc\"\nbins = [0, 5]", 4, "bins", "between 1 and 2000"),
+            ("samples = 10", "reduce = 1", 7, "propagator.reduce", "invalid type: integer"),
+            ("samples = 10", "replicates = 2\nreduce = true", 8, "propagator.reduce", "standard errors of replicates"),
+            (
+                "node = \"mc\"\nsamples = 10",
+                "node = \"dee\"\nreduce = true",
+                7,
+                "propagator.reduce",
+                "only the samples of mc",
+            ),
             ("samples = 10", "shards = 0", 7, "propagator.shards", "1 to 64"),
             ("samples = 10", "shards = 65", 7, "propagator.shards", "1 to 64"),
             ("samples = 10", "shards = 2.5", 7, "propagator.shards", "invalid type: floating point"),

@@ -31,6 +31,7 @@ struct CaseRecord {
     runs: Vec<String>,
     settings: Vec<String>,
     shards: u32,
+    reduce: bool,
 }
 
 /// How a run went.
@@ -114,5 +115,5 @@ fn case_record(case: &Case) -> CaseRecord {
         Runs::Recorded(file) => (vec!["recorded".into(), file.display().to_string()], Vec::new()),
         Runs::Command(command) => (command.clone(), Vec::new()),
     };
-    CaseRecord { runs, settings, shards: case.shards }
+    CaseRecord { runs, settings, shards: case.shards, reduce: case.reduce }
 }
