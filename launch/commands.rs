@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use messages::domain::{PREFIX_VARIABLE, Place, ROOT_VARIABLE};
-use nodes::session::{ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, RUN_VARIABLE};
+use nodes::session::{
+    ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE,
+};
 use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE, Shard};
 
-use crate::launch_file::{Launch, Runs};
+use crate::cases::Runs;
+use crate::launch_file::Launch;
 
 /// The process that publishes the scenarios.
 pub const SCENARIO_NODE: &str = "scenario";
@@ -40,10 +43,20 @@ pub struct Identity<'a> {
     pub run_id: u64,
     /// Its name.
     pub name: &'a str,
-    /// Of a propagator: the label of its case, and which shard it is.
-    pub label: Option<(&'a str, Shard)>,
+    /// Of a propagator: its part in its case.
+    pub part: Option<Part<'a>>,
     /// How often it has been restarted.
     pub attempt: u32,
+}
+
+/// What a propagator does in its case.
+pub struct Part<'a> {
+    /// The label of the case.
+    pub label: &'a str,
+    /// Which shard of it.
+    pub shard: Shard,
+    /// Whether it reduces its samples before it sends them.
+    pub reduce: bool,
 }
 
 impl Identity<'_> {
@@ -53,11 +66,14 @@ impl Identity<'_> {
         command.env(RUN_VARIABLE, self.run_id.to_string());
         command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
         command.env(NODE_VARIABLE, self.name);
-        for variable in [LABEL_VARIABLE, SHARD_VARIABLE, SHARDS_VARIABLE] {
+        for variable in [LABEL_VARIABLE, SHARD_VARIABLE, SHARDS_VARIABLE, REDUCE_VARIABLE] {
             command.env_remove(variable); // only propagators have one
         }
-        if let Some((label, shard)) = self.label {
+        if let Some(Part { label, shard, reduce }) = self.part {
             command.env(LABEL_VARIABLE, label);
+            if reduce {
+                command.env(REDUCE_VARIABLE, "1");
+            }
             if !shard.is_whole() {
                 command.env(SHARD_VARIABLE, shard.index.to_string()).env(SHARDS_VARIABLE, shard.count.to_string());
             }
@@ -84,8 +100,9 @@ impl Commands<'_> {
             (None, Some(runs)) => of_what_runs(name, runs)?,
             (None, None) => self.of_service(name, scenario)?,
         };
-        let label = member.as_ref().map(|(case, (_, shard))| (case.label.as_str(), *shard));
-        Identity { place: self.place, run_id: self.run_id, name, label, attempt }.give(&mut command);
+        let part =
+            member.as_ref().map(|(case, (_, shard))| Part { label: &case.label, shard: *shard, reduce: case.reduce });
+        Identity { place: self.place, run_id: self.run_id, name, part, attempt }.give(&mut command);
         Ok(command)
     }
 

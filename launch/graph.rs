@@ -4,7 +4,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use crate::BAD_INPUT;
-use crate::launch_file::{Case, Launch, Runs};
+use crate::cases::{Case, Runs};
+use crate::launch_file::Launch;
 
 /// Prints the graph of a launch file.
 pub fn run(launch_file: Option<&Path>) -> ExitCode {

@@ -42,7 +42,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use launch::{hosts, launch_file};
+use launch::{cases, hosts, launch_file};
 
 use cli::{Cli, Command, RunArguments};
 use launch_file::Launch;

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::cases::{Case, Runs};
 use crate::checksums::{self, FileRecord};
-use crate::launch_file::{Case, Launch, Runs};
+use crate::launch_file::Launch;
 use crate::recording;
 
 /// The manifest.
@@ -31,6 +32,7 @@ struct CaseRecord {
     runs: Vec<String>,
     settings: Vec<String>,
     shards: u32,
+    reduce: bool,
 }
 
 /// How a run went.
@@ -114,5 +116,5 @@ fn case_record(case: &Case) -> CaseRecord {
         Runs::Recorded(file) => (vec!["recorded".into(), file.display().to_string()], Vec::new()),
         Runs::Command(command) => (command.clone(), Vec::new()),
     };
-    CaseRecord { runs, settings, shards: case.shards }
+    CaseRecord { runs, settings, shards: case.shards, reduce: case.reduce }
 }

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use bridge::plan::{Plan, Post, Program, Share};
 
+use crate::cases::{Case, Runs};
 use crate::hosts::Hosts;
-use crate::launch_file::{Case, Launch, Restart, Runs};
+use crate::launch_file::{Launch, Restart};
 
 /// The bridge's file, in the domain's folder.
 const FILE: &str = "bridge.json";
@@ -43,7 +44,7 @@ fn shares(case: &Case, host: &str) -> Result<Vec<Share>, String> {
     let members = case.members().filter(|(_, shard)| case.host_of(*shard) == host);
     let share = |(name, shard): (String, nodes::shard::Shard)| {
         let program = program(&case.runs).map_err(|why| format!("{name} on {host}: {why}"))?;
-        Ok(Share { name, label: case.label.clone(), shard: (shard.index, shard.count), program })
+        Ok(Share { name, label: case.label.clone(), shard: (shard.index, shard.count), reduce: case.reduce, program })
     };
     members.map(share).collect()
 }

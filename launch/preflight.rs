@@ -1,8 +1,10 @@
 //! What must be there before anything is started.
 
+use nodes::reduced;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-use crate::launch_file::{Case, Launch, Runs};
+use crate::cases::{Case, Runs};
+use crate::launch_file::Launch;
 
 /// Where iceoryx2 keeps messages.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -56,6 +58,9 @@ fn needed_bytes(launch: &Launch) -> u64 {
     let (phi, e) = (launch.bins.0 as u64, launch.bins.1 as u64);
     let density_numbers = phi * e + phi + e;
     let numbers = |case: &Case| match &case.runs {
+        Runs::BuiltIn { .. } if case.reduce => {
+            u64::from(case.shards).saturating_mul(reduced::most_numbers(launch.bins.0 * launch.bins.1) as u64)
+        }
         Runs::BuiltIn { settings, .. } => settings.most_numbers(launch.bins) as u64,
         // Nobody knows what a foreign program will ask for, and a recorded case is checked where it is played.
         Runs::Command(_) | Runs::Recorded(_) => 0,

@@ -10,8 +10,9 @@ use clap::Args;
 use messages::recording::Recording;
 
 use crate::BAD_INPUT;
+use crate::cases::Runs;
 use crate::cli::{Logged, Shown};
-use crate::launch_file::{Launch, Runs};
+use crate::launch_file::Launch;
 use crate::recording::About;
 use crate::run_command::{self, Order};
 
@@ -110,7 +111,7 @@ fn replace(launch: &mut Launch, replacement: &str) -> Result<(), String> {
     let runs = Runs::Command(words);
     match launch.cases.iter_mut().find(|case| case.label == name) {
         // Nobody knows whether it can be split.
-        Some(case) => (case.runs, case.shards) = (runs, 1),
+        Some(case) => (case.runs, case.shards, case.reduce) = (runs, 1, false),
         None if SERVICES.contains(&name) => {
             launch.substitutes.insert(name.to_owned(), runs);
         }

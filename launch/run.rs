@@ -15,10 +15,11 @@ use messages::wait::Signals;
 use nodes::screen::{Refusal, screen};
 use nodes::shard::label_of_member;
 
+use crate::cases::Case;
 use crate::cli::Shown;
 use crate::commands::{BRIDGE, Commands, SCENARIO_NODE, SERVICES};
 use crate::ending;
-use crate::launch_file::{Case, Launch, Restart, ScenarioInput};
+use crate::launch_file::{Launch, Restart, ScenarioInput};
 use crate::live::View;
 use crate::live::model::{Model, Stage};
 use crate::log_sink::LogSink;

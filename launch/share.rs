@@ -17,7 +17,7 @@ use nodes::session::ANY_SCENARIO;
 use nodes::shard::Shard;
 
 use crate::cli::{Logged, Shown};
-use crate::commands::{BRIDGE, Identity, own_command, own_program};
+use crate::commands::{BRIDGE, Identity, Part, own_command, own_program};
 use crate::domain_command::describe;
 use crate::domains::{self, OwnDomain};
 use crate::ending;
@@ -160,9 +160,12 @@ impl<'a> Workshop<'a> {
                 command
             }
         };
-        let label = share
-            .map(|Share { label, shard: (index, count), .. }| (label.as_str(), Shard { index: *index, count: *count }));
-        Identity { place: self.place, run_id: self.plan.run_id, name, label, attempt }.give(&mut command);
+        let part = share.map(|Share { label, shard: (index, count), reduce, .. }| Part {
+            label,
+            shard: Shard { index: *index, count: *count },
+            reduce: *reduce,
+        });
+        Identity { place: self.place, run_id: self.plan.run_id, name, part, attempt }.give(&mut command);
         Ok(command)
     }
 

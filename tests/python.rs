@@ -135,6 +135,36 @@ fn heyoka_moves_the_same_draws_to_the_same_moments_as_scipy() {
 }
 
 #[test]
+fn shards_in_python_have_the_moments_of_the_whole() {
+    let Some(python) = interpreter() else { return };
+    let bench = Bench::new();
+    let case = |label: &str, shards: u32, script: &str| {
+        let command = [&python.display().to_string(), "-B", script, "--samples", "301"];
+        format!("[[propagator]]\nlabel = \"{label}\"\nshards = {shards}\ncommand = {command:?}\n")
+    };
+    let script = kit().join("monte_carlo.py").display().to_string();
+    let whole =
+        "from phasecloud_kit import SAMPLES, serve\nserve(lambda problem, run: run.snapshot(SAMPLES, 9).__enter__())\n";
+    let unsplit = bench.write("unsplit.py", whole).display().to_string();
+    let cases = case("mc", 1, &script) + &case("split", 3, &script) + &case("unsplit", 2, &unsplit);
+    let mut command = bench.phasecloud();
+    command.arg("run").arg(bench.launch_file("shards", &cases)).arg("--out").arg(bench.path("out"));
+    let output = command.env("PYTHONPATH", kit()).output().unwrap();
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("this propagator cannot be split into shards"), "{said}");
+    let rows = bench.table("out/moments.csv");
+    let of = |method: &str| rows.iter().filter(|row| row["method"] == method).collect::<Vec<_>>();
+    assert_eq!((of("mc").len(), of("split").len(), of("unsplit").len()), (5, 5, 0), "{said}");
+    for (whole, split) in of("mc").into_iter().zip(of("split")) {
+        for column in ["mean_phi_rad", "std_phi_rad", "mean_e", "std_e", "cov_phi_e"] {
+            let [a, b] = [whole, split].map(|row| row[column].parse::<f64>().unwrap());
+            assert!((a - b).abs() < 1e-8, "{column}: {a} {b}"); // blocks share step sizes
+        }
+    }
+}
+
+#[test]
 fn without_heyoka_its_example_says_what_is_missing() {
     let Some(python) = interpreter() else { return };
     let bench = Bench::new();

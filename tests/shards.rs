@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 use common::processes::{Process, of_runs_below, signal};
 use common::{Bench, REPRODUCIBLE, text};
+use messages::recording::Recording;
+use messages::topic::Snapshot;
 use rustix::process::Signal;
 
 /// Cases that can be split, with a line that splits them.
@@ -75,6 +77,48 @@ fn any_number_of_shards_gives_the_same_bytes() {
         assert_eq!(manifest["nodes"].as_object().unwrap().len(), 4 + 5 * shards);
     }
     assert_eq!(bench.domains(), [""; 0]);
+}
+
+#[test]
+fn samples_that_are_reduced_where_they_are_give_the_same_bytes() {
+    let bench = Bench::new();
+    let mc =
+        |more: &str| format!("[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 20_003\nseed = 11\n{more}\n");
+    bench.run_well(&launch_file(&bench, "whole", &mc("")), "whole");
+    for shards in [1, 2, 3, 7] {
+        let out = format!("reduced-in-{shards}");
+        let launch = launch_file(&bench, &out, &mc(&format!("shards = {shards}\nreduce = true")));
+        let said = text(&bench.run_well(&launch, &out).stderr);
+        assert_same(&bench, &out, &said);
+        let trajectories = |out: &str| bench.table(&format!("{out}/effort.csv"))[0]["trajectories"].clone();
+        assert_eq!(trajectories(&out), trajectories("whole"));
+    }
+}
+
+/// Bytes of the snapshots of a recorded run of a million samples.
+fn snapshot_bytes(bench: &Bench, name: &str, more: &str) -> usize {
+    let million = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 1_000_000\naccuracy = 1e-6\n";
+    let head = "scenarios = [\"scenario-1.toml\"]\nreference = \"mc\"\n";
+    let launch = bench.write(&format!("{name}.toml"), &format!("name = \"{name}\"\n{head}{million}{more}"));
+    let tape = format!("{name}.tape");
+    let arguments = ["run", launch.to_str().unwrap(), "--record", &tape, "--no-report", "--quiet", "--out", name];
+    let output = bench.phasecloud().args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let recording = Recording::open(&bench.path(&tape)).unwrap();
+    let bytes = recording.messages::<Snapshot>().map(|(_, entry)| 8 * entry.items::<Snapshot>()).sum();
+    std::fs::remove_file(bench.path(&tape)).unwrap();
+    bytes
+}
+
+#[test]
+fn reduced_a_million_samples_are_a_hundredth_of_the_bytes() {
+    let bench = Bench::new();
+    let moved = snapshot_bytes(&bench, "whole", "");
+    let reduced = snapshot_bytes(&bench, "reduced", "reduce = true\n");
+    println!("1e6 samples, 5 snapshots: {moved} bytes, reduced {reduced}");
+    assert_eq!(moved, 5 * 16_000_000);
+    assert!(reduced * 100 < moved, "{reduced}");
+    assert_same(&bench, "reduced", "");
 }
 
 #[test]

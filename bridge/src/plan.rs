@@ -45,6 +45,8 @@ pub struct Share {
     pub label: String,
     /// Which shard of the case it is, of how many.
     pub shard: (u32, u32),
+    /// Whether it reduces its samples before it sends them.
+    pub reduce: bool,
     /// What runs.
     pub program: Program,
 }

@@ -113,7 +113,13 @@ fn enter(port: u16, end: End) -> Session {
 }
 
 fn share(name: &str) -> Share {
-    Share { name: name.into(), label: name.into(), shard: (0, 1), program: Program::Command(vec!["x".into()]) }
+    Share {
+        name: name.into(),
+        label: name.into(),
+        shard: (0, 1),
+        reduce: false,
+        program: Program::Command(vec!["x".into()]),
+    }
 }
 
 /// A snapshot whose numbers tell whose and which it is.

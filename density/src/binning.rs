@@ -1,13 +1,13 @@
 //! Monte Carlo's density: the share of samples in each bin, per area (Eqs. 9-10 of Sun et al. 2022).
 //!
-//! Moments are those of the samples themselves, not of the bins. Their [standard errors](standard_errors) come with
+//! Moments are those of the samples themselves, not of the bins, from sums that can be taken in parts ([`partial`]). Their [standard errors](standard_errors) come with
 //! them; those of the bins are a function of the density, [`standard_errors::of_density`].
 
 use rayon::prelude::*;
 
-use crate::estimate::{Estimate, weighted_moments};
+use crate::estimate::Estimate;
 use crate::grid::Grid;
-use crate::standard_errors;
+use crate::{partial, standard_errors};
 
 /// Samples that a thread counts at a time.
 const CHUNK: usize = 65_536;
@@ -18,9 +18,7 @@ const CHUNK: usize = 65_536;
 /// # Panics
 /// If `phi` and `e` differ in length.
 pub fn estimate(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate {
-    let estimate = without_errors(phi, e, grid, critical_e);
-    let standard_errors = standard_errors::of_independent(phi, e, &estimate.moments, estimate.circular.mean);
-    Estimate { standard_errors, ..estimate }
+    partial::estimate(phi, e, grid, critical_e)
 }
 
 /// As [`estimate`], of samples drawn in `replicates` independent groups ([`crate::sampling::group`] tells which row is
@@ -29,17 +27,9 @@ pub fn estimate(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate
 /// # Panics
 /// If `phi` and `e` differ in length.
 pub fn estimate_in_groups(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64, replicates: usize) -> Estimate {
-    let estimate = without_errors(phi, e, grid, critical_e);
+    let estimate = partial::estimate(phi, e, grid, critical_e);
     let standard_errors = standard_errors::of_groups(phi, e, replicates, estimate.circular.mean, critical_e);
     Estimate { standard_errors, ..estimate }
-}
-
-fn without_errors(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate {
-    let counts = count(phi, e, &grid);
-    let scale = 1.0 / (phi.len() as f64 * grid.bin_area());
-    let joint = counts.into_iter().map(|count| count as f64 * scale).collect();
-    let (moments, circular) = weighted_moments(phi, e, None, critical_e);
-    Estimate::from_joint(grid, joint, moments, circular)
 }
 
 /// Samples in each bin.

@@ -15,6 +15,7 @@ pub mod grid;
 pub mod mesh;
 pub mod mixture;
 pub mod orbits;
+pub mod partial;
 pub mod problem;
 pub mod sampling;
 pub mod standard_errors;

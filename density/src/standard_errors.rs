@@ -21,21 +21,10 @@ use crate::angle::nearest;
 use crate::estimate::{Moments, ordered_sum};
 use crate::sampling::group;
 
-/// Standard errors of the `moments` of independent samples `(phi, e)`; `circular_mean` is the centre of their branch.
-///
-/// # Panics
-/// If `phi` and `e` differ in length.
-pub fn of_independent(phi: &[f64], e: &[f64], moments: &Moments, circular_mean: f64) -> Moments {
-    assert_eq!(phi.len(), e.len(), "one phi for every e");
-    let n = phi.len() as f64;
-    let [phi2, phi4, e2, e4, phi_e, phi2_e2] = ordered_sum(phi.len(), |i| {
-        let (a, b) = (nearest(phi[i], circular_mean) - moments.mean_phi, e[i] - moments.mean_e);
-        let (a2, b2) = (a * a, b * b);
-        [a2, a2 * a2, b2, b2 * b2, a * b, a2 * b2]
-    })
-    .map(|sum| sum / n);
+/// Standard errors of the moments of `n` independent samples, of which the share `p` is above the critical eccentricity, from
+/// their central moments `m_20, m_40, m_02, m_04, m_11, m_22`.
+pub fn of_independent(n: f64, [phi2, phi4, e2, e4, phi_e, phi2_e2]: [f64; 6], p: f64) -> Moments {
     let error = |variance: f64| (variance.max(0.0) / n).sqrt();
-    let p = moments.prob_above_critical_e;
     Moments {
         mean_phi: error(phi2),
         std_phi: error((phi4 - phi2 * phi2) / (4.0 * phi2)),
@@ -99,6 +88,7 @@ pub fn of_density(density: &[f64], samples: usize, cell: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::{Axis, Grid};
 
     #[test]
     fn a_bins_error_is_the_binomial_one_of_its_count() {
@@ -117,8 +107,8 @@ mod tests {
         let n = 400;
         let phi: Vec<f64> = (0..n).map(|i| if i % 2 == 0 { 0.1 } else { -0.1 }).collect();
         let e: Vec<f64> = (0..n).map(|i| if i % 4 < 2 { 0.2 } else { 0.4 }).collect();
-        let (moments, circular) = crate::estimate::weighted_moments(&phi, &e, None, 0.3);
-        let errors = of_independent(&phi, &e, &moments, circular.mean);
+        let grid = Grid { phi: Axis { low: -0.3, high: 0.5, bins: 2 }, e: Axis { low: 0.1, high: 0.4, bins: 2 } };
+        let errors = crate::binning::estimate(&phi, &e, grid, 0.3).standard_errors;
         assert!((errors.mean_phi - 0.1 / 20.0).abs() < 1e-15 && (errors.mean_e - 0.1 / 20.0).abs() < 1e-15);
         assert!(errors.std_phi < 1e-9 && errors.std_e < 1e-9);
         assert!((errors.cov_phi_e - 0.01 / 20.0).abs() < 1e-15);

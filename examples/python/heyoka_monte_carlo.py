@@ -45,12 +45,13 @@ def advance(taylor, states, start, end):
 
 def monte_carlo(taylor, problem, run, samples, seed):
     taylor.pars[0], taylor.pars[1] = problem.radiation, problem.oblateness
-    states, now = draw(problem, samples, seed), 0.0
+    rows = run.share(samples)
+    states, now = draw(problem, samples, seed)[:, rows.start : rows.stop].copy(), 0.0
     for time in problem.times:
         if time > now:
             advance(taylor, states, now, time)
             now = time
-        with run.snapshot(SAMPLES, rows=samples) as (phi, e):
+        with run.snapshot(SAMPLES, rows=len(rows)) as (phi, e):
             np.arctan2(states[0], states[1], out=phi)
             phi %= 2.0 * np.pi
             np.hypot(states[0], states[1], out=e)

@@ -176,6 +176,8 @@ class Session:
         self.attempt = int(os.environ.get("PHASECLOUD_ATTEMPT", 0))  # how often the launcher has restarted the process
         #: which shard of its case the process is, and of how many
         self.shard, self.shards = int(os.environ.get("PHASECLOUD_SHARD", 0)), int(os.environ.get("PHASECLOUD_SHARDS", 1))
+        if os.environ.get("PHASECLOUD_REDUCE") == "1":
+            raise OSError("this kit cannot reduce samples; leave out `reduce`")
         self.name = self.label if self.shards == 1 else f"{self.label}/{self.shard}"
         self.node = (
             iox.NodeBuilder.new()

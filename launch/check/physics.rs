@@ -5,11 +5,11 @@
 use std::f64::consts::SQRT_2;
 
 use density::angle::nearest;
+use density::binning;
 use density::dynamics::{State, density_growth, density_growth_without_jacobian};
 use density::estimate::{Estimate, Moments};
 use density::exact::{Exact, Settings};
 use density::flow::Flow;
-use density::standard_errors::of_independent;
 use messages::layout::{SnapshotHeader, kind, treatment};
 use nodes::assignment::Assignment;
 use nodes::method::Case;
@@ -87,7 +87,7 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
             Ok(mass) => least_mass = least_mass.min(mass),
             Err(why) => findings.problem(Rule::Mass, format!("{}, snapshot {}: {why}", assignment.name, table.index)),
         }
-        worst.take(assignment, table, &estimate.moments, estimate.circular.mean);
+        worst.take(assignment, table, &estimate.moments);
     }
     findings.good(Rule::Mass, format!("{}: at least {least_mass:.4}", assignment.name));
     findings.take(Rule::Moments, named(worst.verdict()));
@@ -187,7 +187,7 @@ struct Worst {
 
 impl Worst {
     /// Compares the moments of a snapshot with the exact ones.
-    fn take(&mut self, assignment: &Assignment, table: &Table, moments: &Moments, circular_mean: f64) {
+    fn take(&mut self, assignment: &Assignment, table: &Table, moments: &Moments) {
         let flow = Flow::new(assignment.problem.force);
         let exact = Exact::new(&assignment.problem, &flow, Settings::default());
         let (time, critical_e) = (table.header.time, assignment.problem.critical_e);
@@ -199,7 +199,7 @@ impl Worst {
         let (a, b) = (right.std_phi, right.std_e);
         let right = [right.mean_phi, right.std_phi, right.mean_e, right.std_e, right.cov_phi_e, above.value];
         let (allowed, unit) = match table.header.kind {
-            kind::SAMPLES => (sample_errors(table, moments, circular_mean, right[5]), "standard errors"),
+            kind::SAMPLES => (sample_errors(assignment, table, right[5]), "standard errors"),
             _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), "standard deviations"),
         };
         let off = |error: f64| match table.header.kind {
@@ -231,11 +231,12 @@ impl Worst {
 
 /// What samples may be off: [`SIGMAS`] standard errors of independent draws, and room for one sample in a count. Opposites in
 /// pairs have equal squares, so draws in groups may count for half as many independent ones.
-fn sample_errors(table: &Table, moments: &Moments, circular_mean: f64, above: f64) -> [f64; 6] {
+fn sample_errors(assignment: &Assignment, table: &Table, above: f64) -> [f64; 6] {
     let n = f64::from(table.header.rows);
     let sigmas = if table.header.replicates > 1 { SIGMAS * SQRT_2 } else { SIGMAS };
-    let errors = of_independent(table.columns[0], table.columns[1], moments, circular_mean).to_array();
-    let mut allowed = errors.map(|error| sigmas * error);
+    let (grid, critical_e) = (assignment.grids[table.index], assignment.problem.critical_e);
+    let errors = binning::estimate(table.columns[0], table.columns[1], grid, critical_e).standard_errors;
+    let mut allowed = errors.to_array().map(|error| sigmas * error);
     allowed[5] = sigmas * (above * (1.0 - above) / n).sqrt() + 1.0 / n;
     allowed
 }

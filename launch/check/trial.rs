@@ -12,7 +12,7 @@ use messages::port::{Inlet, Outlet, PortError};
 use messages::topic::{self, Capacity};
 use messages::wait::{Awaited, Signals};
 use nodes::assignment::Assignment;
-use nodes::session::{LABEL_VARIABLE, LAUNCHER_VARIABLE, RUN_VARIABLE};
+use nodes::session::{LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
 use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 
 use super::answer::{Answer, Heard, LABEL, Outcome, Ready, Received, Stop, end_of, is_from};
@@ -102,7 +102,7 @@ impl<'a> Trial<'a> {
         let (program, words) = command.split_first().ok_or_else(|| Abort::NotStarted("there is no command".into()))?;
         let mut process = Command::new(program);
         process.args(words).env(ROOT_VARIABLE, &own.place.root).env(PREFIX_VARIABLE, &own.place.prefix);
-        process.env_remove(SHARD_VARIABLE).env_remove(SHARDS_VARIABLE);
+        process.env_remove(SHARD_VARIABLE).env_remove(SHARDS_VARIABLE).env_remove(REDUCE_VARIABLE);
         process.env(LABEL_VARIABLE, LABEL).env(RUN_VARIABLE, run_id.to_string());
         process.env(LAUNCHER_VARIABLE, std::process::id().to_string());
         let mut supervisor = Supervisor::default();

@@ -3,8 +3,9 @@
 use std::time::{Duration, Instant};
 
 use super::{Abort, Run};
+use crate::cases::Case;
 use crate::commands::SCENARIO_NODE;
-use crate::launch_file::{Case, Restart};
+use crate::launch_file::Restart;
 use crate::member::{Member, STARTUP};
 
 impl Run<'_> {

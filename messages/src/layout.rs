@@ -71,6 +71,11 @@ codes! {
         /// mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard deviations, of the resultant
         /// vector, of the probability and of the joint density in L1), then the joint density \[1/rad\], `phi` outermost.
         pub const DENSITY: u32 = 4;
+        /// Samples that were reduced where they are, in one column of whole numbers: how many samples, how many of them above the
+        /// critical eccentricity, how many sectors of the circle hold any; four sums over all; for each such sector its number, how
+        /// many samples it holds, and ten sums; how many samples each bin of the comparison grid holds, `phi` outermost. A sum is
+        /// two numbers, `high * 2^52 + low`, in units of 2^-60; `density/src/partial.rs` says which sums.
+        pub const REDUCED: u32 = 5;
         /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
         pub const MIXTURE: u32 = 3;
     }
@@ -108,7 +113,7 @@ header! {
         pub seconds: f64,
         /// Mixtures only: how far the flow over a component is from linear, weighted mean; NaN if not known.
         pub disagreement: f64,
-        /// Rows of all shards together; 0 if the snapshot is whole.
+        /// Rows of all shards together, of reduced samples all samples; 0 if the snapshot is whole.
         pub total: u64,
         /// Position of the scenario in the run.
         pub scenario: u32,

@@ -58,6 +58,7 @@ pub fn snapshot_columns(kind: u32) -> Option<&'static [&'static str]> {
         kind::MIXTURE => {
             Some(&["weight", "mean phi [rad]", "mean e", "variance of phi [rad²]", "covariance [rad]", "variance of e"])
         }
+        kind::REDUCED => Some(&["counts and sums of samples"]),
         kind::DENSITY => Some(&["moments, error estimates, joint density [1/rad]"]),
         _ => None,
     }

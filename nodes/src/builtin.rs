@@ -109,6 +109,20 @@ impl BuiltIn {
         Err(format!("{shards} shards are too many for {rows} rows; every shard needs one"))
     }
 
+    /// Whether the case's samples can be reduced before they are sent.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn check_reduce(&self) -> Result<(), String> {
+        match self {
+            Self::MonteCarlo(settings) if settings.replicates == 1 => Ok(()),
+            Self::MonteCarlo(_) => {
+                Err("the standard errors of replicates need the samples of each; leave out one".into())
+            }
+            _ => Err("only the samples of mc, or of a command, can be reduced".into()),
+        }
+    }
+
     /// Propagates scenario after scenario until asked to stop.
     ///
     /// # Errors

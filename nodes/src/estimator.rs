@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use messages::layout::{DensityHeader, SnapshotHeader};
+use messages::layout::{DensityHeader, SnapshotHeader, kind};
 use messages::port::{Inlet, Message, Outlet};
 use messages::text::{pack, unpack};
 use messages::topic::{Density, Roster as RosterTopic, Scenario, Snapshot};
@@ -265,10 +265,11 @@ fn publish(outlet: &Outlet<Density>, Answer { snapshot, estimated, seconds }: &A
         scenario: snapshot.scenario,
         index: snapshot.index,
         count: snapshot.count,
-        rows: snapshot.rows,
+        rows: estimated.reduced.unwrap_or(snapshot.rows),
         phi_bins: grid.phi.bins as u32,
         e_bins: grid.e.bins as u32,
-        kind: snapshot.kind,
+        // What becomes of samples does not depend on where they were reduced.
+        kind: if estimated.reduced.is_some() { kind::SAMPLES } else { snapshot.kind },
         diagnostic: estimated.diagnostic,
         diagnostics: estimated.diagnostics,
         label: pack(&unpack(&snapshot.label)),

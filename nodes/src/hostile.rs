@@ -84,7 +84,7 @@ fn density_header() -> DensityHeader {
 
 /// A snapshot as it should be, of one of the kinds, and with numbers as they come.
 fn snapshot() -> impl Strategy<Value = (SnapshotHeader, Vec<f64>)> {
-    let shape = (1u32..5, 1u32..40, 0u32..4, 0u32..4);
+    let shape = (1u32..6, 1u32..40, 0u32..4, 0u32..4);
     shape.prop_flat_map(|(kind, rows, treatment, small)| {
         let columns = columns(kind).unwrap_or(1);
         let rows = if kind == kind::DENSITY { DENSITY_HEAD as u32 + 12 } else { rows };

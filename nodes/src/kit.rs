@@ -6,8 +6,10 @@
 use std::process::ExitCode;
 
 use density::first_passage::empirical::EmpiricalCurve;
-use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, columns};
-use messages::port::Outlet;
+use density::grid::Grid;
+use density::partial::Partial;
+use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, columns, kind};
+use messages::port::{Draft, Outlet};
 use messages::text::pack;
 use messages::topic::{Passage as PassageTopic, Scenario, Snapshot};
 
@@ -15,6 +17,7 @@ use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::log;
 use crate::newest::Newest;
+use crate::reduced;
 use crate::screen::receive;
 use crate::session::{EffortClock, Session};
 use crate::shard::Shard;
@@ -168,19 +171,16 @@ fn serve_one(
         propagator.take_shard(shard)?;
     }
     let form = propagator.begin(assignment)?;
-    let column_count = columns(form.kind)
-        .ok_or_else(|| Failure::Refused(format!("snapshots of kind {} are unknown to this version", form.kind)))?;
+    let content = Content::of(session, &form, assignment)?;
     // An outlet a scenario: no reader can then have more unread than its buffer holds, not even one that has yet to connect,
     // for which iceoryx2 would drop what does not fit. The last one's memory is freed before.
     drop(way_out.snapshots.take());
-    let most_numbers = form.most_rows * column_count as usize;
-    let outlet = way_out.snapshots.insert(session.domain.outlet::<Snapshot>(most_numbers)?);
+    let outlet = way_out.snapshots.insert(session.domain.outlet::<Snapshot>(content.most_numbers)?);
     let count = assignment.problem.times.len();
     for (index, &time) in assignment.problem.times.iter().enumerate() {
         session.check_stop()?;
         let rows = propagator.advance(index)?;
-        let mut draft = outlet.draft(rows * column_count as usize)?;
-        propagator.write(draft.items_mut());
+        let (mut draft, rows) = content.draft(outlet, propagator, rows, assignment, index)?;
         let header = SnapshotHeader {
             run_id: assignment.run_id,
             time,
@@ -188,9 +188,9 @@ fn serve_one(
             scenario: assignment.scenario,
             index: index as u32,
             count: count as u32,
-            kind: form.kind,
+            kind: content.kind,
             rows: rows as u32,
-            columns: column_count,
+            columns: content.columns,
             treatment: form.treatment,
             resolution: form.resolution,
             lattice: form.lattice,
@@ -209,7 +209,7 @@ fn serve_one(
             // Before the last snapshot, so that whoever has that snapshot's density can have the passages too.
             send_passage(session, propagator, assignment, &way_out.passages)?;
         }
-        if let Some(breach) = snapshot_rules::in_numbers(form.kind, rows, draft.items_mut()) {
+        if let Some(breach) = snapshot_rules::in_numbers(content.kind, rows, draft.items_mut()) {
             return Err(Failure::Refused(format!("snapshot {index}: {breach}")));
         }
         outlet.send(draft, header)?;
@@ -217,6 +217,59 @@ fn serve_one(
         session.working(assignment.scenario, index + 1, count)?;
     }
     session.done(assignment.scenario)
+}
+
+/// What snapshots are made of what a propagator writes.
+struct Content {
+    kind: u32,
+    columns: u32,
+    most_numbers: usize,
+    /// Whether its samples are reduced first.
+    reduces: bool,
+}
+
+impl Content {
+    fn of(session: &Session, form: &Form, assignment: &Assignment) -> Result<Self, Failure> {
+        let columns = columns(form.kind)
+            .ok_or_else(|| Failure::Refused(format!("snapshots of kind {} are unknown to this version", form.kind)))?;
+        if !session.reduce {
+            let most_numbers = form.most_rows * columns as usize;
+            return Ok(Self { kind: form.kind, columns, most_numbers, reduces: false });
+        }
+        if form.kind != kind::SAMPLES || form.replicates > 1 {
+            return Err(Failure::Refused("only independent samples can be reduced; leave out `reduce`".into()));
+        }
+        let most_bins = assignment.grids.iter().map(Grid::len).max().unwrap_or(0);
+        Ok(Self { kind: kind::REDUCED, columns: 1, most_numbers: reduced::most_numbers(most_bins), reduces: true })
+    }
+
+    /// The message on the snapshot that `propagator` has reached, and how many rows it has.
+    fn draft(
+        &self,
+        outlet: &Outlet<Snapshot>,
+        propagator: &impl Propagator,
+        rows: usize,
+        assignment: &Assignment,
+        index: usize,
+    ) -> Result<(Draft<Snapshot>, usize), Failure> {
+        if !self.reduces {
+            let mut draft = outlet.draft(rows * self.columns as usize)?;
+            propagator.write(draft.items_mut());
+            return Ok((draft, rows));
+        }
+        let refused = |why: &dyn std::fmt::Display| Failure::Refused(format!("snapshot {index}: {why}"));
+        let mut samples = vec![0.0; 2 * rows];
+        propagator.write(&mut samples);
+        if let Some(breach) = snapshot_rules::in_numbers(kind::SAMPLES, rows, &samples) {
+            return Err(refused(&breach));
+        }
+        let (phi, e) = samples.split_at(rows);
+        let partial = Partial::reduce(phi, e, &assignment.grids[index], assignment.problem.critical_e);
+        let numbers = reduced::to_numbers(&partial.map_err(|why| refused(&why))?)?;
+        let mut draft = outlet.draft(numbers.len())?;
+        draft.items_mut().copy_from_slice(&numbers);
+        Ok((draft, numbers.len()))
+    }
 }
 
 fn send_passage(

@@ -28,6 +28,7 @@ pub mod method;
 pub mod newest;
 pub mod player;
 pub mod recorder;
+pub mod reduced;
 mod roomy;
 pub mod roster;
 pub mod scenario;

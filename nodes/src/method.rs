@@ -4,10 +4,13 @@ use density::angle::{Circular, nearest};
 use density::estimate::{Estimate, Moments};
 use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate};
 use density::mixture::{self, Component};
+use density::partial::Partial;
 use density::{binning, grid::Grid};
 use messages::layout::{DENSITY_HEAD, SnapshotHeader, diagnostic, kind, treatment};
 
 use crate::assignment::Assignment;
+use crate::reduced::from_numbers;
+use crate::shard::Shard;
 
 /// A density, and what the method says of its own reliability.
 #[derive(Debug)]
@@ -18,11 +21,13 @@ pub struct Estimated {
     pub diagnostic: u32,
     /// The diagnostics; NaN where there is nothing to say.
     pub diagnostics: [f64; 4],
+    /// How many samples there are, if they were reduced before they came here.
+    pub reduced: Option<u32>,
 }
 
 impl From<Estimate> for Estimated {
     fn from(estimate: Estimate) -> Self {
-        Self { estimate, diagnostic: diagnostic::NONE, diagnostics: [f64::NAN; 4] }
+        Self { estimate, diagnostic: diagnostic::NONE, diagnostics: [f64::NAN; 4], reduced: None }
     }
 }
 
@@ -60,7 +65,9 @@ impl Case {
                 estimate: mixture_estimate(columns, &grid, assignment.problem.critical_e)?,
                 diagnostic: diagnostic::MIXTURE,
                 diagnostics: [header.disagreement, f64::NAN, f64::NAN, f64::NAN],
+                reduced: None,
             },
+            (kind::REDUCED, &[numbers]) => reduced_samples(header, numbers, grid)?,
             (kind::DENSITY, &[values]) => ready_density(values, grid)?,
             (other, _) => return Err(format!("kind {other} has no density method")),
         };
@@ -114,6 +121,7 @@ impl Case {
             estimate,
             diagnostic: diagnostic::MESH,
             diagnostics: [measure_defect, flipped_mass, truncated_mass, f64::NAN],
+            reduced: None,
         })
     }
 }
@@ -127,6 +135,30 @@ fn samples(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64, replicates: usiz
     }
 }
 
+/// What shards have made of their samples, one after the other.
+fn reduced_samples(header: &SnapshotHeader, numbers: &[f64], grid: Grid) -> Result<Estimated, String> {
+    let mut whole = Partial::empty(grid.len());
+    let mut rest = numbers;
+    for shard in Shard::all(header.shards) {
+        let (partial, others) =
+            from_numbers(rest, grid.len()).map_err(|why| format!("shard {}: {why}", shard.index))?;
+        let range = shard.range(header.total as usize);
+        if !shard.is_whole() && partial.samples != range.len() as u64 {
+            let (samples, total) = (partial.samples, header.total);
+            return Err(format!(
+                "shard {}: it has {samples} samples, but its range of {total} is {range:?}",
+                shard.index
+            ));
+        }
+        whole.add(&partial);
+        rest = others;
+    }
+    match u32::try_from(whole.samples) {
+        Ok(samples) if rest.is_empty() => Ok(Estimated { reduced: Some(samples), ..whole.finish(grid).into() }),
+        _ => Err(format!("{} numbers follow {} reduced samples", rest.len(), whole.samples)),
+    }
+}
+
 /// A density that its propagator has computed on the grid itself.
 fn ready_density(values: &[f64], grid: Grid) -> Result<Estimated, String> {
     let bins = grid.len();
@@ -137,7 +169,7 @@ fn ready_density(values: &[f64], grid: Grid) -> Result<Estimated, String> {
     let [a, b, c, d, e, f, mean, resultant, diagnostics @ ..] = head;
     let moments = Moments::from_array([a, b, c, d, e, f]);
     let estimate = Estimate::from_joint(grid, joint.to_vec(), moments, Circular { mean, resultant });
-    Ok(Estimated { estimate, diagnostic: diagnostic::NUMERICAL, diagnostics })
+    Ok(Estimated { estimate, diagnostic: diagnostic::NUMERICAL, diagnostics, reduced: None })
 }
 
 fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<Estimate, String> {
@@ -161,5 +193,32 @@ fn check_finite(estimate: &Estimate) -> Result<(), String> {
     match numbers.into_iter().all(|number| number.is_finite()) {
         true => Ok(()),
         false => Err("its density or moments are not finite".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use density::grid::Axis;
+
+    use super::*;
+    use crate::reduced::to_numbers;
+
+    #[test]
+    fn reduced_samples_that_are_not_of_the_shards_range_are_refused_and_the_shard_named() {
+        let grid = Grid { phi: Axis { low: 1.0, high: 2.0, bins: 4 }, e: Axis { low: 0.1, high: 0.3, bins: 3 } };
+        let samples = |count: usize| {
+            let partial = Partial::reduce(&vec![1.5; count], &vec![0.2; count], &grid, 0.6).unwrap();
+            to_numbers(&partial).unwrap()
+        };
+        let header = SnapshotHeader { kind: kind::REDUCED, shards: 2, total: 5, ..SnapshotHeader::default() };
+        let estimated = reduced_samples(&header, &[samples(2), samples(3)].concat(), grid).unwrap();
+        assert_eq!((estimated.reduced, estimated.estimate.mass()), (Some(5), 1.0));
+        let refused = |numbers: &[f64], words: &str| {
+            let why = reduced_samples(&header, numbers, grid).unwrap_err();
+            assert!(why.contains(words), "{why}");
+        };
+        refused(&[samples(2), samples(2)].concat(), "shard 1: it has 2 samples, but its range of 5 is 2..5");
+        refused(&samples(2), "shard 1: it ends before");
+        refused(&[samples(2), samples(3), samples(1)].concat(), "follow 5 reduced samples");
     }
 }

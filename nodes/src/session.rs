@@ -33,6 +33,9 @@ pub const LAUNCHER_VARIABLE: &str = "PHASECLOUD_LAUNCHER";
 /// Environment variable that holds how often the launcher has restarted the node.
 pub const ATTEMPT_VARIABLE: &str = "PHASECLOUD_ATTEMPT";
 
+/// Environment variable that is 1 if a propagator is to reduce its samples before it sends them.
+pub const REDUCE_VARIABLE: &str = "PHASECLOUD_REDUCE";
+
 /// A node that was asked to stop and is still computing after this time ends in the middle of it.
 const GRACE: Duration = Duration::from_secs(1);
 
@@ -48,6 +51,8 @@ pub struct Session {
     pub label: String,
     /// Which part of its case a propagator computes.
     pub shard: Shard,
+    /// Whether a propagator is to reduce its samples before it sends them.
+    pub reduce: bool,
     /// Names the run.
     pub run_id: u64,
     /// How often the launcher has restarted this node.
@@ -103,6 +108,7 @@ impl Session {
             name,
             label: label.into(),
             shard,
+            reduce: std::env::var(REDUCE_VARIABLE).is_ok_and(|value| value == "1"),
             run_id,
             attempt,
             domain,

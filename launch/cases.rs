@@ -1,0 +1,200 @@
+//! The `[[propagator]]` tables of a launch file: a case each.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use bridge::plan::HOME;
+use nodes::builtin::BuiltIn;
+use nodes::input::{InputError, InputFile};
+use nodes::screen::MOST_CASES;
+use nodes::shard::{MOST_SHARDS, Shard};
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+
+use crate::hosts::{self, Hosts};
+use crate::launch_file::check_name;
+
+/// One case: a propagator under a label.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// The label.
+    pub label: String,
+    /// What runs.
+    pub runs: Runs,
+    /// How many processes share its work.
+    pub shards: u32,
+    /// Whether each reduces its samples before it sends them.
+    pub reduce: bool,
+    /// The hosts on which they run, in turn; none for home.
+    pub hosts: Vec<String>,
+}
+
+impl Case {
+    /// The names of its processes, and which part of the case each computes.
+    pub fn members(&self) -> impl Iterator<Item = (String, Shard)> {
+        Shard::all(self.shards).map(|shard| (shard.member(&self.label), shard))
+    }
+
+    /// The host on which a shard runs.
+    pub fn host_of(&self, shard: Shard) -> &str {
+        let turn = shard.index as usize % self.hosts.len().max(1);
+        self.hosts.get(turn).map_or(HOME, String::as_str)
+    }
+}
+
+/// What a case runs.
+#[derive(Debug, Clone)]
+pub enum Runs {
+    /// A propagator that comes with phasecloud.
+    BuiltIn {
+        /// Its name.
+        node: String,
+        /// Its settings.
+        settings: BuiltIn,
+    },
+    /// Any program: command and arguments.
+    Command(Vec<String>),
+    /// A player of what was sent in the run that this file recorded.
+    Recorded(PathBuf),
+}
+
+/// What every propagator's table has besides its settings.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawCase {
+    label: Spanned<String>,
+    node: Option<Spanned<String>>,
+    command: Option<Spanned<Vec<String>>>,
+    shards: Option<Spanned<i64>>,
+    reduce: Option<Spanned<bool>>,
+    hosts: Option<Spanned<Vec<Spanned<String>>>>,
+}
+
+/// All cases, in the file's order.
+///
+/// # Errors
+/// [`InputError`] with file, line and key.
+pub(crate) fn cases(
+    file: &InputFile,
+    propagators: Option<Spanned<DeValue<'_>>>,
+    hosts: Option<&Hosts>,
+) -> Result<Vec<Case>, InputError> {
+    let Some(propagators) = propagators else {
+        return Err(file.error_in_whole("propagator", "there is no [[propagator]] table; a run needs at least one"));
+    };
+    let span = propagators.span();
+    let DeValue::Array(tables) = propagators.into_inner() else {
+        return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
+    };
+    let mut labels = BTreeSet::new();
+    let mut cases = Vec::new();
+    let mut propagators = 0;
+    for table in tables {
+        let (label, case) = case(file, table, hosts)?;
+        propagators += case.shards as usize;
+        if propagators > MOST_PROPAGATORS {
+            let problem = format!("more than {MOST_PROPAGATORS} processes in one run, with the shards of all cases");
+            return Err(file.error(&label, &problem));
+        }
+        if !labels.insert(case.label.clone()) {
+            let problem = format!("a second propagator with the label \"{}\"; labels must differ", case.label);
+            return Err(file.error(&label, &problem));
+        }
+        if labels.len() > MOST_CASES {
+            return Err(file.error(&label, &format!("more than {MOST_CASES} propagators in one run")));
+        }
+        cases.push(case);
+    }
+    if cases.is_empty() {
+        return Err(file.error(&Spanned::new(span, ()), "is empty; a run needs at least one propagator"));
+    }
+    Ok(cases)
+}
+
+/// Most processes of a run that propagate.
+const MOST_PROPAGATORS: usize = 128;
+/// Longest name of a process.
+const LONGEST_NAME: usize = 31;
+/// Labels of the processes that are not propagators.
+const RESERVED: [&str; 6] = ["scenario", "estimator", "comparator", "recorder", "launcher", "bridge"];
+
+fn case(
+    file: &InputFile,
+    table: Spanned<DeValue<'_>>,
+    hosts: Option<&Hosts>,
+) -> Result<(Spanned<String>, Case), InputError> {
+    let span = table.span();
+    let DeValue::Table(mut settings) = table.into_inner() else {
+        return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
+    };
+    let mut head = DeTable::new();
+    for key in ["label", "node", "command", "shards", "reduce", "hosts"] {
+        if let Some((key, value)) = settings.remove_entry(key) {
+            head.insert(key, value);
+        }
+    }
+    let raw =
+        RawCase::deserialize(Deserializer::from(Spanned::new(span.clone(), head))).map_err(|e| file.toml_error(&e))?;
+    check_name(file, &raw.label)?;
+    let label = raw.label.get_ref().clone();
+    if RESERVED.contains(&label.as_str()) {
+        return Err(file.error(&raw.label, &format!("\"{label}\" is the name of one of phasecloud's own processes")));
+    }
+    let runs = match (raw.node, raw.command) {
+        (Some(node), None) => built_in(file, &node, Spanned::new(span, DeValue::Table(settings)))?,
+        (None, Some(command)) => {
+            if let Some((key, _)) = settings.into_iter().next() {
+                let problem = "is not allowed beside command; give a program its settings as arguments";
+                return Err(file.error(&key, problem));
+            }
+            if command.get_ref().first().is_none_or(String::is_empty) {
+                return Err(file.error(&command, "is empty; it must be a program and its arguments"));
+            }
+            Runs::Command(command.get_ref().clone())
+        }
+        _ => return Err(file.error(&raw.label, "needs either node or command, and not both")),
+    };
+    let shards = raw.shards.as_ref().map_or(Ok(1), |shards| checked_shards(file, shards, &label, &runs))?;
+    if let (Some(reduce), Runs::BuiltIn { settings, .. }) = (&raw.reduce, &runs)
+        && *reduce.get_ref()
+    {
+        settings.check_reduce().map_err(|problem| file.error(reduce, &problem))?;
+    }
+    let hosts = raw.hosts.as_ref().map_or(Ok(Vec::new()), |named| hosts::placement(file, named, hosts))?;
+    let reduce = raw.reduce.is_some_and(Spanned::into_inner);
+    Ok((raw.label, Case { label, runs, shards, reduce, hosts }))
+}
+
+fn checked_shards(file: &InputFile, shards: &Spanned<i64>, label: &str, runs: &Runs) -> Result<u32, InputError> {
+    let refused = |problem: &str| Err(file.error(shards, problem));
+    let count = match u32::try_from(*shards.get_ref()) {
+        Ok(count) if (1..=MOST_SHARDS).contains(&count) => count,
+        _ => return refused(&format!("{} is not allowed, it must be 1 to {MOST_SHARDS}", shards.get_ref())),
+    };
+    let longest = Shard { index: count - 1, count }.member(label).len();
+    match runs {
+        _ if count == 1 => Ok(count),
+        _ if longest > LONGEST_NAME => refused(&format!(
+            "the processes are called \"{label}/0\" and so on, which is longer than {LONGEST_NAME} characters; take a shorter \
+             label"
+        )),
+        Runs::BuiltIn { settings, .. } => settings.check_shards(count).map_or_else(|why| refused(&why), |()| Ok(count)),
+        _ => Ok(count),
+    }
+}
+
+fn built_in(file: &InputFile, node: &Spanned<String>, settings: Spanned<DeValue<'_>>) -> Result<Runs, InputError> {
+    let name = node.get_ref();
+    match BuiltIn::from_settings(name, ValueDeserializer::from(settings)) {
+        Some(Ok(settings)) => {
+            settings.check().map_err(|problem| file.error(node, &problem))?;
+            Ok(Runs::BuiltIn { node: name.clone(), settings })
+        }
+        Some(Err(error)) => Err(file.toml_error(&error)),
+        None => {
+            let problem = format!("\"{name}\" is unknown; it must be one of {}", BuiltIn::NAMES.join(", "));
+            Err(file.error(node, &problem))
+        }
+    }
+}
