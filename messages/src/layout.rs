@@ -129,7 +129,7 @@ header! {
         pub columns: u32,
         /// Characteristics only: how to estimate the density, see [`treatment`].
         pub treatment: u32,
-        /// Hull meshes only: interpolation points an axis (the paper's Ngrid).
+        /// Hull meshes only: interpolation points an axis (the paper's Ngrid), at most 20,000.
         pub resolution: u32,
         /// Carried meshes only: points a side if the initial points form a square lattice, `phi` outermost; else 0.
         pub lattice: u32,

@@ -18,6 +18,7 @@ use crate::failure::Failure;
 use crate::input::{Mode, positive};
 use crate::kit::{Form, Passage, Propagator};
 use crate::shard::Shard;
+use crate::snapshot_rules::MOST_RESOLUTION;
 
 /// Where the characteristics start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -90,6 +91,9 @@ impl Settings {
         let side = self.samples.isqrt();
         if self.samples < 4 {
             return Err(format!("samples = {} are too few for a mesh; it needs at least 4", self.samples));
+        }
+        if self.resolution > MOST_RESOLUTION {
+            return Err(format!("resolution = {} is too fine; it must be at most {MOST_RESOLUTION}", self.resolution));
         }
         if self.degree > MOST_DEGREE || (self.placement() == Placement::Lattice && self.degree >= side) {
             return Err(format!(

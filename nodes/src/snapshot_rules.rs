@@ -76,6 +76,9 @@ pub fn breaches(header: &SnapshotHeader, items: &[f64], assignment: &Assignment,
     found
 }
 
+/// Most interpolation points an axis of a hull mesh: four times the paper's. Each triangle may cost as many steps.
+pub const MOST_RESOLUTION: usize = 20_000;
+
 fn shape(header: &SnapshotHeader, items: &[f64]) -> Result<(), String> {
     let Some(column_count) = columns(header.kind) else {
         return Err(format!("its kind {} is unknown to this version", header.kind));
@@ -85,6 +88,9 @@ fn shape(header: &SnapshotHeader, items: &[f64]) -> Result<(), String> {
     }
     if items.len() as u64 != u64::from(header.rows) * u64::from(column_count) {
         return Err(format!("it holds {} numbers instead of {} x {column_count}", items.len(), header.rows));
+    }
+    if header.resolution as usize > MOST_RESOLUTION {
+        return Err(format!("its resolution is {}, at most {MOST_RESOLUTION} are interpolated", header.resolution));
     }
     Ok(())
 }
@@ -169,6 +175,7 @@ mod tests {
         assert_eq!(rules(SnapshotHeader { time: 0.5f64.next_up(), ..GOOD }, &items), [Rule::Time]);
         assert_eq!(rules(SnapshotHeader { kind: 99, ..GOOD }, &items), [Rule::Shape]);
         assert_eq!(rules(SnapshotHeader { columns: 3, ..GOOD }, &items), [Rule::Shape]);
+        assert_eq!(rules(SnapshotHeader { resolution: 20_001, ..GOOD }, &items), [Rule::Shape]);
         assert_eq!(rules(GOOD, &items[1..]), [Rule::Shape]);
         assert_eq!(rules(GOOD, &[0.1, f64::NAN, 0.3, 0.4]), [Rule::Finite]);
         assert_eq!(rules(GOOD, &[0.1, 0.2, 0.3, 1.0]), [Rule::Eccentricity]);
