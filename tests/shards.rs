@@ -169,6 +169,33 @@ fn a_shard_that_fails_for_good_fails_its_case_and_the_others_are_compared() {
 }
 
 #[test]
+fn after_a_scenario_that_one_shard_cannot_do_all_do_the_next() {
+    let bench = Bench::new();
+    bench.write("scenario-2.toml", &common::SCENARIO_1.replace("scenario-1", "scenario-2").replace("0.145", "0.2"));
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/faulty-propagator");
+    let launch = bench.write(
+        "two.toml",
+        &format!(
+            "name = \"two\"\nscenarios = [\"scenario-1.toml\", \"scenario-2.toml\"]\nreference = \"mc\"\nbins = [40, 40]\n\
+             [[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 2_000\nshards = 2\n\
+             [[propagator]]\nlabel = \"mine\"\nshards = 3\ncommand = [\"{}\", \"first-scenario\"]\n",
+            program.display()
+        ),
+    );
+    let output = bench.run(&launch, "out");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("scenario-1, mine: mine/1: not this one"), "{said}");
+    let rows = bench.table("out/moments.csv");
+    let of = |scenario: &str, method: &str| {
+        rows.iter().filter(|row| row["scenario"] == scenario && row["method"] == method).count()
+    };
+    assert_eq!([of("scenario-1", "mc"), of("scenario-2", "mc")], [5, 5], "{said}");
+    assert_eq!([of("scenario-1", "mine"), of("scenario-2", "mine")], [0, 5], "{said}");
+    assert_eq!(bench.domains(), [""; 0]);
+}
+
+#[test]
 fn a_shard_with_the_wrong_rows_is_refused_by_name() {
     let bench = Bench::new();
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/faulty-propagator");

@@ -66,6 +66,15 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
     if fault == "second-scenario" && assignment.scenario == 1 {
         std::process::exit(101);
     }
+    if fault == "first-scenario" && assignment.scenario == 0 && session.shard.index == 1 {
+        return Err(Failure::Refused("not this one".into()));
+    }
+    // Others know nothing of shards.
+    let total = match fault {
+        "range" => 2 * SAMPLES as u64 - 1,
+        "first-scenario" => SAMPLES as u64 * u64::from(session.shard.count),
+        _ => 0,
+    };
     let problem = &assignment.problem;
     let mut initial = problem.initial;
     if fault == "moments" {
@@ -116,9 +125,9 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
             rows: SAMPLES as u32,
             attempt: session.attempt,
             columns: if fault == "shape" && index > 0 { 3 } else { 2 },
-            total: if fault == "range" { 2 * SAMPLES as u64 - 1 } else { 0 },
-            shard: if fault == "range" { session.shard.index } else { 0 },
-            shards: if fault == "range" { session.shard.count } else { 0 },
+            total,
+            shard: if total > 0 { session.shard.index } else { 0 },
+            shards: if total > 0 { session.shard.count } else { 0 },
             label: pack(&session.label),
             ..SnapshotHeader::default()
         };
