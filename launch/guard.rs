@@ -5,11 +5,14 @@ use std::process::{Child, Command, ExitCode, ExitStatus};
 use std::time::{Duration, Instant};
 
 use messages::wait::Signals;
-use nodes::session::{ANY_SCENARIO, Session, end_with_launcher};
+use nodes::session::{ANY_SCENARIO, Session, end_with_launcher, has_launcher};
 use rustix::process::{Signal, kill_current_process_group};
 
 /// How long the program may take to end after it was asked to.
 const GRACE: Duration = Duration::from_secs(1);
+/// How long it has to act on the launcher's own signal, which goes to the whole group: a second one may hit an interpreter that
+/// has already put away its handlers.
+const PAUSE: Duration = Duration::from_millis(500);
 
 /// Runs a program in this process's group until it ends, or is to end, and ends as it did.
 pub fn run(words: &[String]) -> ExitCode {
@@ -32,15 +35,17 @@ fn guard(words: &[String]) -> Result<ExitStatus, String> {
     let mut child =
         Command::new(program).args(arguments).spawn().map_err(|e| format!("{program} cannot be started: {e}"))?;
     let mut asked: Option<Instant> = None;
+    let mut is_told = false;
     loop {
         if let Some(status) = look(&mut child)? {
             return Ok(status);
         }
         if signals.stop_requested() {
-            let asked = *asked.get_or_insert_with(|| {
+            let asked = *asked.get_or_insert_with(Instant::now);
+            if !is_told && (!has_launcher() || asked.elapsed() > PAUSE) {
                 let _ = kill_current_process_group(Signal::TERM);
-                Instant::now()
-            });
+                is_told = true;
+            }
             if asked.elapsed() > GRACE {
                 let _ = kill_current_process_group(Signal::KILL);
             }

@@ -1,6 +1,7 @@
 //! A run under way: its processes are started, looked after, restarted where that helps, and ended.
 
 mod arrivals;
+mod failing;
 mod patience;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,17 +14,15 @@ use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Roster, Scenario, Status};
 use messages::wait::Signals;
 use nodes::screen::{Refusal, screen};
-use nodes::shard::label_of_member;
 
 use crate::cases::Case;
 use crate::cli::Shown;
 use crate::commands::{BRIDGE, Commands, SCENARIO_NODE, SERVICES};
-use crate::ending;
-use crate::launch_file::{Launch, Restart, ScenarioInput};
+use crate::launch_file::{Launch, ScenarioInput};
 use crate::live::View;
 use crate::live::model::{Model, Stage};
 use crate::log_sink::LogSink;
-use crate::member::{MOST_RESTARTS, Member};
+use crate::member::Member;
 use crate::supervisor::{Ended, Supervisor};
 
 /// The launcher looks around at least this often.
@@ -243,39 +242,6 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// A process has ended before the run did: starts it again if that may help.
-    fn deal_with_end(&mut self, name: &str, status: std::process::ExitStatus) -> Result<(), Abort> {
-        self.supervisor.kill_leftovers(name);
-        // So that its places on the topics are free for its successor.
-        self.clean();
-        let has_failed = self.has_failed(name);
-        let may_restart = self.commands.launch.restart == Restart::OnFailure && !status.success();
-        let Some(member) = self.members.get_mut(name) else { return Ok(()) };
-        if has_failed {
-            // It has said why; it gets another chance with the next scenario.
-            member.rest();
-            return Ok(());
-        }
-        if may_restart && member.plan_restart(Instant::now()) {
-            self.view.note(&format!("{name}: {status}; it is started again"));
-            tracing::warn!("{name} has ended, {status}; it is started again");
-            return Ok(());
-        }
-        member.rest();
-        let restarted = if may_restart { format!(", also after {MOST_RESTARTS} restarts") } else { String::new() };
-        self.fail(name, format!("{}{restarted}", ending::explain(status)))
-    }
-
-    /// Whether a process, or the case that it is a shard of, has failed in the scenario under way.
-    fn has_failed(&self, name: &str) -> bool {
-        self.failures.contains_key(&(self.scenario, self.subject(name).to_owned()))
-    }
-
-    /// Whose failure that of a process is: its case's.
-    fn subject<'n>(&self, name: &'n str) -> &'n str {
-        if self.members.contains_key(name) { label_of_member(name) } else { name }
-    }
-
     /// Takes in which scenario has been published.
     fn take_scenarios(&mut self) -> Result<(), Abort> {
         while let Some(message) = self.scenarios.receive()? {
@@ -377,50 +343,6 @@ impl<'a> Run<'a> {
             member.begin_scenario(now);
         }
         self.publish_roster()
-    }
-
-    fn is_case(&self, name: &str) -> bool {
-        self.commands.launch.cases.iter().any(|case| case.label == name)
-    }
-
-    /// Fails a case of which another process has complained, and ends it; a stranger is named.
-    fn blame(&mut self, sender: &str, why: String) -> Result<(), Abort> {
-        let name: String = sender.escape_debug().collect();
-        if self.is_case(&name) {
-            self.fail(&name, why)?;
-            self.kill_case(&name, None);
-        } else {
-            self.view.error(&format!("{name}: {why}"));
-            tracing::warn!("{name}: {why}");
-            self.strangers.insert(name, why);
-        }
-        Ok(())
-    }
-
-    /// Notes a failure. A case that fails is left out of the scenario's comparison; without a service there is no run.
-    fn fail(&mut self, name: &str, why: String) -> Result<(), Abort> {
-        if SERVICES.contains(&name) || name == BRIDGE {
-            return Err(Abort::Fatal(format!("{name}: {why}")));
-        }
-        if !self.has_failed(name) {
-            let label = self.subject(name).to_owned();
-            let why = if label == name { why } else { format!("{name}: {why}") };
-            self.view.fail(&label, &why);
-            tracing::warn!("{label} has failed: {why}");
-            // Without one of its shards a case has no result.
-            self.kill_case(&label, Some(name));
-            self.failures.insert((self.scenario, label), why);
-            self.publish_roster()?;
-        }
-        Ok(())
-    }
-
-    /// Ends the shards of a case, but not the one `spared`; a case in one piece has one.
-    fn kill_case(&mut self, label: &str, spared: Option<&str>) {
-        let members = self.members.keys().filter(|name| label_of_member(name) == label);
-        for member in members.filter(|name| Some(name.as_str()) != spared) {
-            self.supervisor.kill(member);
-        }
     }
 
     fn publish_roster(&self) -> Result<(), Abort> {

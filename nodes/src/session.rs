@@ -211,15 +211,10 @@ impl Session {
         self.check_stop()
     }
 
-    /// Whether the launcher that started the node, if one did, lives.
-    pub fn has_launcher(&self) -> bool {
-        self.launcher.is_none_or(is_alive)
-    }
-
     /// Looks now and then whether the launcher lives.
     fn check_launcher(&self) -> Result<(), Failure> {
         if self.launcher_seen.get().elapsed() >= LONGEST_SLEEP {
-            if !self.has_launcher() {
+            if self.launcher.is_some_and(|launcher| !is_alive(launcher)) {
                 return Err(Failure::Stopped);
             }
             self.launcher_seen.set(Instant::now());
@@ -237,6 +232,11 @@ impl Session {
 /// The launcher that started this process, if one did.
 fn launcher() -> Option<i32> {
     std::env::var(LAUNCHER_VARIABLE).ok()?.parse().ok()
+}
+
+/// Whether the launcher that started this process, if one did, lives.
+pub fn has_launcher() -> bool {
+    launcher().is_none_or(is_alive)
 }
 
 /// Asks the kernel to stop this process should its launcher die, if a launcher started it.

@@ -16,14 +16,14 @@ use messages::wait::Awaited;
 use tempfile::TempDir;
 use zenoh::Session;
 
-use crate::contact::Contact;
+use super::contact::Contact;
+use super::landing::Landing;
+use super::pull::pull;
+use super::serve::serve;
+use super::session::open;
+use super::wire::key;
 use crate::endpoint::{Access, End, Tls};
-use crate::landing::Landing;
 use crate::plan::{Program, Share};
-use crate::pull::pull;
-use crate::serve::serve;
-use crate::session::open;
-use crate::wire::key;
 
 const RUN: u64 = 7;
 /// Far longer than anything here takes.

@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 /// Version of what this module describes; the headers of the messages have theirs in their names.
 pub const VERSION: u32 = 1;
 
-/// Most bytes of a message that one piece holds: small enough that a slow link brings one within [`crate::pull::PATIENCE`].
+/// Most bytes of a message that one piece holds: small enough that a slow link brings one within [`super::pull::PATIENCE`].
 pub const PIECE: usize = 512 << 10;
 
 /// A reader's question: go on with message `sequence` at byte `offset`.

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use zenoh::query::Query;
 use zenoh::{Session, Wait};
 
+use super::session::refused;
+use super::wire;
 use crate::plan::Plan;
-use crate::session::refused;
-use crate::wire;
 
 /// Where home listens for greetings.
 const KEY: &str = "phasecloud/greeting";

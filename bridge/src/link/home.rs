@@ -13,19 +13,19 @@ use nodes::failure::Failure;
 use nodes::log::{Format, Line};
 use nodes::newest::Newest;
 use nodes::screen::receive;
-use nodes::session::{ANY_SCENARIO, Session};
+use nodes::session::{ANY_SCENARIO, Session, has_launcher};
 use zenoh::Session as Zenoh;
 
-use crate::contact::Contact;
+use super::contact::Contact;
+use super::greeting::{self, Hello};
+use super::landing::{ComesHome, Landing};
+use super::log_stream;
+use super::pull::pull;
+use super::serve::serve;
+use super::session;
+use super::wire::key;
 use crate::endpoint::{Access, End};
-use crate::greeting::{self, Hello};
-use crate::landing::{ComesHome, Landing};
-use crate::log_stream;
 use crate::plan::{HOME, Plan};
-use crate::pull::pull;
-use crate::serve::serve;
-use crate::session;
-use crate::wire::key;
 
 /// How often the hosts are looked after.
 const LOOK: Duration = Duration::from_millis(100);
@@ -49,7 +49,7 @@ pub fn run(session: &Session, place: &Place, access: &Access, plans: BTreeMap<St
     session.ready()?;
     let mut home = Home { session, place, zenoh: &zenoh, hosts: BTreeMap::new(), threads: Vec::new() };
     let end = home.look_after(&joins);
-    if !session.has_launcher() {
+    if !has_launcher() {
         return end; // the run has not ended, it has died: workers are to find that out
     }
     home.hosts.values().for_each(|host| host.contact.stop());

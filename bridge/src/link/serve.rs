@@ -17,10 +17,10 @@ use zenoh::handlers::{FifoChannel, FifoChannelHandler};
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
-use crate::contact::Contact;
+use super::contact::Contact;
+use super::session::refused;
+use super::wire::{self, Ask, PIECE, Piece, kind};
 use crate::plan::NAME;
-use crate::session::refused;
-use crate::wire::{self, Ask, PIECE, Piece, kind};
 
 /// How long a question waits for a message before it is answered that there is none.
 const LONGEST_WAIT: Duration = Duration::from_millis(800);

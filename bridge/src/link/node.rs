@@ -6,9 +6,9 @@ use messages::domain::Place;
 use nodes::failure::Failure;
 use nodes::session::Session;
 
-use crate::greeting::Hello;
+use super::greeting::Hello;
+use super::{home, worker};
 use crate::plan::Post;
-use crate::{home, worker};
 
 /// Carries messages at the post that the file at `path` describes.
 ///

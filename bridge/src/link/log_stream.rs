@@ -13,10 +13,10 @@ use zenoh::qos::CongestionControl;
 use zenoh::query::ConsolidationMode;
 use zenoh::{Session, Wait};
 
-use crate::contact::Contact;
-use crate::serve::{answer, questions};
-use crate::session::refused;
-use crate::wire::{self, Ask, PIECE, Piece, kind};
+use super::contact::Contact;
+use super::serve::{answer, questions};
+use super::session::refused;
+use super::wire::{self, Ask, PIECE, Piece, kind};
 
 /// What the stream is called, beside those of the topics.
 pub const NAME: &str = "log";

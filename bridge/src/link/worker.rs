@@ -16,15 +16,15 @@ use nodes::screen::Screened;
 use nodes::session::Session;
 use zenoh::Session as Zenoh;
 
-use crate::contact::Contact;
+use super::contact::Contact;
+use super::greeting::{Hello, greet};
+use super::log_stream;
+use super::pull::{Sink, pull};
+use super::serve::serve;
+use super::session;
+use super::wire::key;
 use crate::endpoint::{Access, End};
-use crate::greeting::{Hello, greet};
-use crate::log_stream;
 use crate::plan::{HOME, NAME};
-use crate::pull::{Sink, pull};
-use crate::serve::serve;
-use crate::session;
-use crate::wire::key;
 
 /// How often home is greeted.
 const GREETINGS: Duration = Duration::from_millis(500);

@@ -11,10 +11,10 @@ use zenoh::qos::CongestionControl;
 use zenoh::query::{ConsolidationMode, Reply};
 use zenoh::{Session, Wait};
 
-use crate::contact::Contact;
-use crate::serve::draw;
-use crate::session::refused;
-use crate::wire::{self, Ask, Piece, kind};
+use super::contact::Contact;
+use super::serve::draw;
+use super::session::refused;
+use super::wire::{self, Ask, Piece, kind};
 
 /// Longest wait for the next piece before the question is asked again.
 pub const PATIENCE: Duration = Duration::from_secs(4);

@@ -11,8 +11,8 @@ use messages::wait::Awaited;
 use nodes::failure::Failure;
 use nodes::shard::Shard;
 
+use super::pull::Sink;
 use crate::plan::{NAME, Share};
-use crate::pull::Sink;
 
 /// A topic whose messages come home.
 pub trait ComesHome: Topic {

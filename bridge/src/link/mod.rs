@@ -1,0 +1,25 @@
+//! All that needs a connection.
+//!
+//! - [`session`]: zenoh, set up for one home host and its workers
+//! - [`greeting`]: a worker host introduces itself at home and is told its share
+//! - [`wire`], [`serve`], [`pull`]: the stream of a topic's messages, its sender, its reader
+//! - [`landing`]: what has been pulled goes into the local domain, once
+//! - [`log_stream`]: the log follows; [`contact`]: who was last heard when
+//! - [`home`], [`worker`]: the node at either end, [`node`] tells which
+
+mod contact;
+pub mod greeting;
+mod home;
+mod landing;
+mod log_stream;
+mod node;
+mod pull;
+mod serve;
+pub mod session;
+mod wire;
+mod worker;
+
+pub use node::run;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,90 @@
+//! What goes wrong: processes that end, cases that fail.
+
+use std::time::Instant;
+
+use nodes::shard::label_of_member;
+
+use super::{Abort, Run};
+use crate::commands::{BRIDGE, SERVICES};
+use crate::ending;
+use crate::launch_file::Restart;
+use crate::member::MOST_RESTARTS;
+
+impl Run<'_> {
+    /// A process has ended before the run did: starts it again if that may help.
+    pub(super) fn deal_with_end(&mut self, name: &str, status: std::process::ExitStatus) -> Result<(), Abort> {
+        self.supervisor.kill_leftovers(name);
+        // So that its places on the topics are free for its successor.
+        self.clean();
+        let has_failed = self.has_failed(name);
+        let may_restart = self.commands.launch.restart == Restart::OnFailure && !status.success();
+        let Some(member) = self.members.get_mut(name) else { return Ok(()) };
+        if has_failed {
+            // It has said why; it gets another chance with the next scenario.
+            member.rest();
+            return Ok(());
+        }
+        if may_restart && member.plan_restart(Instant::now()) {
+            self.view.note(&format!("{name}: {status}; it is started again"));
+            tracing::warn!("{name} has ended, {status}; it is started again");
+            return Ok(());
+        }
+        member.rest();
+        let restarted = if may_restart { format!(", also after {MOST_RESTARTS} restarts") } else { String::new() };
+        self.fail(name, format!("{}{restarted}", ending::explain(status)))
+    }
+
+    /// Whether a process, or the case that it is a shard of, has failed in the scenario under way.
+    pub(super) fn has_failed(&self, name: &str) -> bool {
+        self.failures.contains_key(&(self.scenario, self.subject(name).to_owned()))
+    }
+
+    /// Whose failure that of a process is: its case's.
+    pub(super) fn subject<'n>(&self, name: &'n str) -> &'n str {
+        if self.members.contains_key(name) { label_of_member(name) } else { name }
+    }
+
+    pub(super) fn is_case(&self, name: &str) -> bool {
+        self.commands.launch.cases.iter().any(|case| case.label == name)
+    }
+
+    /// Fails a case of which another process has complained, and ends it; a stranger is named.
+    pub(super) fn blame(&mut self, sender: &str, why: String) -> Result<(), Abort> {
+        let name: String = sender.escape_debug().collect();
+        if self.is_case(&name) {
+            self.fail(&name, why)?;
+            self.kill_case(&name, None);
+        } else {
+            self.view.error(&format!("{name}: {why}"));
+            tracing::warn!("{name}: {why}");
+            self.strangers.insert(name, why);
+        }
+        Ok(())
+    }
+
+    /// Notes a failure. A case that fails is left out of the scenario's comparison; without a service there is no run.
+    pub(super) fn fail(&mut self, name: &str, why: String) -> Result<(), Abort> {
+        if SERVICES.contains(&name) || name == BRIDGE {
+            return Err(Abort::Fatal(format!("{name}: {why}")));
+        }
+        if !self.has_failed(name) {
+            let label = self.subject(name).to_owned();
+            let why = if label == name { why } else { format!("{name}: {why}") };
+            self.view.fail(&label, &why);
+            tracing::warn!("{label} has failed: {why}");
+            // Without one of its shards a case has no result.
+            self.kill_case(&label, Some(name));
+            self.failures.insert((self.scenario, label), why);
+            self.publish_roster()?;
+        }
+        Ok(())
+    }
+
+    /// Ends the shards of a case, but not the one `spared`; a case in one piece has one.
+    pub(super) fn kill_case(&mut self, label: &str, spared: Option<&str>) {
+        let members = self.members.keys().filter(|name| label_of_member(name) == label);
+        for member in members.filter(|name| Some(name.as_str()) != spared) {
+            self.supervisor.kill(member);
+        }
+    }
+}
