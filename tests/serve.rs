@@ -144,8 +144,11 @@ fn a_service_does_not_grow() {
             assert!(submit(&bench, &bench.path("scenario-1.toml")).status.success());
         }
     };
+    let served = number("PHASECLOUD_SERVED", 40);
+    // Until every place in the pools of messages has been used once.
+    request(10.max(served / 5));
     let processes = of_runs_below(&bench.path(""));
-    request(10);
+    assert_eq!(processes.len(), 6, "{processes:?}");
     let measure = || {
         std::thread::sleep(Duration::from_secs(1)); // the launcher cleans up after those who asked
         let held: Vec<_> = processes.iter().map(|process| holdings(process.pid)).collect();
@@ -160,12 +163,12 @@ fn a_service_does_not_grow() {
         )
     };
     let (before, shared_before, files_before) = measure();
-    let served = number("PHASECLOUD_SERVED", 40);
     request(served);
     let (after, shared_after, files_after) = measure();
     for ((process, before), after) in processes.iter().zip(&before).zip(&after) {
         println!("{}: {before:?} -> {after:?} (kB, descriptors) over {served} scenarios", process.label);
-        assert_eq!(before.1, after.1, "descriptors of {}", process.label);
+        // A connection to who has just asked may still be open, or not yet.
+        assert!(after.1 <= before.1 + 4, "descriptors of {}: {before:?} -> {after:?}", process.label);
         // Allocators keep some; a leak of one small snapshot a scenario would be 32 kB x scenarios.
         assert!(after.0 < before.0 + 4096 + 4 * served, "memory of {}: {before:?} -> {after:?}", process.label);
     }

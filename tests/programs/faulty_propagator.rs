@@ -40,7 +40,7 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
             drop(outlet.take());
             if fault != "no-passage" {
                 let Assignment { run_id, scenario, .. } = assignment;
-                let (label, reason) = (pack(&session.name), pack("it does not look"));
+                let (label, reason) = (pack(&session.label), pack("it does not look"));
                 passages
                     .send_items(PassageHeader { run_id, scenario, label, reason, ..PassageHeader::default() }, &[])?;
             }
