@@ -162,7 +162,7 @@ fn plain_connections_beyond_loopback_need_an_explicit_word() {
 }
 
 #[test]
-fn strange_versions_names_and_doubles_are_refused_by_name_and_the_run_goes_on() {
+fn strange_versions_and_names_are_refused_by_name_and_the_run_goes_on() {
     let site = Site::new(&["worker-a"]);
     let launch = site.launch_file("versions", CASES, "");
     let run = site.run(&launch, &[]);

@@ -193,3 +193,28 @@ fn say(host: &str, line: &str) {
     line.node = format!("{}@{host}", line.node);
     let _ = writeln!(std::io::stderr(), "{}", line.to_text(Format::Json));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_belongs_to_one_process_until_that_is_gone() {
+        let plan = Plan {
+            run_id: 7,
+            name: "run".into(),
+            propagators: 1,
+            cases: 1,
+            snapshots: 2,
+            restart: true,
+            members: Vec::new(),
+        };
+        let register = Register { plans: BTreeMap::from([("a".to_owned(), plan)]), present: Mutex::default() };
+        let contact = register.welcome(&Hello::of("a", 1)).unwrap().1.unwrap();
+        assert!(register.welcome(&Hello::of("a", 1)).unwrap().1.is_none(), "it is there already");
+        assert!(register.welcome(&Hello::of("a", 2)).unwrap_err().contains("another process has joined as a"));
+        contact.end();
+        assert!(register.welcome(&Hello::of("a", 2)).unwrap().1.is_some());
+        assert!(register.welcome(&Hello::of("b", 3)).unwrap_err().contains("no host \"b\"; there are a"));
+    }
+}
