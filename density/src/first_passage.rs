@@ -12,8 +12,6 @@ pub mod empirical;
 pub mod exact;
 pub mod times;
 
-use std::f64::consts::PI;
-
 use crate::dynamics::{Force, SUN_MEAN_MOTION};
 
 /// Evenly spaced times from 0 to `end` \[yr\], both included; a single 0 if `count < 2`.
@@ -99,11 +97,6 @@ impl Quintic {
         }
         high
     }
-}
-
-/// The representative of `phi` in `[-π, π)`, as the cylinder's distribution function wants it.
-fn principal(phi: f64) -> f64 {
-    crate::angle::fold(phi, -PI)
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! The flow: many orbits moved forward or backward in time by one batched Taylor-series integrator (`flow/taylor.rs`).
 
+pub(crate) mod record;
 mod taylor;
 mod threshold;
 
 use rayon::prelude::*;
+use record::{Recorder, Step};
 use taylor::Watch;
 use threshold::Threshold;
 
@@ -139,6 +141,19 @@ impl Flow {
                 (x1[lost], x2[lost]) = (f64::NAN, f64::NAN);
             }
         });
+    }
+
+    /// The orbits that start at `states`, each followed for `years[i]` > 0 and recorded step by step, and where each ends;
+    /// `None` for an orbit that cannot be followed.
+    pub(crate) fn record(&self, states: &[State], years: &[f64]) -> Vec<Option<(Vec<Step>, State)>> {
+        let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = states.iter().map(|state| (state.x1, state.x2)).unzip();
+        let mut recorder = Recorder { steps: vec![Vec::new(); states.len()] };
+        let lost = self.integrate(&mut x1, &mut x2, years, &mut recorder);
+        let mut recorded: Vec<_> = (recorder.steps.into_iter().zip(x1.iter().zip(&x2)))
+            .map(|(steps, (&x1, &x2))| Some((steps, State { x1, x2 })))
+            .collect();
+        lost.into_iter().for_each(|orbit| recorded[orbit] = None);
+        recorded
     }
 
     /// Moves one orbit by `years`.

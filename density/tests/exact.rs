@@ -92,7 +92,7 @@ fn rare_probabilities_above_critical_e_agree_with_a_scan_of_the_initial_plane() 
         let probability = exact.probability_above(problem.critical_e, time).unwrap();
         let scanned = probability_above_by_lines(&problem, time);
         assert!((probability.value / scanned - 1.0).abs() < 1e-4, "{time} {probability:?} {scanned:e}");
-        assert!(probability.error < 1e-9 * probability.value);
+        assert!(probability.error < 1e-5 * probability.value);
     }
 }
 
@@ -145,10 +145,14 @@ fn joint_density_has_the_mass_that_its_border_encloses() {
         let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
         for index in 0..problem.times.len() {
             let snapshot = exact.snapshot(&grids, index).unwrap();
-            assert!(snapshot.joint_error < 1e-5, "{number} {index} {}", snapshot.joint_error);
+            assert!(
+                snapshot.joint_error <= Settings::default().joint_error,
+                "{number} {index} {}",
+                snapshot.joint_error
+            );
             // The grid bounds the 4-sigma ellipse, outside which 3.4e-4 lie, but not all of that is outside the grid.
             assert!(snapshot.mass_outside > 0.0 && snapshot.mass_outside < 3.4e-4);
-            assert!((snapshot.estimate.mass() + snapshot.mass_outside - 1.0).abs() < 1e-6);
+            assert!((snapshot.estimate.mass() + snapshot.mass_outside - 1.0).abs() < 1e-6 + snapshot.joint_error);
         }
     }
 }

@@ -102,7 +102,7 @@ proptest! {
     fn exact_joint_density_and_what_lies_outside_make_one(problem in problem()) {
         let flow = Flow::new(problem.force);
         let grids = comparison_grids(&problem, &flow, 40, 40).unwrap();
-        let settings = Settings { moment_error: 1e-6, joint_error: 1e-3, most_orbits: 200_000 };
+        let settings = Settings { moment_error: 1e-6, joint_error: 1e-3, ..Settings::default() };
         let snapshot = Exact::new(&problem, &flow, settings).snapshot(&grids, 0).unwrap();
         let sum = snapshot.estimate.mass() + snapshot.mass_outside;
         prop_assert!((sum - 1.0).abs() <= snapshot.joint_error, "{} {}", sum, snapshot.joint_error);

@@ -1,7 +1,7 @@
 //! The exact density: no samples, no mesh, no mixture, only the flow run backwards and quadrature.
 
-use density::exact::{Exact, ExactSnapshot, Settings as ExactSettings};
-use density::first_passage::exact::exact_curve;
+use density::exact::{Estimated, Exact, ExactSnapshot, Limits, Settings as ExactSettings};
+use density::first_passage::exact::curve;
 use messages::layout::{DENSITY_HEAD, kind};
 use serde::{Deserialize, Serialize};
 
@@ -18,8 +18,15 @@ pub struct Settings {
     pub moment_error: f64,
     /// Tolerated L1 error of the joint density.
     pub joint_error: f64,
-    /// Orbits that moments, and likewise the joint density, may take at one snapshot.
+    /// Orbits that moments, the probability above the critical eccentricity, the joint density and the first-passage curve may
+    /// take each, at one snapshot.
     pub most_orbits: usize,
+    /// Error estimate of the moments, in standard deviations, above which they are withheld.
+    pub largest_moment_error: f64,
+    /// The same of probabilities.
+    pub largest_probability_error: f64,
+    /// The same of the joint density, in L1.
+    pub largest_joint_error: f64,
     /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracySetting>,
@@ -27,19 +34,51 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        let ExactSettings { moment_error, joint_error, most_orbits } = ExactSettings::default();
-        Self { moment_error, joint_error, most_orbits, accuracy: None }
+        let ExactSettings { moment_error, joint_error, most_orbits, limits } = ExactSettings::default();
+        let Limits { moments, probability, joint } = limits;
+        Self {
+            moment_error,
+            joint_error,
+            most_orbits,
+            largest_moment_error: moments,
+            largest_probability_error: probability,
+            largest_joint_error: joint,
+            accuracy: None,
+        }
     }
 }
 
 impl Settings {
     /// Whether the settings can be met at all.
     pub(crate) fn check(&self) -> Result<(), String> {
-        let tolerances = [self.moment_error, self.joint_error];
-        if tolerances.iter().all(|tolerance| tolerance.is_finite() && *tolerance > 0.0) && self.most_orbits > 0 {
-            return Ok(());
+        let aims = [("moment_error", self.moment_error), ("joint_error", self.joint_error)];
+        let limits = [
+            ("largest_moment_error", self.largest_moment_error),
+            ("largest_probability_error", self.largest_probability_error),
+            ("largest_joint_error", self.largest_joint_error),
+        ];
+        if let Some((name, value)) = aims.iter().chain(&limits).find(|(_, value)| !(value.is_finite() && *value > 0.0))
+        {
+            return Err(format!("{name} is {value}, it must be greater than 0"));
         }
-        Err("moment_error, joint_error and most_orbits must be greater than 0".into())
+        if self.most_orbits == 0 {
+            return Err("most_orbits must be greater than 0".into());
+        }
+        Ok(())
+    }
+
+    fn science(&self) -> ExactSettings {
+        let limits = Limits {
+            moments: self.largest_moment_error,
+            probability: self.largest_probability_error,
+            joint: self.largest_joint_error,
+        };
+        ExactSettings {
+            moment_error: self.moment_error,
+            joint_error: self.joint_error,
+            most_orbits: self.most_orbits,
+            limits,
+        }
     }
 }
 
@@ -54,8 +93,7 @@ pub struct ExactDensity {
 impl ExactDensity {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        let Settings { moment_error, joint_error, most_orbits, accuracy } = settings;
-        Self { settings: ExactSettings { moment_error, joint_error, most_orbits }, accuracy, work: None }
+        Self { settings: settings.science(), accuracy: settings.accuracy, work: None }
     }
 }
 
@@ -95,10 +133,13 @@ impl Propagator for ExactDensity {
 
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let (assignment, _) = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
-        let curve =
-            exact_curve(&assignment.problem, &AccuracySetting::flow(self.accuracy, assignment.problem.force), times)?;
-        let row = |(&time, p): (&f64, &density::exact::pullback::Quadrature)| {
-            [time, p.value, (p.value - p.error).max(0.0), (p.value + p.error).min(1.0)]
+        let flow = AccuracySetting::flow(self.accuracy, assignment.problem.force);
+        let ExactSettings { most_orbits, limits, .. } = self.settings;
+        let curve = curve(&assignment.problem, &flow, times, most_orbits)?;
+        // A probability that is not stood behind is withheld; its bounds are known all the same.
+        let row = |(&time, p): (&f64, &Estimated)| {
+            let value = if p.error <= limits.probability { p.value } else { f64::NAN };
+            [time, value, (p.value - p.error).max(0.0), (p.value + p.error).min(1.0)]
         };
         Ok(Passage::Curve(times.iter().zip(&curve).map(row).collect()))
     }

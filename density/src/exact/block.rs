@@ -6,7 +6,7 @@
 
 use crate::grid::Axis;
 
-use super::measure::{Measure, Side};
+use super::measure::Measure;
 use super::panel::{Panel, Resolution, chebyshev_nodes};
 
 /// Nodes in either direction.
@@ -135,7 +135,7 @@ impl Block {
     pub(super) fn masses(&self, map: &BackwardMap, measure: &Measure, axes: (&Axis, &Axis)) -> Vec<BinMass> {
         let (phi, e) = (self.phi.edges(axes.0), self.e.edges(axes.1));
         let along = |panel: Panel<N>, edges: &[f64]| -> Vec<[f64; 2]> {
-            let form = |resolution, w: &[f64]| panel.circulation(measure, Side::Below, resolution, (w[0], w[1])).value;
+            let form = |resolution, w: &[f64]| panel.circulation(measure, resolution, (w[0], w[1]));
             edges.windows(2).map(|w| [Resolution::FINE, Resolution::COARSE].map(|r| form(r, w))).collect()
         };
         let upright: Vec<Vec<[f64; 2]>> = phi.iter().map(|&x| along(map.at_phi(x), &e)).collect();

@@ -1,87 +1,157 @@
-//! Where a cloud cannot be: the Hamiltonian is constant along every orbit, so a region whose values of `H` the cloud did
-//! not have at `t = 0` is empty at all times. Saves following orbits from wild corners of the comparison grid.
+//! One closed orbit, from where it is least eccentric, once round.
+//!
+//! Time along the orbit is an angle of the Sun, `θ = n_sun t` \[rad\], from `θ = 0` at the least eccentric point to the most
+//! eccentric one at half a period; the other half is the mirror image. The integrator's own Taylor series are kept, so a state
+//! at any time is a polynomial, and `t` years later is the same orbit at `θ + n_sun t`, taken modulo the period: how far ahead
+//! that is costs nothing.
 
-use std::f64::consts::TAU;
+use crate::dynamics::{Force, SUN_MEAN_MOTION, State};
+use crate::flow::Flow;
+use crate::flow::record::Step;
 
-use crate::dynamics::{Force, State};
+/// Most steps of half an orbit: that of an orbit within rounding of a separatrix has a few hundred.
+const MOST_STEPS: usize = 3000;
+/// Most years that half an orbit is followed.
+const MOST_YEARS: f64 = 400.0;
+/// Parts of a step in each of which an orbit crosses the axis at most once.
+const PARTS: u32 = 16;
 
-use super::measure::Measure;
-
-/// Standard deviations out to which the cloud is looked for: 7e-10 of it lies beyond.
-const RADIUS: f64 = 6.5;
-
-/// A closed interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Interval {
-    pub low: f64,
-    pub high: f64,
+/// A closed orbit.
+#[derive(Debug, Clone)]
+pub(crate) struct Contour {
+    /// Half its period \[rad\].
+    pub half: f64,
+    /// Start of each step \[rad\], ascending from 0.
+    starts: Vec<f64>,
+    steps: Vec<Step>,
 }
 
-impl Interval {
-    pub(super) fn meets(self, other: Self) -> bool {
-        self.low <= other.high && other.low <= self.high
-    }
-
-    fn hull(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
+/// An orbit on its way.
+struct Trace {
+    place: usize,
+    state: State,
+    years: f64,
+    starts: Vec<f64>,
+    steps: Vec<Step>,
 }
 
-/// Bounds of `H` on the rectangle `phi` x `e`.
-pub(super) fn hamiltonian_range(force: Force, phi: (f64, f64), e: (f64, f64)) -> Interval {
-    let (e_low, e_high) = (e.0.clamp(0.0, 1.0), e.1.clamp(0.0, 1.0));
-    let cos = cosine_range(phi.0, phi.1);
-    let products = [e_low * cos.low, e_low * cos.high, e_high * cos.low, e_high * cos.high];
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    products.iter().for_each(|&p| (low, high) = (low.min(p), high.max(p)));
-    // s + (W/3)/s³ is convex in s, with its minimum at s⁴ = W.
-    let even = |s: f64| s + force.oblateness / (3.0 * s.powi(3));
-    let (s_low, s_high) = ((1.0 - e_high * e_high).sqrt(), (1.0 - e_low * e_low).sqrt());
-    let even_high = if s_low > 0.0 || force.oblateness > 0.0 { even(s_low).max(even(s_high)) } else { s_high };
-    let even_low =
-        even(force.oblateness.sqrt().sqrt().clamp(s_low.max(f64::MIN_POSITIVE), s_high.max(f64::MIN_POSITIVE)));
-    Interval { low: even_low + force.radiation * low, high: even_high + force.radiation * high }
-}
-
-fn cosine_range(from: f64, to: f64) -> Interval {
-    let holds = |angle: f64| ((from - angle) / TAU).ceil() * TAU + angle <= to;
-    let (a, b) = (from.cos(), to.cos());
-    Interval {
-        low: if holds(std::f64::consts::PI) { -1.0 } else { a.min(b) },
-        high: if holds(0.0) { 1.0 } else { a.max(b) },
-    }
-}
-
-/// The values of `H` that the cloud has.
-pub(super) fn cloud_range(force: Force, measure: &Measure) -> Interval {
-    const PARTS: u32 = 48;
-    let gaussian = measure.gaussian;
-    let edge = |i: u32| RADIUS * (2.0 * f64::from(i) / f64::from(PARTS) - 1.0);
-    let least = |i: u32| edge(i).max(-edge(i + 1)).max(0.0);
-    let mut range: Option<Interval> = None;
-    for (i, j) in (0..PARTS * PARTS).map(|k| (k / PARTS, k % PARTS)) {
-        if least(i).hypot(least(j)) > RADIUS {
-            continue;
+impl Contour {
+    /// The orbits through `(0, q)`, where they are least eccentric; `None` for one that does not come round within the domain
+    /// `e < 1` and [`MOST_YEARS`].
+    pub(crate) fn trace(flow: &Flow, points: &[f64]) -> Vec<Option<Self>> {
+        let mut contours: Vec<Option<Self>> = vec![None; points.len()];
+        let mut under_way: Vec<Trace> = points.iter().enumerate().map(|(k, &q)| Trace::new(flow.force, k, q)).collect();
+        while !under_way.is_empty() {
+            let states: Vec<State> = under_way.iter().map(|trace| trace.state).collect();
+            let years: Vec<f64> = under_way.iter().map(|trace| trace.years).collect();
+            let recorded = flow.record(&states, &years);
+            let mut next = Vec::new();
+            for (mut trace, recorded) in under_way.into_iter().zip(recorded) {
+                let Some((steps, end)) = recorded else { continue };
+                match trace.take(steps, end) {
+                    Some(half) => {
+                        let Trace { place, starts, steps, .. } = trace;
+                        contours[place] = Some(Self { half, starts, steps });
+                    }
+                    None if trace.may_go_on() => next.push(trace),
+                    None => {}
+                }
+            }
+            under_way = next;
         }
-        let ((phi_low, e_low), (phi_high, e_high)) =
-            (gaussian.point(edge(i), edge(j)), gaussian.point(edge(i + 1), edge(j + 1)));
-        if e_high <= 0.0 || e_low >= 1.0 {
-            continue;
-        }
-        let cell = hamiltonian_range(force, (phi_low, phi_high), (e_low, e_high));
-        range = Some(range.map_or(cell, |range| range.hull(cell)));
+        contours
     }
-    range.unwrap_or(Interval { low: f64::NEG_INFINITY, high: f64::INFINITY })
+
+    /// The period \[rad\].
+    pub(crate) fn period(&self) -> f64 {
+        2.0 * self.half
+    }
+
+    /// The time `theta` on the orbit, between minus and plus half a period.
+    pub(crate) fn wrap(&self, theta: f64) -> f64 {
+        let turns = (theta / self.period()).round();
+        (theta - turns * self.period()).clamp(-self.half, self.half)
+    }
+
+    /// The state at a time between minus and plus half a period.
+    #[inline]
+    pub(crate) fn at(&self, theta: f64) -> State {
+        let time = theta.abs().min(self.half);
+        let step = self.starts.partition_point(|&start| start <= time).max(1) - 1;
+        let State { x1, x2 } = self.steps[step].at(time - self.starts[step]);
+        State { x1: if theta < 0.0 { -x1 } else { x1 }, x2 }
+    }
+
+    /// The ends of the integrator's steps on the first half, 0 and half a period included: between two of them every smooth
+    /// function of the state is well resolved by a rule of eight points.
+    pub(crate) fn knots(&self) -> impl Iterator<Item = f64> + '_ {
+        self.starts.iter().copied().filter(|&start| start < self.half).chain([self.half])
+    }
+
+    /// The time between 0 and half a period at which the eccentricity grows beyond `e`; `None` if it never is as large, 0 if it
+    /// is at all times.
+    pub(crate) fn rises_above(&self, e: f64) -> Option<f64> {
+        let below = |theta: f64| {
+            let State { x1, x2 } = self.at(theta);
+            x1 * x1 + x2 * x2 < e * e
+        };
+        if !below(0.0) {
+            return Some(0.0);
+        }
+        (!below(self.half)).then(|| {
+            let (mut low, mut high) = (0.0_f64, self.half);
+            while low.midpoint(high) > low && low.midpoint(high) < high {
+                let middle = low.midpoint(high);
+                if below(middle) { low = middle } else { high = middle }
+            }
+            high
+        })
+    }
 }
 
-/// How far, at least, a state lies from the cloud at `t = 0` in the `(x1, x2)` plane; 0 inside [`RADIUS`].
-pub(super) fn distance_from_cloud(measure: &Measure, state: State) -> f64 {
-    let gaussian = measure.gaussian;
-    let e = state.eccentricity();
-    let radial = (measure.e_sigmas(e).abs() - RADIUS) * gaussian.sigma_e;
-    let angle = (measure.phi_sigmas(state.solar_angle()).abs() - RADIUS) * gaussian.sigma_phi;
-    let beside = if angle > 0.0 { e * angle.min(TAU / 4.0).sin() } else { 0.0 };
-    radial.max(beside).max(0.0)
+impl Trace {
+    fn new(force: Force, place: usize, q: f64) -> Self {
+        let state = State { x1: 0.0, x2: q };
+        let s = state.s();
+        let pace = 1.0 + force.radiation + force.oblateness / s.powi(4);
+        Self { place, state, years: 0.5 / pace, starts: Vec::new(), steps: Vec::new() }
+    }
+
+    /// Takes in what has been recorded; half the period if the orbit has come to the other side of the axis.
+    fn take(&mut self, steps: Vec<Step>, end: State) -> Option<f64> {
+        for step in steps {
+            let start = self.starts.last().zip(self.steps.last()).map_or(0.0, |(start, last)| start + last.length);
+            let crossing = crossing(&step);
+            self.starts.push(start);
+            self.steps.push(step);
+            if let Some(time) = crossing {
+                return Some(start + time);
+            }
+        }
+        (self.state, self.years) = (end, 2.0 * self.years);
+        None
+    }
+
+    fn may_go_on(&self) -> bool {
+        self.years < MOST_YEARS && self.steps.len() < MOST_STEPS
+    }
+}
+
+/// Where in a step `x1` comes to zero from above.
+fn crossing(step: &Step) -> Option<f64> {
+    let time = |k: u32| step.length * f64::from(k) / f64::from(PARTS);
+    let part = (1..=PARTS).find(|&k| step.at(time(k)).x1 <= 0.0)?;
+    let (mut low, mut high) = (time(part - 1), time(part));
+    while low.midpoint(high) > low && low.midpoint(high) < high {
+        let middle = low.midpoint(high);
+        if step.at(middle).x1 > 0.0 { low = middle } else { high = middle }
+    }
+    Some(low.midpoint(high))
+}
+
+/// `n_sun t` of a time in years.
+pub(crate) fn angle_of(years: f64) -> f64 {
+    SUN_MEAN_MOTION * years
 }
 
 #[cfg(test)]
@@ -89,23 +159,44 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hamiltonian_range_encloses_the_hamiltonian() {
-        let force = Force { radiation: 0.15, oblateness: 0.40921 };
-        for (phi, e) in [((0.2, 1.0), (0.1, 0.3)), ((2.0, 4.0), (0.0, 0.7)), ((-0.3, 0.4), (0.5, 0.9))] {
-            let range = hamiltonian_range(force, phi, e);
-            for (i, j) in (0..21 * 21).map(|k| (f64::from(k / 21) / 20.0, f64::from(k % 21) / 20.0)) {
-                let state = State::from_polar(phi.0 + i * (phi.1 - phi.0), e.0 + j * (e.1 - e.0));
-                let h = force.hamiltonian(state);
-                assert!(h >= range.low - 1e-12 && h <= range.high + 1e-12, "{h} {range:?}");
+    fn an_orbit_is_where_the_flow_takes_it_after_any_number_of_periods() {
+        let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.40921 });
+        for q in [-0.3, -0.01, 0.2, 0.52, 0.8] {
+            let contour = Contour::trace(&flow, &[q]).remove(0).unwrap();
+            for years in [0.1, 1.0, 7.3] {
+                let there = contour.at(contour.wrap(0.4 + angle_of(years)));
+                let start = contour.at(0.4);
+                let flown = flow.advance_one(start, years).unwrap();
+                assert!((there.x1 - flown.x1).hypot(there.x2 - flown.x2) < 1e-10, "{q} {years} {there:?} {flown:?}");
             }
         }
     }
 
     #[test]
-    fn a_cloud_at_small_eccentricity_cannot_reach_the_rim() {
-        let problem = crate::problem::paper::scenario(1);
-        let cloud = cloud_range(problem.force, &Measure::new(problem.initial));
-        let at = |e: (f64, f64)| hamiltonian_range(problem.force, (0.0, 0.5), e).meets(cloud);
-        assert!(!at((0.9, 0.95)) && !at((0.95, 1.0)) && at((0.3, 0.5)));
+    fn an_orbit_is_its_own_mirror_image() {
+        let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.40921 });
+        let contour = Contour::trace(&flow, &[0.1]).remove(0).unwrap();
+        let (start, end) = (contour.at(-0.5), contour.at(0.5));
+        let flown = flow.advance_one(start, 1.0 / SUN_MEAN_MOTION).unwrap();
+        assert!((flown.x1 - end.x1).hypot(flown.x2 - end.x2) < 1e-12);
+    }
+
+    #[test]
+    fn without_oblateness_the_period_is_that_of_the_rigid_rotation() {
+        let flow = Flow::new(Force { radiation: 0.3, oblateness: 0.0 });
+        let contour = Contour::trace(&flow, &[0.05]).remove(0).unwrap();
+        let period = SUN_MEAN_MOTION / (1.0 + 0.3f64 * 0.3).sqrt();
+        assert!((contour.period() - period).abs() < 1e-11, "{} {period}", contour.period());
+        assert!(Contour::trace(&flow, &[-0.95])[0].is_none(), "it leaves e < 1");
+    }
+
+    #[test]
+    fn the_eccentricity_rises_above_a_value_once_in_a_half() {
+        let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.40921 });
+        let contour = Contour::trace(&flow, &[-0.1]).remove(0).unwrap();
+        let time = contour.rises_above(0.4).unwrap();
+        assert!((contour.at(time).eccentricity() - 0.4).abs() < 1e-13);
+        assert_eq!(contour.rises_above(0.05), Some(0.0));
+        assert_eq!(contour.rises_above(0.99), None);
     }
 }

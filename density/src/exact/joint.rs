@@ -1,158 +1,166 @@
 //! The joint density on the comparison grid as exact bin averages.
 //!
-//! The grid is cut into blocks of bins; on each the backward flow becomes a polynomial ([`super::block`]). Blocks whose
-//! last coefficients are not yet small against the cloud are halved, down to parts of a bin. A bin's probability is a
-//! circulation along its edges ([`super::measure`]), so a cloud thinner than a bin is no harder than a broad one, and the
-//! probabilities of the bins add up to that of the grid by construction but for the difference between neighbouring
-//! polynomials. The whole is checked against the circulation along the grid's outer border, which uses none of the blocks.
+//! Every orbit is followed once round, from grid line to grid line. What lies between two of them is in one bin, and its
+//! probability is that of the same arc `t` earlier on the orbit, a difference of a function that only grows
+//! ([`super::share`]). So bins get positive probabilities that add up to that of the cloud, however thin it has been wound, and
+//! the only error is that of the integral over the orbits: the difference between its two rules, bin by bin.
 
 use rayon::prelude::*;
 
-use crate::dynamics::State;
-use crate::flow::{Escaped, Flow};
+use crate::angle::nearest;
+use crate::dynamics::Force;
 use crate::grid::Grid;
 
-use super::block::{BackwardMap, BinMass, Block, N, Range};
-use super::contour::{Interval, cloud_range, distance_from_cloud, hamiltonian_range};
-use super::measure::{Measure, Side};
-use super::panel::chebyshev_transform;
-use super::pullback::{Quadrature, circulation};
-
-/// Share of the tolerated L1 error that the polynomials may take, as a shift in standard deviations.
-const SHARE: f64 = 0.01;
-/// Bins in either direction of a block at the start.
-const FIRST: usize = 25;
+use super::contour::angle_of;
+use super::crossings::{Piece, pieces};
+use super::family::{Family, Interval, Orbit, worst};
+use super::measure::Measure;
+use super::rules::POINTS;
 
 /// Bin averages of the joint density and what is known of their error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// Mean density in each bin \[1/rad\], `phi` outermost.
     pub density: Vec<f64>,
-    /// Estimate of the L1 error of `density`, the difference of its mass to that within the border included.
+    /// Estimate of the L1 error of `density`.
     pub error: f64,
-    /// Probability within the grid's border, from the border alone.
-    pub mass_inside: Quadrature,
-    /// Backward orbits followed.
+    /// Probability outside the grid.
+    pub mass_outside: f64,
+    /// Orbits followed.
     pub orbits: usize,
 }
 
-/// Probability within the border of `grid` after `years`, from its border.
-///
-/// # Errors
-/// [`Escaped`] if an orbit of the border cannot be followed back.
-pub fn mass_inside(flow: &Flow, measure: &Measure, grid: &Grid, years: f64) -> Result<Quadrature, Escaped> {
-    let along = |from: (f64, f64), to: (f64, f64)| {
-        let at = |s: f64| State::from_polar(from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1));
-        circulation(flow, measure, Side::Below, |s| (at(s), years))
-    };
-    let (phi, e) = (grid.phi, grid.e);
-    let corners = [(phi.low, e.low), (phi.low, e.high), (phi.high, e.high), (phi.high, e.low), (phi.low, e.low)];
-    corners.windows(2).map(|c| along(c[0], c[1])).try_fold(Quadrature::default(), |sum, edge| Ok(sum.plus(edge?)))
+/// An interval of orbits with what it brings to each bin.
+struct Leaf {
+    interval: Interval,
+    /// Bin (the number of bins for all that is outside the grid), probability by the Kronrod rule.
+    masses: Vec<(u32, f64)>,
+    /// Sum over the bins of the difference between the two rules.
+    error: f64,
 }
 
-/// The joint density after `years` on `grid`, to an L1 error of about `tolerance` unless that takes more than
-/// `most_orbits`.
+/// Backward orbits that the way by blocks may take for each orbit that the other may: an orbit of the latter costs as much as
+/// so many.
+const BACKWARD: f64 = 4.0;
+/// Orbits that check the way by blocks.
+const CHECKING: usize = 1_000;
+
+/// The joint density after `years` on `grid`, to an L1 error of about `tolerance` unless that takes more than `most_orbits`.
 ///
-/// # Errors
-/// [`Escaped`] if an orbit of the grid's border cannot be followed back.
-pub fn joint(
-    flow: &Flow,
-    measure: &Measure,
-    grid: &Grid,
-    years: f64,
-    tolerance: f64,
-    most_orbits: usize,
-) -> Result<Joint, Escaped> {
-    let small = SHARE * tolerance * measure.scale();
-    let cloud = cloud_range(flow.force, measure);
-    let transform = chebyshev_transform::<N>();
-    let (mut mass, mut error, mut orbits) = (vec![0.0; grid.len()], 0.0, 0);
-    let mut pending = first_blocks(grid);
-    while !pending.is_empty() {
-        pending.retain(|block| may_hold(block, flow, cloud));
-        orbits += pending.len() * N * N;
-        let last = orbits > most_orbits;
-        let (x1, x2) = backward(flow, &pending, years);
-        let outcomes: Vec<Outcome> = (pending.par_iter().zip(x1.par_chunks(N * N)).zip(x2.par_chunks(N * N)))
-            .map(|((block, x1), x2)| {
-                let map = BackwardMap::new(x1, x2, &transform);
-                let tails = map.tails();
-                if tails.iter().all(|&tail| tail <= small) || last && !tails[0].is_nan() {
-                    let displaced = tails[0].max(tails[1]) / measure.scale();
-                    Outcome::Masses(block.masses(&map, measure, (&grid.phi, &grid.e)), displaced)
-                } else if last || is_far(measure, x1, x2) {
-                    Outcome::Empty
-                } else {
-                    Outcome::Split(parts(block, grid, tails))
-                }
-            })
-            .collect();
-        pending.clear();
-        for outcome in outcomes {
-            match outcome {
-                Outcome::Empty => {}
-                Outcome::Split(parts) => pending.extend(parts),
-                Outcome::Masses(masses, displaced) => {
-                    for BinMass { bin: (i, j), mass: share, difference } in masses {
-                        mass[i * grid.e.bins + j] += share;
-                        error += difference + displaced * share.abs();
-                    }
-                }
-            }
+/// While the cloud is not wound up, blocks of bins with a polynomial each ([`super::by_blocks`]) are the cheaper way. What they
+/// say is taken only if a few orbits, followed from line to line, say the same within their error.
+pub(super) fn joint(family: &Family<'_>, grid: &Grid, years: f64, tolerance: f64, most_orbits: usize) -> Joint {
+    if years == 0.0 {
+        return at_start(&family.measure, grid);
+    }
+    let most_backward = (BACKWARD * most_orbits as f64 / years.max(1.0)) as usize;
+    let coarse = by_orbits(family, grid, years, tolerance, CHECKING.min(most_orbits));
+    if coarse.error <= tolerance {
+        return coarse;
+    }
+    match super::by_blocks::joint(family.flow, &family.measure, grid, years, tolerance, most_backward) {
+        Some(joint) if joint.error <= tolerance && joint.agrees_with(&coarse, grid) => joint,
+        _ => by_orbits(family, grid, years, tolerance, most_orbits),
+    }
+}
+
+impl Joint {
+    /// Whether another joint density is the same within both error estimates.
+    fn agrees_with(&self, other: &Self, grid: &Grid) -> bool {
+        let apart: f64 = self.density.iter().zip(&other.density).map(|(a, b)| (a - b).abs() * grid.bin_area()).sum();
+        let outside = (self.mass_outside - other.mass_outside).abs();
+        apart + outside <= 2.0 * (self.error + other.error)
+    }
+}
+
+/// The initial Gaussian itself, from its distribution functions.
+fn at_start(measure: &Measure, grid: &Grid) -> Joint {
+    let (phi, e) = (&grid.phi, &grid.e);
+    // On the mean's own turn of the circle.
+    let shift = nearest(phi.low, measure.gaussian.mean_phi) - phi.low;
+    let between = |i: usize| measure.phi_between(phi.edge(i) + shift, phi.edge(i + 1) + shift);
+    let columns: Vec<f64> = (0..phi.bins).map(between).collect();
+    let below = |j: usize| measure.e_probability(measure.e_sigmas(e.edge(j)));
+    let rows: Vec<f64> = (0..e.bins).map(|j| below(j + 1) - below(j)).collect();
+    let masses = columns.iter().flat_map(|column| rows.iter().map(move |row| column * row));
+    let density: Vec<f64> = masses.map(|mass| mass / grid.bin_area()).collect();
+    let inside = columns.iter().sum::<f64>() * rows.iter().sum::<f64>();
+    Joint { density, error: grid.len() as f64 * f64::EPSILON, mass_outside: 1.0 - inside, orbits: 0 }
+}
+
+fn by_orbits(family: &Family<'_>, grid: &Grid, years: f64, tolerance: f64, most_orbits: usize) -> Joint {
+    let t = angle_of(years);
+    let mut leaves: Vec<Leaf> = Vec::new();
+    let mut pending = family.first_intervals();
+    let mut orbits = 0;
+    loop {
+        orbits += pending.len() * POINTS;
+        leaves.extend(pending.par_iter().map(|&interval| leaf(family, grid, t, interval)).collect::<Vec<_>>());
+        leaves.sort_by(|a, b| a.interval.low.total_cmp(&b.interval.low));
+        let error: f64 = leaves.iter().map(|leaf| leaf.error).sum();
+        let most = most_orbits.saturating_sub(orbits) / (2 * POINTS);
+        let shares: Vec<f64> = leaves.iter().map(|leaf| leaf.error / tolerance).collect();
+        let worst = worst(&shares, most, |i| leaves[i].interval.can_be_halved());
+        if error <= tolerance || worst.is_empty() {
+            return finish(grid, &leaves, error, orbits);
+        }
+        pending = worst.iter().flat_map(|&i| leaves[i].interval.halves()).collect();
+        let mut keep = vec![true; leaves.len()];
+        worst.iter().for_each(|&i| keep[i] = false);
+        let mut keep = keep.into_iter();
+        leaves.retain(|_| keep.next().unwrap_or(true));
+    }
+}
+
+fn finish(grid: &Grid, leaves: &[Leaf], error: f64, orbits: usize) -> Joint {
+    let mut masses = vec![0.0; grid.len() + 1];
+    for &(bin, mass) in leaves.iter().flat_map(|leaf| &leaf.masses) {
+        masses[bin as usize] += mass;
+    }
+    let missing = (1.0 - masses.iter().sum::<f64>()).abs();
+    let mass_outside = masses.pop().unwrap_or(0.0);
+    let density = masses.into_iter().map(|mass| mass / grid.bin_area()).collect();
+    Joint { density, error: error + missing, mass_outside, orbits }
+}
+
+fn leaf(family: &Family<'_>, grid: &Grid, t: f64, interval: Interval) -> Leaf {
+    let mut entries: Vec<(u32, f64, f64)> = Vec::new();
+    for ((_, kronrod, gauss), orbit) in interval.nodes().iter().zip(family.orbits(interval)) {
+        if let Some(orbit) = orbit.filter(|orbit| orbit.share.total() > 0.0) {
+            visit(&orbit, family.flow.force, grid, t, |bin, mass| {
+                entries.push((bin, kronrod * orbit.width * mass, gauss * orbit.width * mass));
+            });
         }
     }
-    let mass_inside = mass_inside(flow, measure, grid, years)?;
-    let defect = (mass.iter().sum::<f64>() - mass_inside.value).abs();
-    let area = grid.bin_area();
-    let density = mass.into_iter().map(|mass| mass.max(0.0) / area).collect();
-    Ok(Joint { density, error: error + defect + mass_inside.error, mass_inside, orbits })
-}
-
-enum Outcome {
-    Empty,
-    Split(Vec<Block>),
-    Masses(Vec<BinMass>, f64),
-}
-
-fn first_blocks(grid: &Grid) -> Vec<Block> {
-    let ranges = |axis: &crate::grid::Axis| -> Vec<Range> {
-        let firsts = (0..axis.bins).step_by(FIRST);
-        firsts.map(|first| Range::of_bins(axis, first, FIRST.min(axis.bins - first))).collect()
-    };
-    let (phi, e) = (ranges(&grid.phi), ranges(&grid.e));
-    phi.iter().flat_map(|&phi| e.iter().map(move |&e| Block { phi, e })).collect()
-}
-
-fn may_hold(block: &Block, flow: &Flow, cloud: Interval) -> bool {
-    hamiltonian_range(flow.force, (block.phi.low, block.phi.high), (block.e.low, block.e.high)).meets(cloud)
-}
-
-fn backward(flow: &Flow, blocks: &[Block], years: f64) -> (Vec<f64>, Vec<f64>) {
-    let nodes = blocks.iter().flat_map(|block| {
-        let es = block.e.nodes();
-        block.phi.nodes().into_iter().flat_map(move |phi| es.map(|e| State::from_polar(phi, e)))
-    });
-    let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = nodes.map(|state| (state.x1, state.x2)).unzip();
-    flow.advance_where_possible(&mut x1, &mut x2, -years);
-    (x1, x2)
-}
-
-/// Whether a block's image is farther from the cloud than its nodes are from each other.
-fn is_far(measure: &Measure, x1: &[f64], x2: &[f64]) -> bool {
-    let gap = |a: usize, b: usize| (x1[a] - x1[b]).hypot(x2[a] - x2[b]);
-    let beside = (0..N * N).filter(|k| k % N > 0).map(|k| gap(k, k - 1));
-    let widest = beside.chain((N..N * N).map(|k| gap(k, k - N))).fold(0.0, f64::max);
-    let nearest = x1.iter().zip(x2).map(|(&x1, &x2)| distance_from_cloud(measure, State { x1, x2 }));
-    nearest.fold(f64::INFINITY, f64::min) > 2.0 * widest
-}
-
-fn parts(block: &Block, grid: &Grid, [phi_tail, e_tail]: [f64; 2]) -> Vec<Block> {
-    let (phi, e) = (block.phi.halves(&grid.phi), block.e.halves(&grid.e));
-    if phi_tail > 100.0 * e_tail {
-        phi.map(|phi| Block { phi, e: block.e }).to_vec()
-    } else if e_tail > 100.0 * phi_tail {
-        e.map(|e| Block { phi: block.phi, e }).to_vec()
-    } else {
-        phi.iter().flat_map(|&phi| e.map(|e| Block { phi, e })).collect()
+    entries.sort_by_key(|&(bin, ..)| bin);
+    let (mut masses, mut error): (Vec<(u32, f64)>, f64) = (Vec::new(), 0.0);
+    for bin in entries.chunk_by(|a, b| a.0 == b.0) {
+        let (kronrod, gauss) = bin.iter().fold((0.0, 0.0), |sum, &(_, k, g)| (sum.0 + k, sum.1 + g));
+        masses.push((bin[0].0, kronrod));
+        error += super::family::kronrod_error(kronrod - gauss, kronrod);
     }
+    Leaf { interval, masses, error }
+}
+
+/// What an orbit holds in each of its pieces after the time `t`, per unit of `H`.
+fn visit(orbit: &Orbit, force: Force, grid: &Grid, t: f64, mut take: impl FnMut(u32, f64)) {
+    let (contour, share) = (&orbit.contour, &orbit.share);
+    let total = share.total();
+    let outside = grid.len() as u32;
+    // Probability before a time on the orbit, continued beyond a period.
+    let start = contour.wrap(-contour.half - t);
+    let at_start = share.before(start);
+    let before = |theta: f64| {
+        let earlier = start + (theta + contour.half);
+        let (earlier, turns) =
+            if earlier > contour.half { (earlier - contour.period(), total) } else { (earlier, 0.0) };
+        share.before(earlier) + turns - at_start
+    };
+    let holds = |from: f64, to: f64| before(to) - before(from) > 0.0;
+    pieces(orbit.trail(), force, grid, holds, |Piece { from, to, bin }| {
+        let mass = before(to) - before(from);
+        if mass > 0.0 {
+            take(bin.map_or(outside, |bin| bin as u32), mass);
+        }
+    });
 }

@@ -2,7 +2,7 @@
 //!
 //! The initial Gaussian is independent in `phi` and `e`. On the circle, `phi` has the wrapped normal density `w` (Mardia &
 //! Jupp, *Directional Statistics*, 2000, Sect. 3.5.7), and `e` the truncated normal density `g` with distribution function
-//! `G(e)` and complement `U = 1 - G`. By Green's theorem the probability of a region `D` of the disc is
+//! `G(e)`. By Green's theorem the probability of a region `D` of the disc is
 //!
 //! ```text
 //! P(D) = ∮_∂D G(e) w(phi) dphi ,     phi increasing outside D's inner side,
@@ -21,15 +21,6 @@ use crate::problem::InitialGaussian;
 /// Standard deviations from the mean beyond which a Gaussian counts as zero: its tail there is 1e-19.
 pub(super) const REACH: f64 = 9.0;
 
-/// Which side of an eccentricity the one-form counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// `G(e) w(phi) dphi`: circulation is the probability enclosed.
-    Below,
-    /// `U(e) w(phi) dphi`: keeps the relative accuracy of small probabilities above a curve.
-    Above,
-}
-
 /// The initial Gaussian with what evaluating it needs, computed once.
 #[derive(Debug, Clone, Copy)]
 pub struct Measure {
@@ -37,7 +28,6 @@ pub struct Measure {
     pub gaussian: InitialGaussian,
     mass: f64,
     below_zero: f64,
-    above_one: f64,
     turns: i32,
 }
 
@@ -56,7 +46,7 @@ impl Measure {
         let below_zero = normal_tail(gaussian.mean_e / gaussian.sigma_e);
         let above_one = normal_tail((1.0 - gaussian.mean_e) / gaussian.sigma_e);
         let turns = ((REACH * gaussian.sigma_phi - PI) / TAU).ceil().max(0.0) as i32;
-        Self { gaussian, mass: 1.0 - below_zero - above_one, below_zero, above_one, turns }
+        Self { gaussian, mass: 1.0 - below_zero - above_one, below_zero, turns }
     }
 
     /// Signed distance of `phi` from the mean on the circle, in standard deviations.
@@ -94,29 +84,9 @@ impl Measure {
             .sum()
     }
 
-    /// The distribution function of the solar angle that starts opposite the mean, less one beyond the mean: small far from the
-    /// mean on both sides, with a jump of -1 at the mean. `u` from [`Measure::phi_sigmas`].
-    pub(super) fn signed_tail(&self, u: f64) -> f64 {
-        let mean = self.gaussian.mean_phi;
-        let phi = mean + u * self.gaussian.sigma_phi;
-        if u < 0.0 { self.phi_between(mean - PI, phi) } else { -self.phi_between(phi, mean + PI) }
-    }
-
-    /// 1 if a short curve from `u` to `u_end` passes the mean solar angle upwards, -1 downwards, else 0.
-    pub(super) fn passes_mean(&self, u: f64, u_end: f64) -> f64 {
-        if (u_end - u).abs() > 0.5 * self.turn_sigmas() {
-            return 0.0;
-        }
-        f64::from(u_end >= 0.0) - f64::from(u >= 0.0)
-    }
-
-    /// Probability that the eccentricity is below (above) that at `v` standard deviations from the mean.
-    pub fn e_probability(&self, v: f64, side: Side) -> f64 {
-        let share = match side {
-            Side::Below => (normal_tail(-v) - self.below_zero) / self.mass,
-            Side::Above => (normal_tail(v) - self.above_one) / self.mass,
-        };
-        share.clamp(0.0, 1.0)
+    /// Probability that the eccentricity is below that at `v` standard deviations from the mean.
+    pub fn e_probability(&self, v: f64) -> f64 {
+        ((normal_tail(-v) - self.below_zero) / self.mass).clamp(0.0, 1.0)
     }
 
     /// Initial density at a state \[1/rad\], all turns of the solar angle added; zero outside `0 < e < 1`.

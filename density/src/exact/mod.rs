@@ -1,26 +1,37 @@
 //! The exact density: no sampling, no interpolation between samples, no mixture; every number with an estimate of its error.
 //!
-//! Liouville's theorem gives the density at any point in closed form from the orbit through it
-//! ([`crate::dynamics::density_growth`]), and turns probabilities of regions into integrals along their borders carried
-//! back to `t = 0` ([`measure`]). Hence, at any snapshot and independently of all others:
+//! The motion in the plane is integrable: every orbit of the cloud is closed. A cloud is therefore a family of orbits, each
+//! with a probability that is spread along it and only moves round ([`contour`], [`share`]), and everything that is asked of the
+//! cloud is an integral over the family ([`family`]): moments and the probability above the critical eccentricity ([`moments`]),
+//! bin averages of the joint density ([`joint`]), the first-passage curve ([`crate::first_passage::exact`]). The terms of these
+//! integrals are positive, so an error of the outer integral is never larger than the probability that it concerns, and the
+//! probability of the whole family, which must be 1, tells when orbits were overlooked.
 //!
-//! - [`Exact::density`]: the density at points;
-//! - [`moments`]: moments by adaptive quadrature over the initial Gaussian;
-//! - [`pullback`]: the probability above the critical eccentricity, from the circle `e = e_crit` carried back;
-//! - [`joint`]: bin averages of the joint density on the comparison grid.
+//! Liouville's theorem gives the density at any point in closed form as well ([`crate::dynamics::density_growth`],
+//! [`Exact::density`]).
+//!
+//! What cannot be computed to an accuracy that a yardstick needs is withheld: it is NaN, and its error estimate says how far
+//! the computation came ([`Limits`]). And every snapshot is checked against orbits that another integrator call carries from
+//! a random start ([`self_check`]), with none of the above.
 //!
 //! The marginals are the sums of the joint's rows and columns, as those of every other method: they miss what lies outside
 //! the grid, [`ExactSnapshot::mass_outside`].
 
+mod axis;
 mod block;
-mod branch_cut;
+mod by_blocks;
 mod contour;
+mod crossings;
+pub(crate) mod family;
+mod hamiltonian_range;
 pub mod joint;
-mod kronrod;
 pub mod measure;
 pub mod moments;
 mod panel;
-pub mod pullback;
+mod rules;
+mod self_check;
+mod share;
+mod trail;
 
 use crate::dynamics::State;
 use crate::estimate::{Estimate, Moments};
@@ -28,23 +39,45 @@ use crate::flow::{Escaped, Flow};
 use crate::grid::Grid;
 use crate::problem::Problem;
 
-use measure::{Measure, Side};
-use pullback::{Quadrature, circulation_and_turns};
+pub(crate) use contour::angle_of;
+use family::Family;
+use measure::Measure;
+pub use self_check::Check;
 
 /// How accurate the reference is to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Tolerated error of the moments, in standard deviations (or products of them).
+    /// Aim for the error of the moments, in standard deviations (or products of them).
     pub moment_error: f64,
-    /// Tolerated L1 error of the joint density.
+    /// Aim for the L1 error of the joint density.
     pub joint_error: f64,
-    /// Orbits that moments, and likewise the joint density, may take at one snapshot; the error reached is reported.
+    /// Orbits that moments, the probability above the critical eccentricity, the joint density and the first-passage curve
+    /// may take each; the error reached is reported.
     pub most_orbits: usize,
+    /// What is stood behind.
+    pub limits: Limits,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { moment_error: 1e-8, joint_error: 1e-4, most_orbits: 400_000 }
+        Self { moment_error: 1e-8, joint_error: 2e-4, most_orbits: 60_000, limits: Limits::default() }
+    }
+}
+
+/// Error estimates above which a quantity is withheld.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Of the moments, in standard deviations (or products of them).
+    pub moments: f64,
+    /// Of probabilities.
+    pub probability: f64,
+    /// Of the joint density in L1.
+    pub joint: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { moments: 1e-3, probability: 1e-3, joint: 1e-2 }
     }
 }
 
@@ -64,12 +97,24 @@ pub enum Error {
         /// Comparison grids given.
         grids: usize,
     },
+    /// What was computed is not what orbits of the flow do.
+    #[error("the exact density contradicts a sample of orbits: {0}")]
+    Contradicted(Check),
+}
+
+/// A number with an estimate of its error.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Estimated {
+    /// The number.
+    pub value: f64,
+    /// Estimate of its absolute error.
+    pub error: f64,
 }
 
 /// The exact density at one snapshot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactSnapshot {
-    /// Density, marginals and moments.
+    /// Density, marginals and moments; NaN where they are withheld.
     pub estimate: Estimate,
     /// Error estimate of the moments, in standard deviations (or products of them).
     pub moment_error: f64,
@@ -79,51 +124,67 @@ pub struct ExactSnapshot {
     pub probability_error: f64,
     /// Estimate of the L1 error of the joint density.
     pub joint_error: f64,
-    /// Probability outside the comparison grid, from the grid's border.
+    /// Probability outside the comparison grid.
     pub mass_outside: f64,
 }
 
 /// The exact density of a problem.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Exact<'a> {
     problem: &'a Problem,
     flow: &'a Flow,
     settings: Settings,
-    measure: Measure,
+    family: Family<'a>,
 }
 
 impl<'a> Exact<'a> {
     /// The exact density of `problem`, carried by `flow`.
     pub fn new(problem: &'a Problem, flow: &'a Flow, settings: Settings) -> Self {
-        Self { problem, flow, settings, measure: Measure::new(problem.initial) }
+        let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
+        Self { problem, flow, settings, family }
     }
 
     /// Everything at snapshot `index` on its comparison grid.
     ///
     /// # Errors
-    /// [`Error`] if there is no such snapshot, or an orbit of the cloud or the grid's border leaves `e < 1`.
+    /// [`Error`] if there is no such snapshot, if an orbit of the cloud leaves `e < 1`, or if what was found is not what a
+    /// sample of orbits does.
     pub fn snapshot(&self, grids: &[Grid], index: usize) -> Result<ExactSnapshot, Error> {
         let (snapshots, grids_given) = (self.problem.times.len(), grids.len());
         let missing = Error::NoSuchSnapshot { index, snapshots, grids: grids_given };
         let (Some(&years), Some(grid)) = (self.problem.times.get(index), grids.get(index)) else { return Err(missing) };
+        let check = self_check::Sample::new(self.problem, self.flow, years)?;
         let (moments, probability) = (self.moments(years)?, self.probability_above(self.problem.critical_e, years)?);
-        let Settings { joint_error, most_orbits, .. } = self.settings;
-        let joint = joint::joint(self.flow, &self.measure, grid, years, joint_error, most_orbits)?;
+        let Settings { joint_error, most_orbits, limits, .. } = self.settings;
+        let joint = joint::joint(&self.family, grid, years, joint_error, most_orbits);
+        let stands = |error: f64, limit: f64| error <= limit;
+        let (phi_stands, e_stands) = (stands(moments.error, limits.moments), stands(moments.e_error, limits.moments));
+        let or_nan = |stands: bool, value: f64| if stands { value } else { f64::NAN };
         let table = Moments {
-            mean_phi: moments.mean_phi,
-            std_phi: moments.std_phi,
-            mean_e: moments.mean_e,
-            std_e: moments.std_e,
-            cov_phi_e: moments.cov_phi_e,
-            prob_above_critical_e: probability.value,
+            mean_phi: or_nan(phi_stands, moments.mean_phi),
+            std_phi: or_nan(phi_stands, moments.std_phi),
+            mean_e: or_nan(e_stands, moments.mean_e),
+            std_e: or_nan(e_stands, moments.std_e),
+            cov_phi_e: or_nan(phi_stands, moments.cov_phi_e),
+            prob_above_critical_e: or_nan(stands(probability.error, limits.probability), probability.value),
         };
+        let mut circular = moments.circular;
+        if !stands(moments.circular_error, limits.moments) {
+            (circular.mean, circular.resultant) = (f64::NAN, f64::NAN);
+        }
+        let mut density = joint.density;
+        if !stands(joint.error, limits.joint) {
+            density.fill(f64::NAN);
+        }
+        let estimate = Estimate::from_joint(*grid, density, table, circular);
+        check.agrees(&estimate)?;
         Ok(ExactSnapshot {
-            estimate: Estimate::from_joint(*grid, joint.density, table, moments.circular),
-            moment_error: moments.error,
+            estimate,
+            moment_error: if phi_stands { moments.error } else { moments.error.max(moments.e_error) },
             circular_error: moments.circular_error,
             probability_error: probability.error,
             joint_error: joint.error,
-            mass_outside: 1.0 - joint.mass_inside.value,
+            mass_outside: joint.mass_outside,
         })
     }
 
@@ -133,19 +194,16 @@ impl<'a> Exact<'a> {
     /// [`Escaped`] if an orbit of the cloud leaves `e < 1`.
     pub fn moments(&self, years: f64) -> Result<moments::SmoothMoments, Escaped> {
         let Settings { moment_error, most_orbits, .. } = self.settings;
-        moments::smooth_moments(self.flow, &self.measure, years, moment_error, most_orbits)
+        Ok(moments::smooth_moments(&self.family, years, moment_error, most_orbits))
     }
 
     /// Probability that the eccentricity exceeds `critical_e` after `years`.
     ///
     /// # Errors
-    /// [`Escaped`] if an orbit of the circle `e = critical_e` cannot be followed back.
-    pub fn probability_above(&self, critical_e: f64, years: f64) -> Result<Quadrature, Escaped> {
-        let circle = |s: f64| (State::from_polar(s * std::f64::consts::TAU, critical_e), years);
-        let (around, turns) = circulation_and_turns(self.flow, &self.measure, Side::Above, circle)?;
-        let origin = self.flow.advance_one(State { x1: 0.0, x2: 0.0 }, years)?;
-        let winding = f64::from(origin.eccentricity() < critical_e);
-        Ok(Quadrature { value: ((1.0 - winding + turns) + around.value).clamp(0.0, 1.0), error: around.error })
+    /// [`Escaped`] if an orbit of the cloud leaves `e < 1`.
+    pub fn probability_above(&self, critical_e: f64, years: f64) -> Result<Estimated, Escaped> {
+        let most_orbits = self.settings.most_orbits;
+        Ok(moments::probability_above(&self.family, critical_e, years, PROBABILITY_ERROR, most_orbits))
     }
 
     /// Density at the points `(phi[i], e[i])` after `years` \[1/rad\]: each is carried back to `t = 0`. Zero where `e` is
@@ -161,7 +219,21 @@ impl<'a> Exact<'a> {
         let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = ends.iter().map(|state| (state.x1, state.x2)).unzip();
         self.flow.advance_where_possible(&mut x1, &mut x2, -years);
         let start = |i: usize| State { x1: x1[i], x2: x2[i] };
-        let at = |i: usize| if inside(e[i]) { self.measure.density_after(start(i), ends[i]) } else { 0.0 };
+        let measure = &self.family.measure;
+        let at = |i: usize| if inside(e[i]) { measure.density_after(start(i), ends[i]) } else { 0.0 };
         (0..ends.len()).map(at).collect()
     }
+}
+
+/// Aim for the error of probabilities.
+pub(crate) const PROBABILITY_ERROR: f64 = 1e-9;
+/// Probabilities below this need no digits.
+const SMALLEST_PROBABILITY: f64 = 1e-15;
+
+/// Aim for the error of rare probabilities, relative to them.
+const RELATIVE_ERROR: f64 = 1e-6;
+
+/// The tolerance of a probability: absolute, and relative for rare ones.
+pub(crate) fn probability_tolerance(probability: f64, absolute: f64) -> f64 {
+    absolute.min(RELATIVE_ERROR * probability.abs()).max(RELATIVE_ERROR * SMALLEST_PROBABILITY)
 }

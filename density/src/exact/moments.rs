@@ -1,29 +1,19 @@
-//! Moments without sampling noise: the initial Gaussian integrated along the flow.
+//! Moments and the probability above the critical eccentricity, without sampling noise: integrals over the orbits of the cloud
+//! ([`super::family`]) of integrals along each of them.
 //!
-//! A moment at time `t` is `∫∫ f(Φ_t(phi_0, e_0)) n_0(phi_0, e_0) dphi_0 de_0`. Cells of the initial plane, out to
-//! [`CUT`] standard deviations, carry Gauss-Kronrod product rules; cells with the largest error estimates are halved until
-//! the sum of the estimates is small enough. The integrand is smooth but where the flow carries a cell over `e = 0`, and
-//! for moments of `phi` where the cloud crosses the branch cut opposite its circular mean:
-//! the latter is smoothed away by [`super::branch_cut`].
+//! Along an orbit the integrand is the initial probability at `θ` times a function of the state at `θ + n_sun t`. It is smooth
+//! between the ends of the intervals that resolve the one ([`super::share`]), the integrator's steps that resolve the other,
+//! where the orbit passes the branch cut of the solar angle, opposite the circular mean, and close in about `e = 0`, where the
+//! solar angle turns quickly. Those are ends of intervals here, so that the eight-point Gauss rule is good to rounding.
 
-use rayon::prelude::*;
+use std::f64::consts::PI;
 
-use crate::angle::{Circular, nearest};
-use crate::dynamics::State;
-use crate::flow::{Escaped, Flow};
+use crate::angle::{Circular, fold, nearest};
 
-use super::branch_cut::{Deviation, deviation};
-use super::kronrod::{CELL, Cell, Integrals, Split, integrate};
-use super::measure::Measure;
-
-/// Standard deviations at which the Gaussian is cut: 2e-17 lies beyond.
-pub(super) const CUT: f64 = 8.5;
-/// Cells at the start in either direction.
-const FIRST: usize = 6;
-
-/// Number of functions integrated: 1, cos, sin, e, e², θ, θ², θ e, and what smoothing the branch cut
-/// changes in `θ` and `θ²`.
-const F: usize = 10;
+use super::contour::angle_of;
+use super::family::{Family, Integrals, Orbit};
+use super::rules::gauss;
+use super::share::density;
 
 /// First and second moments of a cloud and its circular mean, with error estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,184 +32,211 @@ pub struct SmoothMoments {
     pub circular: Circular,
     /// Largest error estimate of the five moments, in units of the standard deviations (or products of them).
     pub error: f64,
+    /// Error estimate of the mean eccentricity and its deviation, in units of the latter.
+    pub e_error: f64,
     /// Error estimate of the mean of `(cos phi, sin phi)`.
     pub circular_error: f64,
-    /// Orbits propagated.
+    /// How far the probability of all orbits is from 1, and its error estimate.
+    pub mass_error: f64,
+    /// Orbits taken.
     pub orbits: usize,
 }
 
-/// A cell with its orbits at time `t`.
-struct Leaf {
-    cell: Cell,
-    /// `(phi, e, weight)` at the nodes.
-    points: Vec<(f64, f64, f64)>,
-}
-
 /// What the moments are centred on.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Centre {
     phi: f64,
     e: f64,
 }
 
-/// The moments after `years`, refined until their error estimate is below `tolerance` or `most_orbits` are spent.
-///
-/// # Errors
-/// [`Escaped`] if an orbit of the cloud cannot be continued.
-pub fn smooth_moments(
-    flow: &Flow,
-    measure: &Measure,
+/// Functions integrated for the centre: 1, cos, sin, e, e².
+const FIRST: usize = 5;
+/// Functions integrated about the centre: 1, cos, sin, δe, δe², δphi, δphi², δphi δe, density of `phi` at its branch cut.
+const SECOND: usize = 9;
+
+/// The moments after `years`, refined until the error estimate is below `tolerance` or `most_orbits` are spent.
+pub(super) fn smooth_moments(family: &Family<'_>, years: f64, tolerance: f64, most_orbits: usize) -> SmoothMoments {
+    let t = angle_of(years);
+    let first = |orbit: &Orbit| {
+        along(family, orbit, t, None, |phi, e| {
+            let (sin, cos) = phi.sin_cos();
+            [1.0, cos, sin, e, e * e]
+        })
+    };
+    let scale = |values: &[f64], _: &[f64]| {
+        let std_e = (values[4] / values[0] - (values[3] / values[0]).powi(2)).max(1e-30).sqrt();
+        // Angles to the same share of their spread, which 1 - R² tells.
+        let spread = (1.0 - (values[1].powi(2) + values[2].powi(2)) / values[0].powi(2)).max(1e-12).sqrt();
+        [1.0, spread, spread, std_e, std_e].map(|scale| 0.3 * tolerance * scale).to_vec()
+    };
+    let coarse = family.integrate(family.first_intervals(), FIRST, first, scale, most_orbits / 2);
+    let mass = coarse.values[0];
+    let circular = Circular::from_mean_vector(coarse.values[2] / mass, coarse.values[1] / mass);
+    let centre = Centre { phi: circular.mean, e: coarse.values[3] / mass };
+    let second = |orbit: &Orbit| about(family, orbit, t, centre);
+    let scale = |values: &[f64], _: &[f64]| scales(values).map(|scale| 0.3 * tolerance * scale).to_vec();
+    let left = most_orbits.saturating_sub(coarse.orbits);
+    let fine = family.integrate(coarse.intervals.clone(), SECOND, second, scale, left);
+    finish(&coarse, &fine, centre)
+}
+
+/// Standard deviation of `e` and of `phi` from the second pass.
+fn deviations(values: &[f64]) -> (f64, f64) {
+    let deviation = |first: f64, second: f64| {
+        let (first, second) = (first / values[0], second / values[0]);
+        (second - first * first).max(1e-30).sqrt()
+    };
+    (deviation(values[3], values[4]), deviation(values[5], values[6]))
+}
+
+/// The natural size of each integral of the second pass.
+fn scales(values: &[f64]) -> [f64; SECOND] {
+    let (e, phi) = deviations(values);
+    let spread = phi.min(1.0);
+    // The density at the branch cut only enters an error estimate.
+    [1.0, spread, spread, e, e * e, phi, phi * phi, phi * e, f64::INFINITY]
+}
+
+fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre) -> SmoothMoments {
+    let mean = |f: usize| fine.values[f] / fine.values[0];
+    let (std_e, std_phi) = deviations(&fine.values);
+    let circular = Circular::from_mean_vector(mean(2), mean(1));
+    let circular_error = fine.errors[1] + fine.errors[2] + (1.0 - fine.values[0]).abs();
+    // The mean moves by 2π p(cut) for every radian that the branch cut moves by.
+    let shift = nearest(circular.mean - centre.phi, 0.0).abs() + circular_error / circular.resultant.max(1e-300);
+    let cut = (2.0 * PI * mean(8).max(0.0) * shift).min(2.0 * PI);
+    let scales = scales(&fine.values);
+    let missing = (1.0 - fine.values[0]).abs();
+    let relative = |f: usize| fine.errors[f] / scales[f] + missing;
+    let e_error = relative(3).max(relative(4)) + if fine.lost + coarse.lost > 0 { missing } else { 0.0 };
+    let phi_error = relative(5).max(relative(6)).max(relative(7)) + cut / std_phi + 2.0 * cut * PI / std_phi.powi(2);
+    SmoothMoments {
+        mean_phi: centre.phi + mean(5),
+        std_phi,
+        mean_e: centre.e + mean(3),
+        std_e,
+        cov_phi_e: mean(7) - mean(5) * mean(3),
+        circular: Circular { mean: fold(circular.mean, 0.0), ..circular },
+        error: e_error.max(phi_error),
+        e_error,
+        circular_error,
+        mass_error: missing + fine.errors[0],
+        orbits: coarse.orbits + fine.orbits,
+    }
+}
+
+fn about(family: &Family<'_>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64> {
+    let cuts = cut_crossings(orbit, centre.phi + PI);
+    let mut values = along(family, orbit, t, Some(&cuts), |phi, e| {
+        let (theta, de) = (nearest(phi, centre.phi) - centre.phi, e - centre.e);
+        let (sin, cos) = phi.sin_cos();
+        [1.0, cos, sin, de, de * de, theta, theta * theta, theta * de]
+    });
+    let at_cut = |&theta: &f64| {
+        let state = orbit.contour.at(theta);
+        let point = super::trail::Point { theta, phi: state.solar_angle(), e: state.eccentricity() };
+        let (rate, _) = point.rates(family.flow.force);
+        density(&family.measure, orbit.contour.at(orbit.contour.wrap(theta - t))) / rate.abs().max(1e-3)
+    };
+    values.push(cuts.iter().map(at_cut).sum());
+    values
+}
+
+/// The integral along an orbit of functions of the state `t` later, cut at the times `cuts` on the orbit at which they jump.
+fn along<const N: usize>(
+    family: &Family<'_>,
+    orbit: &Orbit,
+    t: f64,
+    cuts: Option<&[f64]>,
+    function: impl Fn(f64, f64) -> [f64; N],
+) -> Vec<f64> {
+    let contour = &orbit.contour;
+    // Where a rule must end, as times at the start.
+    let mut ends: Vec<f64> = later_ends(orbit).chain(cuts.unwrap_or(&[]).iter().copied()).collect();
+    ends.iter_mut().for_each(|end| *end = contour.wrap(*end - t));
+    ends.sort_by(f64::total_cmp);
+    let mut sums = [0.0; N];
+    let mut add = |theta: f64, weight: f64| {
+        let there = contour.at(contour.wrap(theta + t));
+        let values = function(there.solar_angle(), there.eccentricity());
+        sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+    };
+    for (low, high, part) in orbit.share.parts() {
+        let first = ends.partition_point(|&end| end <= low);
+        let mut inside = ends[first..].iter().copied().take_while(|&end| end < high).peekable();
+        if inside.peek().is_none() {
+            gauss(low, high).iter().zip(part.density).for_each(|(&(theta, weight), a)| add(theta, weight * a));
+            continue;
+        }
+        let mut from = low;
+        for to in inside.chain([high]) {
+            let nodes = gauss(from, to);
+            nodes.iter().for_each(|&(theta, weight)| add(theta, weight * density(&family.measure, contour.at(theta))));
+            from = to;
+        }
+    }
+    sums.to_vec()
+}
+
+/// Times on the orbit between which its state is well resolved: the integrator's steps, and about the least eccentric point
+/// distances that double from a fraction of that in which the solar angle turns there.
+fn later_ends(orbit: &Orbit) -> impl Iterator<Item = f64> + '_ {
+    let contour = &orbit.contour;
+    let knots = contour.knots().flat_map(|knot| [knot, -knot]);
+    let first_step = contour.knots().nth(1).unwrap_or(contour.half);
+    let start = contour.at(0.0).eccentricity();
+    let speed = contour.at(1e-3 * first_step).x1.abs() / (1e-3 * first_step);
+    let turning = 0.25 * start / speed.max(1e-300);
+    let doubled = std::iter::successors(Some(turning.max(1e-13)), |x| Some(2.0 * x));
+    knots.chain(doubled.take_while(move |&x| x < first_step).flat_map(|x| [x, -x]))
+}
+
+/// The times on the orbit at which the solar angle passes `cut`.
+fn cut_crossings(orbit: &Orbit, cut: f64) -> Vec<f64> {
+    let (sin, cos) = cut.sin_cos();
+    // e sin(phi - cut) and e cos(phi - cut), which are smooth also at e = 0.
+    let aside = |theta: f64| {
+        let state = orbit.contour.at(theta);
+        state.x1 * cos - state.x2 * sin
+    };
+    let ahead = |theta: f64| {
+        let state = orbit.contour.at(theta);
+        state.x2 * cos + state.x1 * sin
+    };
+    let points = &orbit.trail().points;
+    let values: Vec<f64> = points.iter().map(|point| point.e * (point.phi - cut).sin()).collect();
+    let changes = (1..points.len()).filter(|&k| (values[k - 1] < 0.0) != (values[k] < 0.0));
+    let root = |k: usize| {
+        let (mut low, mut high) = (points[k - 1].theta, points[k].theta);
+        let starts_below = aside(low) < 0.0;
+        for _ in 0..60 {
+            let middle = low.midpoint(high);
+            if (aside(middle) < 0.0) == starts_below { low = middle } else { high = middle }
+        }
+        low.midpoint(high)
+    };
+    changes.map(root).filter(|&theta| ahead(theta) > 0.0).collect()
+}
+
+/// The probability that the eccentricity exceeds `critical_e` after `years`, with its error estimate.
+pub(super) fn probability_above(
+    family: &Family<'_>,
+    critical_e: f64,
     years: f64,
     tolerance: f64,
     most_orbits: usize,
-) -> Result<SmoothMoments, Escaped> {
-    let mut leaves = Vec::new();
-    let mut pending = first_cells(measure);
-    let mut orbits = 0;
-    loop {
-        orbits += pending.len() * CELL;
-        leaves.extend(propagate(flow, measure, &pending, years)?);
-        let centre = centre(&leaves);
-        let integrals: Vec<Integrals<F>> = leaves.par_iter().map(|leaf| leaf.integrals(centre)).collect();
-        let (moments, errors) = moments(&integrals, centre, orbits);
-        let most_cells = most_orbits.saturating_sub(orbits) / (4 * CELL);
-        if moments.error <= tolerance || most_cells == 0 {
-            return Ok(moments);
-        }
-        let worst = worst(&errors, 0.1 * tolerance, most_cells);
-        if worst.is_empty() {
-            // What is left is the smoothing of the branch cut, which finer cells do not change.
-            return Ok(moments);
-        }
-        pending = worst.iter().flat_map(|&i| leaves[i].cell.split(direction(&integrals[i], &moments))).collect();
-        let mut keep = vec![true; leaves.len()];
-        worst.iter().for_each(|&i| keep[i] = false);
-        let mut keep = keep.into_iter();
-        leaves.retain(|_| keep.next().unwrap_or(true));
-    }
-}
-
-fn first_cells(measure: &Measure) -> Vec<Cell> {
-    let v_low = measure.e_sigmas(0.0).max(-CUT);
-    let v_high = measure.e_sigmas(1.0).min(CUT);
-    let part = |low: f64, high: f64, i: usize| low + (high - low) * i as f64 / FIRST as f64;
-    let range = |low, high, i| (part(low, high, i), part(low, high, i + 1));
-    (0..FIRST * FIRST)
-        .map(|k| Cell { u: range(-CUT, CUT, k / FIRST), v: range(v_low, v_high, k % FIRST) })
-        .filter(|cell| cell.distance() < CUT)
-        .collect()
-}
-
-fn propagate(flow: &Flow, measure: &Measure, cells: &[Cell], years: f64) -> Result<Vec<Leaf>, Escaped> {
-    let nodes: Vec<(f64, f64, f64)> = cells.iter().flat_map(|cell| cell.nodes()).collect();
-    let gaussian = measure.gaussian;
-    let states = nodes.iter().map(|&(u, v, _)| {
-        let (phi, e) = gaussian.point(u, v);
-        State::from_polar(phi, e)
-    });
-    let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = states.map(|state| (state.x1, state.x2)).unzip();
-    flow.advance(&mut x1, &mut x2, years)?;
-    let point = |i: usize| {
-        let (state, (u, v, area)) = (State { x1: x1[i], x2: x2[i] }, nodes[i]);
-        let (phi, e) = gaussian.point(u, v);
-        let weight = area * gaussian.density(phi, e) * gaussian.sigma_phi * gaussian.sigma_e;
-        (state.solar_angle(), state.eccentricity(), weight)
+) -> super::Estimated {
+    let t = angle_of(years);
+    let above = |orbit: &Orbit| {
+        let contour = &orbit.contour;
+        let rises = contour.rises_above(critical_e);
+        let above = rises.map_or(0.0, |theta| orbit.share.between(contour, theta - t, contour.period() - theta - t));
+        vec![orbit.share.total(), above]
     };
-    let leaf = |(k, &cell): (usize, &Cell)| Leaf { cell, points: (k * CELL..(k + 1) * CELL).map(point).collect() };
-    Ok(cells.iter().enumerate().map(leaf).collect())
-}
-
-/// The circular mean and mean eccentricity of the leaves.
-fn centre(leaves: &[Leaf]) -> Centre {
-    let mut sums = [0.0; 4];
-    for &(phi, e, weight) in leaves.iter().flat_map(|leaf| &leaf.points) {
-        let (sin, cos) = phi.sin_cos();
-        sums.iter_mut().zip([1.0, sin, cos, e]).for_each(|(sum, term)| *sum += weight * term);
-    }
-    let [total, sin, cos, e] = sums;
-    let phi = Circular::from_mean_vector(sin / total, cos / total).mean;
-    Centre { phi, e: e / total }
-}
-
-impl Leaf {
-    fn integrals(&self, centre: Centre) -> Integrals<F> {
-        integrate(self.points.iter().map(|&(phi, e, weight)| {
-            let theta = nearest(phi, centre.phi) - centre.phi;
-            let (sin, cos) = theta.sin_cos();
-            let Deviation { first, second, first_change, second_change } = deviation(theta);
-            let de = e - centre.e;
-            [1.0, cos, sin, de, de * de, first, second, first * de, first_change, second_change]
-                .map(|term| weight * term)
-        }))
-    }
-}
-
-/// The moments and each leaf's share of their error.
-fn moments(integrals: &[Integrals<F>], centre: Centre, orbits: usize) -> (SmoothMoments, Vec<f64>) {
-    let mut sums = [[0.0; 2]; F];
-    for leaf in integrals {
-        for (f, sum) in sums.iter_mut().enumerate() {
-            sum[0] += leaf.values[f];
-            sum[1] += leaf.errors[f];
-        }
-    }
-    let [_, cos, sin, de, de2, theta, theta2, theta_de, change, change2] = sums.map(|sum| sum[0] / sums[0][0]);
-    let std_phi = (theta2 - theta * theta).max(f64::MIN_POSITIVE).sqrt();
-    let std_e = (de2 - de * de).max(f64::MIN_POSITIVE).sqrt();
-    let circular = Circular::from_mean_vector(sin, cos);
-    let mut moments = SmoothMoments {
-        mean_phi: centre.phi + theta,
-        std_phi,
-        mean_e: centre.e + de,
-        std_e,
-        cov_phi_e: theta_de - theta * de,
-        circular: Circular { mean: crate::angle::fold(centre.phi + nearest(circular.mean, 0.0), 0.0), ..circular },
-        error: 0.0,
-        circular_error: sums[1][1] + sums[2][1],
-        orbits,
-    };
-    let scaled = |errors: &[f64; F]| -> f64 {
-        let scales = scales(&moments);
-        errors.iter().zip(scales).map(|(error, scale)| error / scale).fold(0.0, f64::max)
-    };
-    let shares = integrals.iter().map(|leaf| scaled(&leaf.errors)).collect();
-    let smoothing = (change / std_phi).abs().max((change2 / theta2.max(f64::MIN_POSITIVE)).abs());
-    moments.error = scaled(&sums.map(|sum| sum[1])).max(smoothing);
-    (moments, shares)
-}
-
-/// The natural size of each integrated function.
-fn scales(moments: &SmoothMoments) -> [f64; F] {
-    let (phi, e) = (moments.std_phi, moments.std_e);
-    [1.0, phi.min(1.0), phi.min(1.0), e, e * e, phi, phi * phi, phi * e, phi, phi * phi]
-}
-
-/// The fewest leaves without which the rest have less than `left` of error, at most `most`, in their own order.
-fn worst(errors: &[f64], left: f64, most: usize) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..errors.len()).collect();
-    order.sort_by(|&a, &b| errors[b].total_cmp(&errors[a]).then(a.cmp(&b)));
-    let mut rest: f64 = errors.iter().sum();
-    let mut worst: Vec<usize> = order
-        .into_iter()
-        .take_while(|&i| {
-            let wanted = rest > left;
-            rest -= errors[i];
-            wanted
-        })
-        .take(most)
-        .collect();
-    worst.sort_unstable();
-    worst
-}
-
-fn direction(integrals: &Integrals<F>, moments: &SmoothMoments) -> Split {
-    let scales = scales(moments);
-    let [u, v] = [0, 1].map(|d| (0..F).map(|f| integrals.directions[f][d] / scales[f]).fold(0.0, f64::max));
-    if u > 8.0 * v {
-        Split::U
-    } else if v > 8.0 * u {
-        Split::V
-    } else {
-        Split::Both
-    }
+    let tolerances = |values: &[f64], _: &[f64]| vec![tolerance, super::probability_tolerance(values[1], tolerance)];
+    let found = family.integrate(family.first_intervals(), 2, above, tolerances, most_orbits);
+    let missing = (1.0 - found.values[0]).abs();
+    // What is missing of the whole may be above.
+    let missing = if missing < found.errors[0] + 1e-13 { missing * found.values[1] } else { missing };
+    super::Estimated { value: found.values[1].clamp(0.0, 1.0), error: found.errors[1] + missing }
 }

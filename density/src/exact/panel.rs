@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::measure::{Measure, REACH, Side};
+use super::measure::{Measure, REACH};
 
 /// Abscissae and weights of Gauss-Legendre rules on `[-1, 1]`, positive half (Abramowitz & Stegun 1964, Table 25.4).
 const GAUSS_4: [(f64, f64); 2] =
@@ -35,8 +35,6 @@ pub(super) struct Resolution {
 impl Resolution {
     pub(super) const COARSE: Self = Self { four: 0.8, eight: 3.0 };
     pub(super) const FINE: Self = Self { four: 0.4, eight: 1.5 };
-    /// For curves on which the polynomial is good to 1e-10 standard deviations.
-    pub(super) const FINEST: Self = Self { four: 0.2, eight: 0.75 };
 }
 
 /// The `order`-node Chebyshev points on `[-1, 1]`.
@@ -75,11 +73,6 @@ struct Point {
 }
 
 impl<const N: usize> Panel<N> {
-    /// Size of the last two coefficients: how far the polynomial may be from the curve.
-    pub(super) fn tail(&self) -> f64 {
-        [self.x1, self.x2].iter().flat_map(|c| &c[N - 2..]).fold(0.0, |most: f64, c| most.max(c.abs()))
-    }
-
     fn point(&self, measure: &Measure, xi: f64) -> Point {
         let (mut t, mut t_next, mut d, mut d_next) = (1.0, xi, 0.0, 1.0);
         let (mut x1, mut x2, mut dx1, mut dx2) = (0.0, 0.0, 0.0, 0.0);
@@ -104,127 +97,40 @@ impl<const N: usize> Panel<N> {
         }
     }
 
-    /// `∫ G w dphi` (or `U`) along the panel from parameter `from` to `to`.
-    pub(super) fn circulation(
-        &self,
-        measure: &Measure,
-        side: Side,
-        resolution: Resolution,
-        (from, to): (f64, f64),
-    ) -> Circulation {
-        self.piece(measure, side, resolution, from, to, 0)
+    /// `∫ G w dphi` along the panel from parameter `from` to `to`.
+    pub(super) fn circulation(&self, measure: &Measure, resolution: Resolution, (from, to): (f64, f64)) -> f64 {
+        self.piece(measure, resolution, from, to, 0)
     }
 
-    /// What a displacement of the whole panel by one standard deviation may change: the one-form's values at the ends, where
-    /// the neighbours need not follow.
-    pub(super) fn end_values(&self, measure: &Measure, side: Side) -> f64 {
-        let at = |xi: f64| {
-            let point = self.point(measure, xi);
-            let side = if point.v < 0.0 { Side::Below } else { side };
-            measure.phi_density(point.u) * measure.gaussian.sigma_phi * measure.e_probability(point.v, side)
-        };
-        at(-1.0) + at(1.0)
-    }
-
-    fn piece(
-        &self,
-        measure: &Measure,
-        side: Side,
-        resolution: Resolution,
-        from: f64,
-        to: f64,
-        depth: u32,
-    ) -> Circulation {
+    fn piece(&self, measure: &Measure, resolution: Resolution, from: f64, to: f64, depth: u32) -> f64 {
         let (middle, half) = (from.midpoint(to), 0.5 * (to - from));
         let points = GAUSS_4.map(|(x, _)| [-x, x].map(|x| self.point(measure, middle + half * x)));
-        let reach = Extent::of(measure, side, points.as_flattened(), half);
+        let reach = Extent::of(measure, points.as_flattened(), half);
         if reach.empty {
-            return Circulation::default();
+            return 0.0;
         }
         if reach.length > resolution.eight && depth < DEEPEST {
-            let first = self.piece(measure, side, resolution, from, middle, depth + 1);
-            return first.plus(self.piece(measure, side, resolution, middle, to, depth + 1));
-        }
-        if side == Side::Above {
-            return self.above(measure, from, to);
+            let first = self.piece(measure, resolution, from, middle, depth + 1);
+            return first + self.piece(measure, resolution, middle, to, depth + 1);
         }
         if reach.length <= resolution.four {
             let pairs = GAUSS_4.iter().zip(&points);
-            let terms = pairs.map(|(&(_, w), pair)| w * pair.map(|p| p.form(measure, side)).iter().sum::<f64>());
-            return Circulation::of(half * terms.sum::<f64>(), 0.0);
+            let terms = pairs.map(|(&(_, w), pair)| w * pair.map(|p| p.form(measure)).iter().sum::<f64>());
+            return half * terms.sum::<f64>();
         }
-        Circulation::of(self.gauss(measure, side, from, to), 0.0)
+        self.gauss(measure, from, to)
     }
 
-    fn gauss(&self, measure: &Measure, side: Side, from: f64, to: f64) -> f64 {
+    fn gauss(&self, measure: &Measure, from: f64, to: f64) -> f64 {
         let (middle, half) = (from.midpoint(to), 0.5 * (to - from));
-        let at = |x: f64| self.point(measure, middle + half * x).form(measure, side);
+        let at = |x: f64| self.point(measure, middle + half * x).form(measure);
         half * GAUSS_8.iter().map(|&(x, w)| w * (at(-x) + at(x))).sum::<f64>()
-    }
-
-    /// `∫ U w dphi` along a short piece. Where it runs below the mean eccentricity `U = 1 - G`: there `-∫ G w dphi` is taken, and
-    /// `∫ w dphi` from the angles at which the curve crosses the mean eccentricity.
-    fn above(&self, measure: &Measure, from: f64, to: f64) -> Circulation {
-        let (start, end) = (self.point(measure, from), self.point(measure, to));
-        match (start.v < 0.0, end.v < 0.0) {
-            (false, false) => Circulation::of(self.gauss(measure, Side::Above, from, to), 0.0),
-            (true, true) => {
-                let turns = measure.passes_mean(start.u, end.u);
-                Circulation::of(-self.gauss(measure, Side::Below, from, to), turns)
-            }
-            (rises, _) => {
-                let crossing = self.mean_e_crossing(measure, from, to);
-                let at = self.point(measure, crossing);
-                let ends = [(from, crossing), (crossing, to)];
-                let (low, high) = if rises { (ends[0], ends[1]) } else { (ends[1], ends[0]) };
-                let value =
-                    self.gauss(measure, Side::Above, high.0, high.1) - self.gauss(measure, Side::Below, low.0, low.1);
-                let (sign, turns) = if rises {
-                    (1.0, measure.passes_mean(start.u, at.u))
-                } else {
-                    (-1.0, measure.passes_mean(at.u, end.u))
-                };
-                Circulation::of(value + sign * measure.signed_tail(at.u), turns)
-            }
-        }
-    }
-
-    /// Where the curve, above the mean eccentricity at one end only, crosses it.
-    fn mean_e_crossing(&self, measure: &Measure, from: f64, to: f64) -> f64 {
-        let below = |xi: f64| self.point(measure, xi).v < 0.0;
-        let starts_below = below(from);
-        let (mut low, mut high) = (from, to);
-        while low.midpoint(high) != low && low.midpoint(high) != high {
-            let middle = low.midpoint(high);
-            if below(middle) == starts_below { low = middle } else { high = middle }
-        }
-        low
-    }
-}
-
-/// A circulation, in two parts so that a small one keeps its digits beside a whole number.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Circulation {
-    pub value: f64,
-    /// A whole number.
-    pub turns: f64,
-    /// Sum of the sizes of its pieces: where a curve folds back they cancel in `value`.
-    pub size: f64,
-}
-
-impl Circulation {
-    fn of(value: f64, turns: f64) -> Self {
-        Self { value, turns, size: value.abs() }
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self { value: self.value + other.value, turns: self.turns + other.turns, size: self.size + other.size }
     }
 }
 
 impl Point {
-    fn form(&self, measure: &Measure, side: Side) -> f64 {
-        measure.phi_density(self.u) * measure.gaussian.sigma_phi * self.du * measure.e_probability(self.v, side)
+    fn form(&self, measure: &Measure) -> f64 {
+        measure.phi_density(self.u) * measure.gaussian.sigma_phi * self.du * measure.e_probability(self.v)
     }
 }
 
@@ -237,17 +143,13 @@ struct Extent {
 }
 
 impl Extent {
-    fn of(measure: &Measure, side: Side, points: &[Point], half: f64) -> Self {
+    fn of(measure: &Measure, points: &[Point], half: f64) -> Self {
         let most = |f: fn(&Point) -> f64| points.iter().map(f).fold(0.0, f64::max);
         let (du, dv) = (2.0 * half * most(|p| p.du.abs()), 2.0 * half * most(|p| p.dv.abs()));
         let least = |f: fn(&Point) -> f64| points.iter().map(f).fold(f64::INFINITY, f64::min);
         let beside = least(|p| p.u.abs()) > REACH + du;
         let above = least(|p| p.v) > REACH + dv;
         let below = least(|p| -p.v) > REACH + dv;
-        let nothing = match side {
-            Side::Below => below,
-            Side::Above => above,
-        };
         // A piece that is not short against its distance from the origin may turn about it between its nodes.
         let (length_in_plane, farness) = (2.0 * half * most(|p| p.speed), least(|p| p.e));
         let hidden_turn = length_in_plane > farness;
@@ -262,6 +164,6 @@ impl Extent {
         };
         // A piece of more than a fraction of a turn may pass the cloud between its nodes.
         let beside = beside && 4.0 * du < measure.turn_sigmas();
-        Self { empty: beside || nothing, length }
+        Self { empty: beside || below, length }
     }
 }

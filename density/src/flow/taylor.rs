@@ -157,6 +157,15 @@ impl<const P: usize> Series<P> {
         (self.x1[0][lane], self.x2[0][lane], self.s[0][lane]) = (state.x1, state.x2, state.s());
     }
 
+    /// The coefficients of `(x1, x2)` of one lane, zeros after the last.
+    pub(super) fn coefficients<const N: usize>(&self, lane: usize) -> ([f64; N], [f64; N]) {
+        let (mut x1, mut x2) = ([0.0; N], [0.0; N]);
+        for n in 0..P.min(N) {
+            (x1[n], x2[n]) = (self.x1[n][lane], self.x2[n][lane]);
+        }
+        (x1, x2)
+    }
+
     #[inline(always)]
     fn is_inside(&self, lane: usize) -> bool {
         let (x1, x2) = (self.x1[0][lane], self.x2[0][lane]);

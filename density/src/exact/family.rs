@@ -1,0 +1,288 @@
+//! All orbits of a cloud: integrals over the cloud are integrals over the orbits that it is made of.
+//!
+//! An orbit is a point `q` of the axis ([`super::axis`]), and `dH = h'(q) dq`. So the mean of a function `f` of the state at
+//! time `t` is
+//!
+//! ```text
+//! E[f] = ∫ dq h'(q) ∮ dθ a(θ; q) f(state(θ + n_sun t; q))
+//! ```
+//!
+//! Only the outer integral is left to be refined: its integrand is smooth but at the points where orbits change their kind,
+//! which are ends of intervals, and the refinement closes in on those geometrically. Nothing in it grows with `t` but the
+//! number of turns by which neighbouring orbits come apart.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::dynamics::State;
+use crate::flow::Flow;
+
+use super::axis::Axis;
+use super::contour::Contour;
+use super::hamiltonian_range::cloud_range;
+use super::measure::Measure;
+use super::rules::{POINTS, kronrod};
+use super::share::Share;
+use super::trail::Trail;
+
+/// Orbits kept for the next snapshot.
+const KEPT: usize = 20_000;
+/// Orbits that a thread traces at a time.
+const BATCH: usize = 15;
+/// Points of the initial Gaussian in either direction that tell where its orbits are.
+const PILOT: u32 = 25;
+/// Standard deviations out to which they lie.
+const PILOT_REACH: f64 = 6.0;
+/// Parts of the range of orbits between the pilots' first and last, evenly filled.
+const PARTS: usize = 6;
+
+/// An orbit with its share of the initial probability.
+#[derive(Debug)]
+pub(crate) struct Orbit {
+    /// `h'(q)`: the width in `H` of a unit of `q`.
+    pub width: f64,
+    /// The orbit itself.
+    pub contour: Contour,
+    /// The initial probability along it, per unit of `H`.
+    pub share: Share,
+    trail: OnceLock<Trail>,
+}
+
+impl Orbit {
+    /// Points close enough together for cubic interpolation.
+    pub(crate) fn trail(&self) -> &Trail {
+        self.trail.get_or_init(|| Trail::new(&self.contour))
+    }
+}
+
+/// The orbits of a cloud.
+#[derive(Debug)]
+pub(crate) struct Family<'a> {
+    pub flow: &'a Flow,
+    pub measure: Measure,
+    /// Ends of the intervals of `q` at the start; pairs that hold orbits of the cloud.
+    first: Vec<(f64, f64)>,
+    /// Smallest share of an orbit that matters: the inverse of the cloud's width in `H`.
+    scale: f64,
+    known: Mutex<HashMap<u64, Option<Arc<Orbit>>>>,
+}
+
+impl<'a> Family<'a> {
+    /// The orbits of the cloud `measure`; those that touch the circle `e = critical_e` end an interval.
+    pub(crate) fn new(flow: &'a Flow, measure: Measure, critical_e: f64) -> Self {
+        let axis = Axis::new(flow.force);
+        let pilots = pilots(&axis, &measure);
+        let parts = axis.within(cloud_range(flow.force, &measure));
+        let special = axis.special_points(critical_e);
+        let first = parts.iter().flat_map(|&part| intervals(part, &special, &pilots)).collect();
+        let levels = pilots.iter().map(|&q| axis.hamiltonian(q));
+        let (low, high) = levels.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
+        let scale = 1.0 / (high - low).max(1e-12);
+        Self { flow, measure, first, scale, known: Mutex::default() }
+    }
+
+    /// The intervals of `q` to begin with.
+    pub(crate) fn first_intervals(&self) -> Vec<Interval> {
+        self.first.iter().map(|&(low, high)| Interval { low, high }).collect()
+    }
+
+    fn known(&self) -> MutexGuard<'_, HashMap<u64, Option<Arc<Orbit>>>> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The orbits at the nodes of an interval; `None` for one that leaves the domain.
+    pub(crate) fn orbits(&self, interval: Interval) -> Vec<Option<Arc<Orbit>>> {
+        let points = interval.nodes().map(|(q, ..)| q);
+        let mut orbits: Vec<Option<Option<Arc<Orbit>>>> = {
+            let known = self.known();
+            points.iter().map(|q| known.get(&q.to_bits()).cloned()).collect()
+        };
+        let missing: Vec<usize> = (0..POINTS).filter(|&k| orbits[k].is_none()).collect();
+        let traced = missing.chunks(BATCH).flat_map(|batch| {
+            let qs: Vec<f64> = batch.iter().map(|&k| points[k]).collect();
+            let contours = Contour::trace(self.flow, &qs);
+            qs.into_iter().zip(contours).map(|(q, contour)| contour.map(|contour| Arc::new(self.orbit(q, contour))))
+        });
+        let traced: Vec<_> = missing.iter().copied().zip(traced).collect();
+        let mut known = self.known();
+        for (k, orbit) in traced {
+            if known.len() < KEPT {
+                known.insert(points[k].to_bits(), orbit.clone());
+            }
+            orbits[k] = Some(orbit);
+        }
+        orbits.into_iter().map(Option::flatten).collect()
+    }
+
+    fn orbit(&self, q: f64, contour: Contour) -> Orbit {
+        let share = Share::new(&self.measure, &contour, self.scale);
+        Orbit { width: super::axis::slope(self.flow.force, q), contour, share, trail: OnceLock::new() }
+    }
+
+    /// The integral over all orbits of `count` functions of an orbit, refined until `tolerances` of the values reached are met
+    /// or `most_orbits` have been taken.
+    pub(crate) fn integrate(
+        &self,
+        intervals: Vec<Interval>,
+        count: usize,
+        function: impl Fn(&Orbit) -> Vec<f64> + Sync,
+        tolerances: impl Fn(&[f64], &[f64]) -> Vec<f64>,
+        most_orbits: usize,
+    ) -> Integrals {
+        let mut leaves: Vec<Leaf> = Vec::new();
+        let mut pending = intervals;
+        let mut orbits = 0;
+        loop {
+            orbits += pending.len() * POINTS;
+            let fresh = pending.par_iter().map(|&interval| self.leaf(interval, count, &function));
+            leaves.extend(fresh.collect::<Vec<_>>());
+            leaves.sort_by(|a, b| a.interval.low.total_cmp(&b.interval.low));
+            let sum = |of: fn(&Leaf) -> &Vec<f64>| -> Vec<f64> {
+                (0..count).map(|f| leaves.iter().map(|leaf| of(leaf)[f]).sum()).collect()
+            };
+            let (values, errors) = (sum(|leaf| &leaf.values), sum(|leaf| &leaf.errors));
+            let tolerances = tolerances(&values, &errors);
+            let shares: Vec<f64> = leaves.iter().map(|leaf| leaf.share_of_error(&errors, &tolerances)).collect();
+            let most = most_orbits.saturating_sub(orbits) / (2 * POINTS);
+            let worst = worst(&shares, most, |i| leaves[i].interval.can_be_halved());
+            if worst.is_empty() {
+                let intervals = leaves.iter().map(|leaf| leaf.interval).collect();
+                let lost = leaves.iter().map(|leaf| leaf.lost).sum();
+                return Integrals { values, errors, lost, orbits, intervals };
+            }
+            pending = worst.iter().flat_map(|&i| leaves[i].interval.halves()).collect();
+            let mut keep = vec![true; leaves.len()];
+            worst.iter().for_each(|&i| keep[i] = false);
+            let mut keep = keep.into_iter();
+            leaves.retain(|_| keep.next().unwrap_or(true));
+        }
+    }
+
+    fn leaf(&self, interval: Interval, count: usize, function: &(impl Fn(&Orbit) -> Vec<f64> + Sync)) -> Leaf {
+        let (mut kronrod, mut gauss, mut size) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
+        let mut lost = 0;
+        for ((_, kronrod_weight, gauss_weight), orbit) in interval.nodes().iter().zip(self.orbits(interval)) {
+            let Some(orbit) = orbit else {
+                lost += 1;
+                continue;
+            };
+            if orbit.share.total() == 0.0 {
+                continue;
+            }
+            for (f, value) in function(&orbit).into_iter().enumerate() {
+                kronrod[f] += kronrod_weight * orbit.width * value;
+                gauss[f] += gauss_weight * orbit.width * value;
+                size[f] += kronrod_weight * orbit.width * value.abs();
+            }
+        }
+        let errors = (0..count).map(|f| kronrod_error(kronrod[f] - gauss[f], size[f])).collect();
+        Leaf { interval, values: kronrod, errors, lost }
+    }
+}
+
+/// The error of a Kronrod rule from its difference to the Gauss rule and the size of the integral: the difference itself where
+/// it is large, as the integrand is rough there; of a smooth integrand, QUADPACK's power of 3/2 of it.
+pub(crate) fn kronrod_error(difference: f64, size: f64) -> f64 {
+    if size <= 0.0 {
+        return 0.0;
+    }
+    let relative = difference.abs() / size;
+    let estimate = if relative > 1.0 / 200f64.powi(3) { relative } else { (200.0 * relative).powf(1.5) };
+    size * estimate.max(f64::EPSILON)
+}
+
+/// An interval of `q`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Interval {
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Interval {
+    /// Nodes, Kronrod weights and Gauss weights.
+    pub(crate) fn nodes(self) -> [(f64, f64, f64); POINTS] {
+        let (middle, half) = (self.low.midpoint(self.high), 0.5 * (self.high - self.low));
+        kronrod().map(|(x, kronrod, gauss)| (middle + half * x, half * kronrod, half * gauss))
+    }
+
+    pub(crate) fn halves(self) -> [Self; 2] {
+        let middle = self.low.midpoint(self.high);
+        [Self { high: middle, ..self }, Self { low: middle, ..self }]
+    }
+
+    /// Whether the nodes of the halves are still different numbers.
+    pub(crate) fn can_be_halved(self) -> bool {
+        self.high - self.low > 1e3 * f64::EPSILON * self.low.abs().max(self.high.abs())
+    }
+}
+
+/// Integrals over all orbits.
+#[derive(Debug, Clone)]
+pub(crate) struct Integrals {
+    pub values: Vec<f64>,
+    /// Error estimates.
+    pub errors: Vec<f64>,
+    /// Nodes whose orbits leave the domain.
+    pub lost: usize,
+    /// Orbits taken.
+    pub orbits: usize,
+    /// The intervals that were needed.
+    pub intervals: Vec<Interval>,
+}
+
+struct Leaf {
+    interval: Interval,
+    values: Vec<f64>,
+    errors: Vec<f64>,
+    lost: usize,
+}
+
+impl Leaf {
+    /// The largest of the leaf's shares of the tolerances that are not met.
+    fn share_of_error(&self, errors: &[f64], tolerances: &[f64]) -> f64 {
+        let unmet = (0..errors.len()).filter(|&f| errors[f] > tolerances[f]);
+        unmet.map(|f| self.errors[f] / tolerances[f].max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
+    }
+}
+
+/// The fewest leaves without which the others have less than half of what is tolerated, at most `most`, in their own order.
+pub(crate) fn worst(shares: &[f64], most: usize, can_be_halved: impl Fn(usize) -> bool) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..shares.len()).filter(|&i| shares[i] > 0.0 && can_be_halved(i)).collect();
+    order.sort_by(|&a, &b| shares[b].total_cmp(&shares[a]).then(a.cmp(&b)));
+    let mut rest: f64 = shares.iter().sum();
+    let needed = order.iter().take_while(|&&i| {
+        let wanted = rest > 0.5;
+        rest -= shares[i];
+        wanted
+    });
+    let mut worst: Vec<usize> = needed.copied().take(most).collect();
+    worst.sort_unstable();
+    worst
+}
+
+/// The orbits of points all over the cloud, ascending.
+fn pilots(axis: &Axis, measure: &Measure) -> Vec<f64> {
+    let at = |i: u32| PILOT_REACH * (2.0 * f64::from(i) / f64::from(PILOT - 1) - 1.0);
+    let point = |k: u32| {
+        let (phi, e) = measure.gaussian.point(at(k / PILOT), at(k % PILOT));
+        (e > 0.0 && e < 1.0).then(|| axis.orbit_of(State::from_polar(phi, e))).flatten()
+    };
+    let mut points: Vec<f64> = (0..PILOT * PILOT).filter_map(point).collect();
+    points.sort_by(f64::total_cmp);
+    points
+}
+
+/// A part of the axis, cut at its special points and where the pilots begin, are and end.
+fn intervals((low, high): (f64, f64), special: &[f64], pilots: &[f64]) -> Vec<(f64, f64)> {
+    let here: Vec<f64> = pilots.iter().copied().filter(|q| (low..=high).contains(q)).collect();
+    let mut cuts = vec![low, high];
+    cuts.extend(special.iter().copied().filter(|&q| low < q && q < high));
+    if !here.is_empty() {
+        cuts.extend((0..=PARTS).map(|part| here[part * (here.len() - 1) / PARTS]));
+    }
+    cuts.sort_by(f64::total_cmp);
+    let pairs = cuts.windows(2).map(|pair| (pair[0], pair[1]));
+    pairs.filter(|&(a, b)| Interval { low: a, high: b }.can_be_halved()).collect()
+}

@@ -1,0 +1,76 @@
+//! An orbit as points close enough together for cubic interpolation of solar angle and eccentricity.
+
+use crate::angle::nearest;
+use crate::dynamics::{Force, State};
+
+use super::contour::Contour;
+
+/// Points in an integrator's step.
+const POINTS: u32 = 6;
+/// The most that the solar angle may turn between two points \[rad\].
+const TURN: f64 = 0.25;
+/// Halvings after which two points are left as they are.
+const DEEPEST: u32 = 24;
+
+/// A point of an orbit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Point {
+    /// Time on the orbit \[rad\].
+    pub theta: f64,
+    /// Solar angle, continued without jumps \[rad\].
+    pub phi: f64,
+    pub e: f64,
+}
+
+/// The points of an orbit, from minus to plus half a period.
+#[derive(Debug, Clone)]
+pub(crate) struct Trail {
+    pub points: Vec<Point>,
+}
+
+impl Trail {
+    pub(crate) fn new(contour: &Contour) -> Self {
+        let first = contour.at(0.0);
+        let mut half = vec![Point { theta: 0.0, phi: first.solar_angle(), e: first.eccentricity() }];
+        let knots: Vec<f64> = contour.knots().collect();
+        for pair in knots.windows(2) {
+            for k in 1..=POINTS {
+                let theta = pair[0] + (pair[1] - pair[0]) * f64::from(k) / f64::from(POINTS);
+                extend(&mut half, contour, theta, DEEPEST);
+            }
+        }
+        // The axis has phi = 0 or π, about which the other half is the mirror image.
+        let axis = half[0].phi;
+        let mirrored = half.iter().skip(1).rev();
+        let mirrored = mirrored.map(|p| Point { theta: -p.theta, phi: 2.0 * axis - p.phi, e: p.e });
+        let points = mirrored.collect::<Vec<_>>().into_iter().chain(half.iter().copied()).collect();
+        Self { points }
+    }
+}
+
+fn extend(points: &mut Vec<Point>, contour: &Contour, theta: f64, depth: u32) {
+    let Some(&last) = points.last() else { return };
+    let state: State = contour.at(theta);
+    let phi = nearest(state.solar_angle(), last.phi);
+    let middle = last.theta.midpoint(theta);
+    let halfway = nearest(contour.at(middle).solar_angle(), last.phi);
+    // Near e = 0 half a turn may pass between two points.
+    let turned = (halfway - last.phi).abs() + (phi - halfway).abs();
+    if turned > TURN && depth > 0 && middle > last.theta && middle < theta {
+        extend(points, contour, middle, depth - 1);
+        extend(points, contour, theta, depth - 1);
+    } else {
+        points.push(Point { theta, phi, e: state.eccentricity() });
+    }
+}
+
+impl Point {
+    /// Rates of solar angle and eccentricity by time on the orbit.
+    pub(crate) fn rates(&self, force: Force) -> (f64, f64) {
+        let (sin, cos) = self.phi.sin_cos();
+        let s2 = (1.0 - self.e * self.e).max(f64::MIN_POSITIVE);
+        let s = s2.sqrt();
+        let drift = force.oblateness / (s2 * s2) - 1.0;
+        (force.radiation * s * cos / self.e.max(f64::MIN_POSITIVE) + drift, force.radiation * s * sin)
+    }
+}
