@@ -1,0 +1,59 @@
+//! The scenarios of other people in `tests/cases`, with what is known of them.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::scenario::Scenario;
+
+/// What is known of a case at a time; `None` where it is not.
+#[derive(Debug, Clone)]
+pub struct Known {
+    /// Time \[yr\].
+    pub time: f64,
+    /// `mean_phi, std_phi, mean_e, std_e, cov_phi_e`.
+    pub moments: Option<[f64; 5]>,
+    /// Mean resultant length.
+    pub resultant: Option<f64>,
+    /// Probability above the critical eccentricity.
+    pub above: Option<f64>,
+    /// Probability of having been there.
+    pub ever: Option<f64>,
+    /// To what the moments are known, in standard deviations.
+    pub moment_error: f64,
+    /// To what the probabilities are known: above, ever.
+    pub probability_error: [f64; 2],
+}
+
+/// All cases.
+pub fn all() -> Vec<(Scenario, Vec<Known>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases");
+    let right: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("right.json")).unwrap()).unwrap();
+    let cases = right.as_object().unwrap().iter();
+    cases
+        .map(|(name, rows)| {
+            let text = std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap();
+            let scenario = Scenario::from_toml(&text).unwrap();
+            (scenario, rows.as_array().unwrap().iter().map(|row| known(name, row)).collect())
+        })
+        .collect()
+}
+
+fn known(name: &str, row: &Value) -> Known {
+    let number = |key: &str| row[key].as_f64();
+    let uncertainty = |key: &str| row["uncertainty"][key].as_f64().unwrap_or(0.0);
+    // As the file's author says of it.
+    let good_to = if name == "near-circular" { 1e-3 } else { 1e-5 };
+    let moments = ["mean_phi", "std_phi", "mean_e", "std_e", "cov"].map(number);
+    let deviation = number("std_phi").unwrap_or(1.0).min(number("std_e").unwrap_or(1.0));
+    let spread = uncertainty("std_phi").max(uncertainty("std_e")) / deviation;
+    Known {
+        time: number("t").unwrap(),
+        moments: moments.iter().all(Option::is_some).then(|| moments.map(Option::unwrap)),
+        resultant: number("resultant"),
+        above: number("p_above"),
+        ever: number("p_ever"),
+        moment_error: good_to + 4.0 * spread,
+        probability_error: ["p_above", "p_ever"].map(|key| good_to + 4.0 * uncertainty(key)),
+    }
+}

@@ -1,0 +1,199 @@
+//! Whether a method's figures are what it says they are.
+
+use density::angle::nearest;
+use density::problem::Problem;
+
+use super::methods::{Answer, Claim, Curve, Shown};
+use super::oracle::{Oracle, Truth};
+
+/// What a figure is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// A moment.
+    Moment,
+    /// The probability above the critical eccentricity.
+    Above,
+    /// The joint density.
+    Joint,
+    /// First passage.
+    Passage,
+    /// Something that is wrong whatever the truth: a probability above 1, a mass that is not 1, a curve that falls.
+    Impossible,
+}
+
+impl Kind {
+    /// All, in the order of the table's columns.
+    pub const ALL: [Self; 5] = [Self::Moment, Self::Above, Self::Joint, Self::Passage, Self::Impossible];
+}
+
+/// A figure that was looked at.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// What it is.
+    pub kind: Kind,
+    /// In words, with its time.
+    pub name: String,
+    /// How far it is off beyond the oracle's own error: in standard deviations, absolute, or L1.
+    pub off: f64,
+    /// Whether it is farther off than the method answers for.
+    pub wrong: bool,
+    /// Whether the method warned.
+    pub warned: bool,
+    /// What was found, what is right, and what was claimed.
+    pub detail: String,
+}
+
+/// All that was found in a method's answer.
+#[derive(Debug, Clone, Default)]
+pub struct Verdict {
+    /// Figures that could be compared.
+    pub figures: Vec<Figure>,
+    /// Why there are none.
+    pub refusals: Vec<String>,
+    /// Figures that were withheld, in words.
+    pub withheld: Vec<String>,
+    /// Snapshots with a warning.
+    pub warned: usize,
+}
+
+impl Verdict {
+    /// Figures that are wrong without a warning.
+    pub fn silently_wrong(&self) -> impl Iterator<Item = &Figure> {
+        self.figures.iter().filter(|figure| figure.wrong && !figure.warned)
+    }
+}
+
+/// Judges `answer`. Of `may_withhold` NaN is accepted as a figure withheld.
+pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: bool) -> Verdict {
+    let mut verdict = Verdict::default();
+    for ((shown, truth), &time) in answer.snapshots.iter().zip(&oracle.truths).zip(&problem.times) {
+        match shown {
+            Ok(shown) => {
+                verdict.warned += usize::from(shown.warning.is_some());
+                let mut desk = Desk { verdict: &mut verdict, time, warned: shown.warning.is_some(), may_withhold };
+                desk.snapshot(shown, truth);
+            }
+            Err(why) => verdict.refusals.push(why.clone()),
+        }
+    }
+    match &answer.curve {
+        Some(Ok(curve)) => {
+            let warned = verdict.warned > 0;
+            let end = problem.times.last().copied().unwrap_or(0.0);
+            let mut desk = Desk { verdict: &mut verdict, time: end, warned, may_withhold };
+            desk.curve(curve, problem, oracle);
+        }
+        Some(Err(why)) if verdict.refusals.is_empty() => verdict.refusals.push(why.clone()),
+        _ => (),
+    }
+    verdict
+}
+
+/// Where the figures of a snapshot are looked at.
+struct Desk<'a> {
+    verdict: &'a mut Verdict,
+    time: f64,
+    warned: bool,
+    may_withhold: bool,
+}
+
+impl Desk<'_> {
+    /// Compares a figure that is off by `off` with what is claimed of it, given the oracle's error.
+    fn compare(&mut self, kind: Kind, name: &str, off: f64, claimed: f64, oracle: f64, detail: String) {
+        let name = format!("{name} at {} yr", self.time);
+        if off.is_nan() || claimed.is_nan() {
+            if self.may_withhold {
+                self.verdict.withheld.push(name);
+            } else {
+                self.note(Kind::Impossible, name, f64::INFINITY, true, detail);
+            }
+            return;
+        }
+        // Where the oracle does not know, nothing can be said.
+        if oracle.is_finite() {
+            let wrong = off > claimed + oracle;
+            let detail = format!("{detail}; off by {off:.1e}, answered for {claimed:.1e}, oracle good to {oracle:.1e}");
+            self.note(kind, name, (off - oracle).max(0.0), wrong, detail);
+        }
+    }
+
+    fn note(&mut self, kind: Kind, name: String, off: f64, wrong: bool, detail: String) {
+        // No warning excuses the impossible.
+        let warned = self.warned && kind != Kind::Impossible;
+        self.verdict.figures.push(Figure { kind, name, off, wrong, warned, detail });
+    }
+
+    fn impossible(&mut self, name: &str, is_so: bool, detail: String) {
+        if is_so {
+            let name = format!("{name} at {} yr", self.time);
+            self.note(Kind::Impossible, name, f64::NAN, true, detail);
+        }
+    }
+
+    fn snapshot(&mut self, shown: &Shown, truth: &Truth) {
+        let Shown { estimate, claim: Claim { moments, above, joint }, mass_outside, .. } = shown;
+        let (found, right, scales) = (estimate.moments.to_array(), truth.cloud.moments, truth.cloud.scales());
+        for (i, name) in ["mean_phi", "std_phi", "mean_e", "std_e", "cov_phi_e"].into_iter().enumerate() {
+            let difference = if i == 0 { nearest(found[0] - right[0], 0.0) } else { found[i] - right[i] };
+            let detail = format!("{} instead of {}", found[i], right[i]);
+            let off = (difference / scales[i]).abs();
+            self.compare(Kind::Moment, name, off, moments[i], truth.error.moments[i], detail);
+        }
+        let probability = found[5];
+        let detail = format!("{probability} instead of {}", truth.above);
+        self.compare(Kind::Above, "p_above", (probability - truth.above).abs(), *above, truth.error.above, detail);
+        self.impossible(
+            "p_above",
+            probability < -1e-12 || probability > 1.0 + 1e-12,
+            format!("{probability} is no probability"),
+        );
+        let area = estimate.grid.bin_area();
+        let l1: f64 = estimate.joint.iter().zip(&truth.joint).map(|(a, b)| (a - b).abs() * area).sum();
+        if l1.is_nan() || joint.is_finite() || joint.is_nan() {
+            self.compare(Kind::Joint, "joint density", l1, *joint, truth.error.joint, "L1".into());
+        }
+        let mass = estimate.mass();
+        let allowed = if joint.is_finite() { joint.max(1e-6) } else { 1e-6 };
+        let excess = mass_outside.map_or((mass - 1.0).max(0.0), |outside| (mass + outside - 1.0).abs());
+        self.impossible(
+            "mass",
+            excess > allowed,
+            format!("the joint density has the mass {mass}, {excess:.1e} too much"),
+        );
+        let negative = estimate.joint.iter().copied().fold(0.0, f64::min) * area;
+        self.impossible("joint density", negative < -allowed, format!("a bin has the probability {negative:.1e}"));
+        let marginals =
+            [(&estimate.marginal_phi, estimate.grid.phi.width()), (&estimate.marginal_e, estimate.grid.e.width())];
+        for (marginal, width) in marginals {
+            let sum = marginal.iter().sum::<f64>() * width;
+            self.impossible(
+                "marginal",
+                (sum - mass).abs() > allowed,
+                format!("its mass is {sum}, that of the joint density {mass}"),
+            );
+        }
+    }
+
+    fn curve(&mut self, curve: &Curve, problem: &Problem, oracle: &Oracle) {
+        let at = |time: f64| curve.times.iter().position(|t| *t == time).map(|i| curve.points[i]);
+        for (&time, truth) in problem.times.iter().zip(&oracle.truths) {
+            self.time = time;
+            let Some((value, claimed)) = at(time) else { continue };
+            let detail = format!("{value} instead of {}", truth.ever);
+            self.compare(Kind::Passage, "p_ever", (value - truth.ever).abs(), claimed, truth.error.ever, detail);
+        }
+        for (&time, &(value, error)) in curve.times.iter().zip(&curve.points) {
+            self.time = time;
+            let is_no_probability = value < -1e-12 || value > 1.0 + 1e-12;
+            self.impossible("p_ever", is_no_probability, format!("{value} is no probability"));
+            self.impossible("p_ever", error < 0.0, format!("{error} is no error"));
+        }
+        let known: Vec<(f64, f64)> =
+            curve.times.iter().zip(&curve.points).map(|(&t, p)| (t, p.0)).filter(|p| !p.1.is_nan()).collect();
+        for pair in known.windows(2) {
+            self.time = pair[1].0;
+            let fall = pair[0].1 - pair[1].1;
+            self.impossible("p_ever", fall > 1e-12, format!("the curve falls by {fall:.1e}"));
+        }
+    }
+}

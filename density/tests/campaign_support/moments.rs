@@ -1,0 +1,113 @@
+//! Moments from the orbits of a lattice, `phi` on the branch of the circular mean.
+//!
+//! Where the branch's cut runs between two neighbouring nodes of a line, both stand for cells that end half-way; the strip
+//! between there and the cut is moved to the other branch.
+
+use std::f64::consts::{PI, TAU};
+
+use density::angle::nearest;
+use rayon::prelude::*;
+
+use super::lattice::Lattice;
+use super::paths::Paths;
+
+/// Mean and deviation of `phi`, mean and deviation of `e`, covariance; and the circular mean and resultant length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cloud {
+    /// `mean_phi, std_phi, mean_e, std_e, cov_phi_e`.
+    pub moments: [f64; 5],
+    /// Mean of `sin(phi)` and `cos(phi)`.
+    pub vector: [f64; 2],
+    /// Probability of orbits that could not be followed.
+    pub lost: f64,
+}
+
+impl Cloud {
+    /// From raw moments `[(phi-c), (phi-c)², (e-r), (e-r)², (phi-c)(e-r)]` about a circular mean `c` and an `r`.
+    pub fn from_raw([a, aa, b, bb, ab]: [f64; 5], c: f64, r: f64, vector: [f64; 2], lost: f64) -> Self {
+        let deviation = |square: f64, mean: f64| (square - mean * mean).max(0.0).sqrt();
+        Self { moments: [c + a, deviation(aa, a), r + b, deviation(bb, b), ab - a * b], vector, lost }
+    }
+
+    /// The circular mean \[rad\].
+    pub fn circular_mean(&self) -> f64 {
+        self.vector[0].atan2(self.vector[1])
+    }
+
+    /// What an error of each moment is measured in: standard deviations, or their product.
+    pub fn scales(&self) -> [f64; 5] {
+        let [_, p, _, q, _] = self.moments;
+        [p, p, q, q, p * q]
+    }
+}
+
+/// The moments at time `k`.
+pub fn cloud(lattice: &Lattice, paths: &Paths, k: usize) -> Cloud {
+    let nodes = lattice.e.len();
+    let state = |line: usize, j: usize| (paths.x1[k][line * nodes + j], paths.x2[k][line * nodes + j]);
+    let [sin, cos, e, lost] = over_lines(lattice, |line| {
+        let mut sums = [0.0; 4];
+        for j in 0..nodes {
+            let (x1, x2) = state(line, j);
+            let (w, e) = (lattice.node_weight[j], x1.hypot(x2));
+            let terms = if e.is_nan() { [0.0, 0.0, 0.0, w] } else { [w * x1 / e, w * x2 / e, w * e, 0.0] };
+            (0..4).for_each(|i| sums[i] += terms[i]);
+        }
+        sums
+    });
+    let kept = 1.0 - lost;
+    let vector = [sin / kept, cos / kept];
+    let (c, r) = (sin.atan2(cos), e / kept);
+    let raw = over_lines(lattice, |line| {
+        let mut sums = [0.0; 5];
+        let mut before: Option<(f64, f64)> = None;
+        for j in 0..nodes {
+            let (x1, x2) = state(line, j);
+            let point = (nearest(x1.atan2(x2), c) - c, x1.hypot(x2) - r);
+            if point.0.is_nan() || point.1.is_nan() {
+                before = None;
+                continue;
+            }
+            add(&mut sums, terms(point), lattice.node_weight[j]);
+            if let Some(before) = before.filter(|before| (before.0 - point.0).abs() > PI) {
+                move_strip(&mut sums, lattice, j, before, point);
+            }
+            before = Some(point);
+        }
+        sums
+    });
+    Cloud::from_raw(raw.map(|sum| sum / kept), c, r, vector, lost)
+}
+
+fn terms((a, b): (f64, f64)) -> [f64; 5] {
+    [a, a * a, b, b * b, a * b]
+}
+
+fn add(sums: &mut [f64; 5], terms: [f64; 5], weight: f64) {
+    (0..5).for_each(|i| sums[i] += weight * terms[i]);
+}
+
+/// Moves the strip between the border below node `j` and the cut, which lies between the nodes `j - 1` and `j`.
+fn move_strip(sums: &mut [f64; 5], lattice: &Lattice, j: usize, before: (f64, f64), after: (f64, f64)) {
+    let turn = if before.0 > 0.0 { TAU } else { -TAU };
+    let lifted = after.0 + turn;
+    let cut = (0.5 * turn - before.0) / (lifted - before.0);
+    let middle = 0.5 * (cut + 0.5);
+    let a = before.0 + middle * (lifted - before.0);
+    let b = before.1 + middle * (after.1 - before.1);
+    let h = 1.0 / lattice.e.len() as f64;
+    let weight = lattice.density_in_x((j as f64 - 0.5 + middle) * h) * h * (0.5 - cut);
+    // Before the border all is on the branch of the first node: from the cut on it should be on that of the second.
+    let (first, second) = (terms((a, b)), terms((a - turn, b)));
+    (0..5).for_each(|i| sums[i] += weight * (second[i] - first[i]));
+}
+
+/// The sum over all lines, in their order.
+fn over_lines<const N: usize>(lattice: &Lattice, line: impl Fn(usize) -> [f64; N] + Sync + Send) -> [f64; N] {
+    let lines: Vec<[f64; N]> = (0..lattice.phi.len()).into_par_iter().map(line).collect();
+    let mut sums = [0.0; N];
+    for (values, weight) in lines.iter().zip(&lattice.line_weight) {
+        (0..N).for_each(|i| sums[i] += weight * values[i]);
+    }
+    sums
+}
