@@ -2,9 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use crate::angle::nearest;
 use crate::dynamics::Force;
 use crate::grid::Grid;
 
+use super::contour::Contour;
 use super::trail::{Point, Trail};
 
 /// A piece of an orbit between two grid lines.
@@ -34,6 +36,11 @@ impl Cubic {
         a + x * (b + x * (c + x * d))
     }
 
+    fn slope(self, x: f64) -> f64 {
+        let [_, b, c, d] = self.0;
+        b + x * (2.0 * c + x * 3.0 * d)
+    }
+
     /// Where it has a value that lies between those at the ends.
     fn solve(self, value: f64) -> f64 {
         let [a, b, c, d] = self.0;
@@ -47,7 +54,7 @@ impl Cubic {
             } else {
                 high = x
             }
-            let newton = x - miss / (b + x * (2.0 * c + x * 3.0 * d));
+            let newton = x - miss / self.slope(x);
             let next = if newton > low && newton < high { newton } else { f64::midpoint(low, high) };
             if (next - x).abs() < 1e-9 {
                 return next;
@@ -59,7 +66,11 @@ impl Cubic {
 }
 
 /// Visits the pieces of an orbit, once round; `holds(from, to)` says whether there is anything between two times.
+///
+/// Crossings are found by cubic interpolation, and then moved to where the orbit itself passes the line: its bins may be far
+/// narrower than the curve is smooth.
 pub(super) fn pieces(
+    contour: &Contour,
     trail: &Trail,
     force: Force,
     grid: &Grid,
@@ -85,11 +96,15 @@ pub(super) fn pieces(
         let slope = |rate: f64| (rate * length).clamp(-steep, steep) / width;
         let xs = Cubic::new(x(a), x(b), slope(phi_a), slope(phi_b));
         let ys = Cubic::new(y(a), y(b), e_a * length / height, e_b * length / height);
+        let exactly = |part: f64| {
+            let state = contour.at(a.theta + part * length);
+            Point { theta: 0.0, phi: nearest(state.solar_angle(), a.phi), e: state.eccentricity() }
+        };
         cuts.clear();
         for shift in [-turn, 0.0, turn] {
-            lines(xs, x(a) + shift, x(b) + shift, grid.phi.bins, shift, &mut cuts);
+            lines(xs, |part| x(exactly(part)), (x(a), x(b)), (grid.phi.bins, shift), &mut cuts);
         }
-        lines(ys, y(a), y(b), grid.e.bins, 0.0, &mut cuts);
+        lines(ys, |part| y(exactly(part)), (y(a), y(b)), (grid.e.bins, 0.0), &mut cuts);
         cuts.sort_by(f64::total_cmp);
         let mut from = 0.0;
         for &to in cuts.iter().chain(&[1.0]) {
@@ -103,14 +118,24 @@ pub(super) fn pieces(
     }
 }
 
-/// Adds where a cubic passes whole numbers from 0 to `bins`, between its ends' values `from` and `to`, all moved by `shift`.
-fn lines(cubic: Cubic, from: f64, to: f64, bins: usize, shift: f64, cuts: &mut Vec<f64>) {
-    let (low, high) = (from.min(to), from.max(to));
+/// Adds where a coordinate, known `exactly` and as a cubic, passes whole numbers from 0 to `bins` less `shift`, between its
+/// values `from` and `to` at the ends.
+fn lines(
+    cubic: Cubic,
+    exactly: impl Fn(f64) -> f64,
+    (from, to): (f64, f64),
+    (bins, shift): (usize, f64),
+    cuts: &mut Vec<f64>,
+) {
+    let (low, high) = (from.min(to) + shift, from.max(to) + shift);
     let (first, last) = (low.ceil().max(0.0), high.floor().min(bins as f64));
     let mut line = first;
     while line <= last {
         if line > low && line < high {
-            cuts.push(cubic.solve(line - shift));
+            let part = cubic.solve(line - shift);
+            let moved = part - (exactly(part) - (line - shift)) / cubic.slope(part);
+            // A line that is only touched has no slope to be moved along.
+            cuts.push(if (moved - part).abs() < 0.1 { moved.clamp(0.0, 1.0) } else { part });
         }
         line += 1.0;
     }

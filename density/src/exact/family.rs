@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::dynamics::State;
+use crate::dynamics::{Force, State};
 use crate::flow::Flow;
 
 use super::axis::Axis;
@@ -52,8 +52,8 @@ pub(crate) struct Orbit {
 
 impl Orbit {
     /// Points close enough together for cubic interpolation.
-    pub(crate) fn trail(&self) -> &Trail {
-        self.trail.get_or_init(|| Trail::new(&self.contour))
+    pub(crate) fn trail(&self, force: Force) -> &Trail {
+        self.trail.get_or_init(|| Trail::new(&self.contour, force))
     }
 }
 

@@ -157,7 +157,7 @@ fn visit(orbit: &Orbit, force: Force, grid: &Grid, t: f64, mut take: impl FnMut(
         share.before(earlier) + turns - at_start
     };
     let holds = |from: f64, to: f64| before(to) - before(from) > 0.0;
-    pieces(orbit.trail(), force, grid, holds, |Piece { from, to, bin }| {
+    pieces(contour, orbit.trail(force), force, grid, holds, |Piece { from, to, bin }| {
         let mass = before(to) - before(from);
         if mass > 0.0 {
             take(bin.map_or(outside, |bin| bin as u32), mass);

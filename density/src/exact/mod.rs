@@ -60,7 +60,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { moment_error: 1e-8, joint_error: 2e-4, most_orbits: 60_000, limits: Limits::default() }
+        Self { moment_error: 1e-8, joint_error: 2e-4, most_orbits: 30_000, limits: Limits::default() }
     }
 }
 

@@ -9,6 +9,7 @@
 use std::f64::consts::PI;
 
 use crate::angle::{Circular, fold, nearest};
+use crate::dynamics::Force;
 
 use super::contour::angle_of;
 use super::family::{Family, Integrals, Orbit};
@@ -126,7 +127,7 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre) -> SmoothMoments
 }
 
 fn about(family: &Family<'_>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64> {
-    let cuts = cut_crossings(orbit, centre.phi + PI);
+    let cuts = cut_crossings(orbit, family.flow.force, centre.phi + PI);
     let mut values = along(family, orbit, t, Some(&cuts), |phi, e| {
         let (theta, de) = (nearest(phi, centre.phi) - centre.phi, e - centre.e);
         let (sin, cos) = phi.sin_cos();
@@ -192,7 +193,7 @@ fn later_ends(orbit: &Orbit) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// The times on the orbit at which the solar angle passes `cut`.
-fn cut_crossings(orbit: &Orbit, cut: f64) -> Vec<f64> {
+fn cut_crossings(orbit: &Orbit, force: Force, cut: f64) -> Vec<f64> {
     let (sin, cos) = cut.sin_cos();
     // e sin(phi - cut) and e cos(phi - cut), which are smooth also at e = 0.
     let aside = |theta: f64| {
@@ -203,7 +204,7 @@ fn cut_crossings(orbit: &Orbit, cut: f64) -> Vec<f64> {
         let state = orbit.contour.at(theta);
         state.x2 * cos + state.x1 * sin
     };
-    let points = &orbit.trail().points;
+    let points = &orbit.trail(force).points;
     let values: Vec<f64> = points.iter().map(|point| point.e * (point.phi - cut).sin()).collect();
     let changes = (1..points.len()).filter(|&k| (values[k - 1] < 0.0) != (values[k] < 0.0));
     let root = |k: usize| {

@@ -1,4 +1,5 @@
-//! An orbit as points close enough together for cubic interpolation of solar angle and eccentricity.
+//! An orbit as points close enough together for cubic interpolation of solar angle and eccentricity, both monotone between two of
+//! them: where the solar angle turns back is a point, so that no line can be passed twice unseen.
 
 use crate::angle::nearest;
 use crate::dynamics::{Force, State};
@@ -29,7 +30,7 @@ pub(crate) struct Trail {
 }
 
 impl Trail {
-    pub(crate) fn new(contour: &Contour) -> Self {
+    pub(crate) fn new(contour: &Contour, force: Force) -> Self {
         let first = contour.at(0.0);
         let mut half = vec![Point { theta: 0.0, phi: first.solar_angle(), e: first.eccentricity() }];
         let knots: Vec<f64> = contour.knots().collect();
@@ -39,6 +40,7 @@ impl Trail {
                 extend(&mut half, contour, theta, DEEPEST);
             }
         }
+        let half = with_turning_points(half, contour, force);
         // The axis has phi = 0 or π, about which the other half is the mirror image.
         let axis = half[0].phi;
         let mirrored = half.iter().skip(1).rev();
@@ -62,6 +64,30 @@ fn extend(points: &mut Vec<Point>, contour: &Contour, theta: f64, depth: u32) {
     } else {
         points.push(Point { theta, phi, e: state.eccentricity() });
     }
+}
+
+/// Adds the points at which the solar angle turns back.
+fn with_turning_points(points: Vec<Point>, contour: &Contour, force: Force) -> Vec<Point> {
+    let mut all: Vec<Point> = Vec::with_capacity(points.len() + 4);
+    let grows = |point: &Point| point.rates(force).0 > 0.0;
+    for point in points {
+        if let Some(last) = all.last().copied().filter(|last| grows(last) != grows(&point)) {
+            let at = |theta: f64| {
+                let state = contour.at(theta);
+                Point { theta, phi: nearest(state.solar_angle(), last.phi), e: state.eccentricity() }
+            };
+            let (mut low, mut high) = (last.theta, point.theta);
+            for _ in 0..40 {
+                let middle = low.midpoint(high);
+                if grows(&at(middle)) == grows(&last) { low = middle } else { high = middle }
+            }
+            if low > last.theta {
+                all.push(at(low));
+            }
+        }
+        all.push(point);
+    }
+    all
 }
 
 impl Point {

@@ -19,7 +19,7 @@ use crate::flow::{Escaped, Flow};
 use crate::problem::Problem;
 
 /// Orbits that a curve may take.
-pub const MOST_ORBITS: usize = 60_000;
+pub const MOST_ORBITS: usize = 30_000;
 
 /// `P(T <= t)` at each of the ascending `times` \[yr\], with error estimates.
 ///
