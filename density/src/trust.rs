@@ -137,9 +137,9 @@ pub fn counting_noise(joint: &[f64], area: f64, samples: f64) -> f64 {
 }
 
 /// Defects of the invariant measure, in tolerances, up to which a mesh is good for moments.
-const MESH_MOMENTS: f64 = 2.0;
+const MESH_MOMENTS: f64 = 1.0;
 /// Total variation of the joint density for each unit of the defect.
-const MESH_DENSITY: f64 = 1.0;
+const MESH_DENSITY: f64 = 2.0;
 /// Disagreement, in tolerances, up to which a mixture is good for moments.
 const MIXTURE_MOMENTS: f64 = 30.0;
 /// Disagreement, in tolerances, up to which a mixture is good for the density.

@@ -107,6 +107,9 @@ impl Component {
     /// The component's part above `e = 0`, which is all of it that there is: its probability, mean and covariance.
     pub(super) fn above_zero(self) -> Self {
         let sigma = self.var_e.sqrt();
+        if sigma.is_nan() || sigma <= 0.0 {
+            return self;
+        }
         let part = Above::new(self.mean_e / sigma);
         let slope = self.cov_phi_e / sigma;
         Self {
