@@ -4,7 +4,8 @@
 //! is only a lower bound of what matters for disposal: an orbit may peak and come back between snapshots. With `T` the
 //! first time at which `e >= e_crit` (0 if it starts there), the curve is `P(T <= t)`.
 //!
-//! - [`times`]: `T` of every orbit of a sample, peaks between output times included;
+//! - [`passage_times`]: `T` of every orbit of a sample, read off the integrator's own series;
+//! - [`times`]: the same, searched for in segments: what the former is tested against;
 //! - [`empirical`]: the curve of a weighted sample;
 //! - [`exact`]: the curve without sampling.
 
@@ -13,6 +14,22 @@ pub mod exact;
 pub mod times;
 
 use crate::dynamics::{Force, SUN_MEAN_MOTION};
+use crate::flow::{Escaped, Flow, Passages};
+
+/// First time \[yr\] within `[0, end]` at which the orbit `(x1[i], x2[i])` has `e >= critical_e`; infinite if there is none.
+///
+/// # Errors
+/// [`Escaped`] if an orbit cannot be followed to `end`.
+///
+/// # Panics
+/// If the slices differ in length.
+pub fn passage_times(flow: &Flow, x1: &[f64], x2: &[f64], critical_e: f64, end: f64) -> Result<Vec<f64>, Escaped> {
+    let (mut x1, mut x2) = (x1.to_vec(), x2.to_vec());
+    let mut times = vec![f64::INFINITY; x1.len()];
+    let passages = Passages { passages: &mut times, pending: f64::INFINITY, note: &|time| time };
+    flow.advance_watching(&mut x1, &mut x2, (0.0, end), critical_e, passages)?;
+    Ok(times)
+}
 
 /// Evenly spaced times from 0 to `end` \[yr\], both included; a single 0 if `count < 2`.
 pub fn curve_times(end: f64, count: usize) -> Vec<f64> {
@@ -26,20 +43,21 @@ fn segments(force: Force, critical_e: f64, years: f64) -> usize {
     const PHASE: f64 = 1.0;
     let s_squared = (1.0 - critical_e * critical_e).max(1e-6);
     let rate = |g: f64| (g - 1.0).abs();
-    let fastest = rate(force.oblateness).max(rate(force.oblateness / (s_squared * s_squared))).max(1.0);
+    let turning = rate(force.oblateness).max(rate(force.oblateness / (s_squared * s_squared))).max(1.0);
+    let fastest = turning + force.radiation;
     (years * SUN_MEAN_MOTION * fastest / PHASE).ceil().clamp(1.0, 1e7) as usize
 }
 
 /// The fifth-degree polynomial on `[0, length]` with given value, slope and second derivative at both ends.
 #[derive(Debug, Clone, Copy)]
-struct Quintic {
+pub(crate) struct Quintic {
     coefficients: [f64; 6],
     length: f64,
 }
 
 impl Quintic {
     /// From `[value, slope, second derivative]` at 0 and at `length`.
-    fn new(start: [f64; 3], end: [f64; 3], length: f64) -> Self {
+    pub(crate) fn new(start: [f64; 3], end: [f64; 3], length: f64) -> Self {
         let [a, b, c] = [start[0], start[1] * length, 0.5 * start[2] * length * length];
         let rest = end[0] - a - b - c;
         let slope = end[1] * length - b - 2.0 * c;
@@ -50,7 +68,7 @@ impl Quintic {
         Self { coefficients: [a, b, c, d, e, f], length }
     }
 
-    fn at(&self, time: f64) -> f64 {
+    pub(crate) fn at(&self, time: f64) -> f64 {
         let x = time / self.length;
         self.coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
     }
@@ -63,7 +81,7 @@ impl Quintic {
 
     /// The time of the peak inside. `None` if there is none: the slope is positive at 0 and negative at `length` only
     /// if there is, or the value at an inner point is above both ends.
-    fn peak(&self) -> Option<f64> {
+    pub(crate) fn peak(&self) -> Option<f64> {
         let (rise, fall) = (self.slope_and_bend(0.0).0, self.slope_and_bend(1.0).0);
         let (mut low, mut high) = (0.0, 1.0);
         if !(rise >= 0.0 && fall <= 0.0) {

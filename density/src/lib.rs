@@ -19,3 +19,4 @@ pub mod partial;
 pub mod problem;
 pub mod sampling;
 pub mod standard_errors;
+pub mod trust;

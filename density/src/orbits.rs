@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::dynamics::State;
-use crate::flow::{Escaped, Flow, Passages};
+use crate::flow::{Escaped, Flow, Loss, Passages};
 
 /// Orbits that a thread reads out at a time.
 const CHUNK: usize = 4096;
@@ -22,13 +22,12 @@ pub struct Orbits {
 
 /// An orbit could not be followed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "sample {index}, which started at phi = {phi} rad, e = {e}, left the domain e < 1 of the equations of motion \
-     between t = {from} and {to} yr"
-)]
+#[error("sample {index}, which started at phi = {phi} rad, e = {e}, {why} between t = {from} and {to} yr")]
 pub struct LostOrbit {
     /// Which orbit.
     pub index: usize,
+    /// Why.
+    pub why: Loss,
     /// Its solar angle at `t = 0` \[rad\].
     pub phi: f64,
     /// Its eccentricity at `t = 0`.
@@ -99,10 +98,10 @@ impl Orbits {
     }
 
     /// Follows an orbit that escaped back to where it started.
-    fn trace(&self, Escaped { index, phi, e, .. }: Escaped, from: f64, to: f64) -> LostOrbit {
+    fn trace(&self, Escaped { index, why, phi, e, .. }: Escaped, from: f64, to: f64) -> LostOrbit {
         let before = State::from_polar(phi, e);
         let start = self.flow.advance_one(before, -from).unwrap_or(before);
-        LostOrbit { index, phi: start.solar_angle(), e: start.eccentricity(), from, to }
+        LostOrbit { index, why, phi: start.solar_angle(), e: start.eccentricity(), from, to }
     }
 
     /// Writes solar angles, in `[0, 2π)` \[rad\], and eccentricities.

@@ -11,32 +11,65 @@
 //! bin count c  sqrt(c (1 - c/n))                        binomial; about sqrt(c) for a bin that holds few of all
 //! ```
 //!
+//! Where a cloud reaches round the circle, moments of `phi` also depend on where its branch is cut, and the cut on the sample:
+//! see [`Cut`].
+//!
 //! These hold for independent samples alone. Antithetic and low-discrepancy samples are correlated within a group of
 //! [`crate::sampling::Plan`], their groups are not: with the same moment taken of each of `R` groups, the standard
 //! error of the whole is about `s_R / sqrt(R)`, `s_R` the deviation of the groups' values (Owen, *Monte Carlo theory,
 //! methods and examples*, 2013, Chapter 17). With few groups it is itself uncertain, by `1/sqrt(2(R-1))` of its value,
 //! and an interval is `± t` of Student with `R - 1` degrees of freedom: 2.26 for 10 groups, not 1.96.
 
-use crate::angle::nearest;
+use std::f64::consts::TAU;
+
+use crate::angle::{Circular, nearest};
 use crate::estimate::{Moments, ordered_sum};
 use crate::sampling::group;
 
+/// What the cut of the branch of `phi`, which follows the sample's circular mean, does to a sample's influence on moments: see
+/// [`crate::partial`]. All zero for a cloud that does not reach round the circle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Cut {
+    /// Density of `phi` at the cut \[1/rad\].
+    pub density: f64,
+    /// Mean of `phi` less the circular mean \[rad\].
+    pub mean_from_circular: f64,
+    /// Mean of `e` beside the cut less that of all.
+    pub e_beside: f64,
+    /// Mean of `(phi - μ) g`, `g = sin(phi - c)/R`.
+    pub with_phi: f64,
+    /// Mean of `((phi - μ)² - σ²) g`.
+    pub with_square: f64,
+    /// Mean of `((phi - μ)(e - ν) - κ) g`.
+    pub with_product: f64,
+    /// Mean of `g²`.
+    pub square: f64,
+}
+
 /// Standard errors of the moments of `n` independent samples, of which the share `p` is above the critical eccentricity, from
 /// their central moments `m_20, m_40, m_02, m_04, m_11, m_22`.
-pub fn of_independent(n: f64, [phi2, phi4, e2, e4, phi_e, phi2_e2]: [f64; 6], p: f64) -> Moments {
+pub fn of_independent(n: f64, [phi2, phi4, e2, e4, phi_e, phi2_e2]: [f64; 6], cut: Cut, p: f64) -> Moments {
     let error = |variance: f64| (variance.max(0.0) / n).sqrt();
+    // The variance of an influence function of which `a g` is a part.
+    let with_cut = |variance: f64, a: f64, with: f64| {
+        if a == 0.0 { variance } else { variance + 2.0 * a * with + a * a * cut.square }
+    };
+    let turn = TAU * cut.density;
     Moments {
-        mean_phi: error(phi2),
-        std_phi: error((phi4 - phi2 * phi2) / (4.0 * phi2)),
+        mean_phi: error(with_cut(phi2, turn, cut.with_phi)),
+        std_phi: error(
+            with_cut(phi4 - phi2 * phi2, -2.0 * turn * cut.mean_from_circular, cut.with_square) / (4.0 * phi2),
+        ),
         mean_e: error(e2),
         std_e: error((e4 - e2 * e2) / (4.0 * e2)),
-        cov_phi_e: error(phi2_e2 - phi_e * phi_e),
+        cov_phi_e: error(with_cut(phi2_e2 - phi_e * phi_e, turn * cut.e_beside, cut.with_product)),
         prob_above_critical_e: error(p * (1.0 - p)),
     }
 }
 
 /// Standard errors of the moments of samples that were drawn in `replicates` independent groups, from the spread of the
-/// groups' moments: the right ones for every kind of [`crate::sampling::Draws`]. [`Moments::NONE`] for fewer than two
+/// groups' moments: the right ones for every kind of [`crate::sampling::Draws`]. Each group has its own branch of `phi`, as the
+/// whole has, so the spread is also that of where it is cut. [`Moments::NONE`] for fewer than two
 /// groups, or fewer samples than put two in each.
 ///
 /// # Panics
@@ -50,7 +83,11 @@ pub fn of_groups(phi: &[f64], e: &[f64], replicates: usize, circular_mean: f64, 
     (0..phi.len()).for_each(|row| members[group(row, replicates)].push(row));
     let values: Vec<[f64; 6]> = members
         .iter()
-        .map(|rows| group_moments(rows, |row| (nearest(phi[row], circular_mean), e[row]), critical_e))
+        .map(|rows| {
+            let [sin, cos] = ordered_sum(rows.len(), |i| [phi[rows[i]].sin(), phi[rows[i]].cos()]);
+            let own = nearest(Circular::from_mean_vector(sin, cos).mean, circular_mean);
+            group_moments(rows, |row| (nearest(phi[row], own), e[row]), critical_e)
+        })
         .collect();
     let groups = replicates as f64;
     Moments::from_array(std::array::from_fn(|k| {
@@ -60,7 +97,7 @@ pub fn of_groups(phi: &[f64], e: &[f64], replicates: usize, circular_mean: f64, 
     }))
 }
 
-/// Moments of the samples `rows`, on the branch that `point` gives: one branch for all groups.
+/// Moments of the samples `rows`, on the branch that `point` gives.
 fn group_moments(rows: &[usize], point: impl Fn(usize) -> (f64, f64) + Sync, critical_e: f64) -> [f64; 6] {
     let n = rows.len() as f64;
     let [phi, e, above] = ordered_sum(rows.len(), |i| {

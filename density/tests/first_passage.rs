@@ -5,10 +5,10 @@ mod common;
 use common::{paper, sample};
 use density::dynamics::{Force, SUN_MEAN_MOTION, State};
 use density::exact::{Exact, Settings};
-use density::first_passage::curve_times;
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::exact::exact_curve;
 use density::first_passage::times::first_passage_times;
+use density::first_passage::{curve_times, passage_times};
 use density::flow::{Flow, Passages};
 use density::problem::{InitialGaussian, Problem};
 
@@ -96,6 +96,24 @@ fn passages_read_off_the_integrators_series_are_those_that_are_searched_for() {
             searched.iter().zip(&read_off).filter(|(a, _)| a.is_finite()).map(|(a, b)| (a - b).abs()).collect();
         differences.sort_by(f64::total_cmp);
         assert!(differences[differences.len() / 2] < 1e-10, "median {}", differences[differences.len() / 2]);
+    }
+}
+
+#[test]
+fn passages_under_strong_radiation_and_oblateness_are_those_that_are_searched_for() {
+    for (radiation, oblateness, critical_e) in
+        [(0.63, 0.4, 0.6), (2.605, 0.4092, 0.583), (10.0, 10.0, 0.8), (3.0, 0.5, 0.95)]
+    {
+        let force = Force { radiation, oblateness };
+        let initial = InitialGaussian { mean_phi: 4.1, mean_e: 0.13, sigma_phi: 0.4, sigma_e: 0.04 };
+        let problem = Problem { force, initial, times: vec![0.0, 0.5], critical_e };
+        let (x1, x2) = sample(&problem, 500, 3);
+        let flow = Flow::new(force);
+        let read_off = passage_times(&flow, &x1, &x2, critical_e, 0.5).unwrap();
+        let searched = first_passage_times(&flow, &x1, &x2, critical_e, 0.5).unwrap();
+        for (a, b) in read_off.iter().zip(searched) {
+            assert!(*a == b || (a - b).abs() < 1e-5, "C = {radiation}, W = {oblateness}: {a} {b}");
+        }
     }
 }
 

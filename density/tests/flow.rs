@@ -6,7 +6,7 @@ mod common;
 use std::f64::consts::{PI, TAU};
 
 use density::dynamics::{Force, State};
-use density::flow::{Accuracy, Flow};
+use density::flow::{Accuracy, Flow, Loss};
 use density::problem::InitialGaussian;
 use density::sampling::draw;
 
@@ -135,4 +135,30 @@ fn an_orbit_has_the_same_bytes_on_any_number_of_threads_and_in_any_company() {
         let alone = flow.advance_one(State { x1: x1[i], x2: x2[i] }, 1.3).unwrap();
         assert_eq!((alone.x1.to_bits(), alone.x2.to_bits()), (one.0[i].to_bits(), one.1[i].to_bits()));
     }
+}
+
+#[test]
+fn a_thousand_years_in_one_interval_are_followed_whatever_the_accuracy() {
+    for accuracy in Accuracy::ALL {
+        let flow = Flow { force: PAPER, accuracy };
+        let (mut x1, mut x2) = cloud(SCENARIOS[0], 16);
+        let before = hamiltonians(&x1, &x2);
+        flow.advance(&mut x1, &mut x2, 1000.0).unwrap();
+        let drift = before.iter().zip(hamiltonians(&x1, &x2)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(drift < 1000.0 * accuracy.largest_error(), "{accuracy:?}: H drifts by {drift:e}");
+    }
+}
+
+#[test]
+fn an_orbit_that_turns_too_fast_is_told_from_one_that_leaves_the_domain() {
+    // Next to e = 1 oblateness turns an orbit by 1e15 rad a year.
+    let fast = Flow::new(Force { radiation: 0.01, oblateness: 10.0 });
+    let error = fast.advance_one(State { x1: 0.0, x2: 0.999_999_9 }, 1e-3).unwrap_err();
+    assert_eq!(error.why, Loss::Stuck, "{error}");
+    assert!(error.to_string().contains("turns too fast"), "{error}");
+    // Without oblateness strong radiation takes an orbit through e = 1.
+    let strong = Flow::new(Force { radiation: 3.0, oblateness: 0.0 });
+    let error = strong.advance_one(State { x1: 0.0, x2: 0.6 }, 1.0).unwrap_err();
+    assert_eq!(error.why, Loss::LeftTheDomain, "{error}");
+    assert!(error.to_string().contains("left the domain e < 1"), "{error}");
 }

@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use density::first_passage::empirical::empirical_curve;
-use density::first_passage::times::first_passage_times;
+use density::first_passage::passage_times;
 use density::mesh::lattice::MOST_DEGREE;
-use density::mesh::{Placement, Points, characteristic_densities, initial_points, point_weights};
+use density::mesh::passage::{PassageCurve, passage_curve};
+use density::mesh::{Placement, Points, characteristic_densities, initial_points};
 use density::orbits::Orbits;
 use density::problem::Problem;
-use messages::layout::{kind, treatment};
+use messages::layout::{PASSAGE_COLUMNS, kind, treatment};
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
@@ -202,20 +203,29 @@ impl Propagator for DensityEvolution {
         n.copy_from_slice(&work.densities);
     }
 
-    /// Along the characteristics, each with the weight that the mesh gives its point; all of them, in the first shard alone.
+    /// Of the flow that a lattice interpolates, or of scattered characteristics, which all weigh alike; all of them, in the first
+    /// shard alone.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         if self.shard.index > 0 {
             return Ok(Passage::Cannot("the first shard computes it for all".into()));
         }
         let work = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
-        let Problem { initial, critical_e, .. } = &work.problem;
         let flow = work.course.orbits.flow;
-        let weights = point_weights(initial, &work.start, self.settings.degree)?;
+        if work.start.lattice.is_some() {
+            let curve = passage_curve(&work.problem, &flow, &work.start, self.settings.degree, times)?;
+            return Ok(Passage::Curve(rows(&curve, times)));
+        }
         let start = Orbits::from_polar(flow, &work.start.phi, &work.start.e);
         let end = times.last().copied().unwrap_or(0.0);
-        let passages = first_passage_times(&flow, &start.x1, &start.x2, *critical_e, end)?;
-        let mut curve = empirical_curve(&passages, weights.as_deref(), times);
+        let passages = passage_times(&flow, &start.x1, &start.x2, work.problem.critical_e, end)?;
+        let mut curve = empirical_curve(&passages, None, times);
         curve.interval = None;
         Ok(Passage::Curve(Passage::rows(&curve)))
     }
+}
+
+/// The rows of a curve that estimates its own error.
+fn rows(curve: &PassageCurve, times: &[f64]) -> Vec<[f64; PASSAGE_COLUMNS]> {
+    let row = |((&time, &p), &error): ((&f64, &f64), &f64)| [time, p, (p - error).max(0.0), (p + error).min(1.0)];
+    times.iter().zip(&curve.probability).zip(&curve.error).map(row).collect()
 }

@@ -23,6 +23,9 @@ pub enum Failure {
     /// A mesh cannot be made.
     #[error(transparent)]
     Mesh(#[from] density::mesh::MeshError),
+    /// First passages of a mesh cannot be computed.
+    #[error(transparent)]
+    MeshPassage(#[from] density::mesh::passage::PassageError),
     /// A mixture cannot be made.
     #[error(transparent)]
     Mixture(#[from] density::mixture::MixtureError),

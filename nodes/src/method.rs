@@ -2,7 +2,7 @@
 
 use density::angle::{Circular, nearest};
 use density::estimate::{Estimate, Moments};
-use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate};
+use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate, unfold};
 use density::mixture::{self, Component};
 use density::partial::Partial;
 use density::{binning, grid::Grid};
@@ -61,12 +61,15 @@ impl Case {
                 samples(phi, e, grid, assignment.problem.critical_e, header.replicates as usize).into()
             }
             (kind::CHARACTERISTICS, &[phi, e, n]) => self.characteristics(header, [phi, e, n], &grid, assignment)?,
-            (kind::MIXTURE, columns) => Estimated {
-                estimate: mixture_estimate(columns, &grid, assignment.problem.critical_e)?,
-                diagnostic: diagnostic::MIXTURE,
-                diagnostics: [header.disagreement, f64::NAN, f64::NAN, f64::NAN],
-                reduced: None,
-            },
+            (kind::MIXTURE, columns) => {
+                let (estimate, below) = mixture_estimate(columns, &grid, assignment.problem.critical_e)?;
+                Estimated {
+                    estimate,
+                    diagnostic: diagnostic::MIXTURE,
+                    diagnostics: [header.disagreement, below, f64::NAN, f64::NAN],
+                    reduced: None,
+                }
+            }
             (kind::REDUCED, &[numbers]) => reduced_samples(header, numbers, grid)?,
             (kind::DENSITY, &[values]) => ready_density(values, grid)?,
             (other, _) => return Err(format!("kind {other} has no density method")),
@@ -107,8 +110,11 @@ impl Case {
         let mesh = match self.mesh.take() {
             Some(mesh) => mesh,
             None => {
-                let phi0: Vec<f64> = phi.iter().map(|&phi| nearest(phi, initial.mean_phi)).collect();
                 let lattice = (header.lattice > 0).then_some(header.lattice as usize);
+                let phi0 = match lattice {
+                    Some(side) => unfold(initial, phi, side),
+                    None => phi.iter().map(|&phi| nearest(phi, initial.mean_phi)).collect(),
+                };
                 CarriedMesh::new(initial, &phi0, e, lattice, header.degree.max(1) as usize)
                     .map_err(|e| e.to_string())?
             }
@@ -116,11 +122,11 @@ impl Case {
         let (estimate, mesh_says) =
             mesh.estimate(phi, e, grid, assignment.problem.critical_e).map_err(|e| e.to_string())?;
         self.mesh = Some(mesh);
-        let MeshDiagnostics { measure_defect, flipped_mass, truncated_mass, .. } = mesh_says;
+        let MeshDiagnostics { measure_defect, flipped_mass, truncated_mass, misplaced_mass, .. } = mesh_says;
         Ok(Estimated {
             estimate,
             diagnostic: diagnostic::MESH,
-            diagnostics: [measure_defect, flipped_mass, truncated_mass, f64::NAN],
+            diagnostics: [measure_defect, flipped_mass, truncated_mass, misplaced_mass],
             reduced: None,
         })
     }
@@ -172,7 +178,8 @@ fn ready_density(values: &[f64], grid: Grid) -> Result<Estimated, String> {
     Ok(Estimated { estimate, diagnostic: diagnostic::NUMERICAL, diagnostics, reduced: None })
 }
 
-fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<Estimate, String> {
+/// A mixture's density, and its probability below `e = 0`.
+fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<(Estimate, f64), String> {
     let &[w, mean_phi, mean_e, var_phi, cov, var_e] = columns else {
         return Err("a mixture has six columns".into());
     };
@@ -183,7 +190,8 @@ fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<
     }
     let row = |i: usize| Component::from_array([w[i], mean_phi[i], mean_e[i], var_phi[i], cov[i], var_e[i]]);
     let components: Vec<Component> = (0..w.len()).map(row).collect();
-    mixture::estimate(&components, grid, critical_e).map_err(|e| e.to_string())
+    let estimate = mixture::estimate(&components, grid, critical_e).map_err(|e| e.to_string())?;
+    Ok((estimate, mixture::mass_below_zero(&components)))
 }
 
 /// Numbers that are fine one by one may still lead nowhere, such as `phi` = 1e308.

@@ -74,7 +74,7 @@ struct Candidate {
 }
 
 /// `f` and its first two derivatives.
-fn excess(force: Force, critical_e: f64, state: State) -> [f64; 3] {
+pub(crate) fn excess(force: Force, critical_e: f64, state: State) -> [f64; 3] {
     let scale = 2.0 * SUN_MEAN_MOTION * force.radiation;
     let s = state.s();
     let s_rate = -SUN_MEAN_MOTION * force.radiation * state.x1;

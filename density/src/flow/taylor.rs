@@ -24,15 +24,17 @@ use crate::dynamics::{Force, SUN_MEAN_MOTION, State};
 
 /// Orbits side by side: three sums in as many vector registers as AVX2 has to spare.
 pub(super) const LANES: usize = 16;
-/// Steps that no regular orbit needs in an interval; an orbit that does is about to leave the domain. At the default
-/// accuracy a year takes about fifteen.
-const MOST_STEPS: u32 = 10_000;
+/// Steps that an orbit may take in any interval, and more for each year of it. At the default accuracy a year takes about
+/// fifteen, and next to `e = 1`, where oblateness turns orbits by `W/s⁴` a time unit, in proportion more: at `e = 0.99` and
+/// `W = 10` there are 1e5.
+const MOST_STEPS: f64 = 10_000.0;
+const MOST_STEPS_A_YEAR: f64 = 1e7;
 
 pub(super) type Lanes = [f64; LANES];
 
 /// Moves the orbits `(x1[i], x2[i])` by `years[i]`, or by the last of `years` where there are fewer, with Taylor series of
-/// `P` coefficients; `tolerance` is the size at which the last terms are cut. Returns the orbits that left the domain, in no
-/// order; their states stay as they were. `watch` sees every step.
+/// `P` coefficients; `tolerance` is the size at which the last terms are cut. Returns the orbits that were lost, in no
+/// order, and why; their states stay as they were. `watch` sees every step.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
 pub(super) fn advance<const P: usize, W: Watch>(
     force: Force,
@@ -41,7 +43,7 @@ pub(super) fn advance<const P: usize, W: Watch>(
     years: &[f64],
     tolerance: f64,
     watch: &mut W,
-) -> Vec<usize> {
+) -> Vec<(usize, Loss)> {
     let reach = libm::pow(tolerance, 1.0 / (P - 1) as f64);
     let mut series = Series::<P>::AT_REST;
     let mut crew = Crew::new();
@@ -56,12 +58,15 @@ pub(super) fn advance<const P: usize, W: Watch>(
         watch.see(&series, &steps, &crew);
         series.move_on(&steps);
         for lane in 0..LANES {
-            if crew.left[lane] > 0.0 && crew.steps[lane] < MOST_STEPS && series.is_inside(lane) {
+            let is_inside = series.is_inside(lane);
+            if crew.left[lane] > 0.0 && is_inside && !crew.is_stuck(lane, steps[lane]) {
                 continue;
             }
             let Some(orbit) = crew.orbit[lane] else { continue };
-            if crew.left[lane] > 0.0 || !series.is_inside(lane) {
-                lost.push(orbit);
+            if !is_inside {
+                lost.push((orbit, Loss::LeftTheDomain));
+            } else if crew.left[lane] > 0.0 {
+                lost.push((orbit, Loss::Stuck));
             } else {
                 x1[orbit] = crew.sign[lane] * series.x1[0][lane];
                 x2[orbit] = series.x2[0][lane];
@@ -91,13 +96,28 @@ pub(super) struct Crew {
     sign: Lanes,
     /// Time left after the step under way \[1/n_sun\].
     pub(super) left: Lanes,
-    steps: [u32; LANES],
+    /// Steps that it may still take.
+    steps: Lanes,
     at_work: usize,
+}
+
+/// Why an orbit could not be followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+pub enum Loss {
+    /// It reached `e = 1`, or turned non-finite.
+    #[error("left the domain e < 1 of the equations of motion")]
+    LeftTheDomain,
+    /// Its steps became too short to get on: it turns too fast, as orbits next to `e = 1` do.
+    #[error(
+        "turns too fast to be followed (the integrator's steps fell below what the clock resolves, or below a ten-millionth \
+         of a year for all of the interval)"
+    )]
+    Stuck,
 }
 
 impl Crew {
     fn new() -> Self {
-        Self { orbit: [None; LANES], sign: [1.0; LANES], left: [0.0; LANES], steps: [0; LANES], at_work: LANES }
+        Self { orbit: [None; LANES], sign: [1.0; LANES], left: [0.0; LANES], steps: [0.0; LANES], at_work: LANES }
     }
 
     /// Puts the orbit `next` into a lane if there is one; the lane rests otherwise. Returns how many were put in. The flow
@@ -119,7 +139,7 @@ impl Crew {
             series.start(lane, State { x1: 0.0, x2: 0.0 });
             return 0;
         };
-        (self.orbit[lane], self.steps[lane]) = (Some(next), 0);
+        (self.orbit[lane], self.steps[lane]) = (Some(next), MOST_STEPS + MOST_STEPS_A_YEAR * years.abs());
         (self.sign[lane], self.left[lane]) = (years.signum(), SUN_MEAN_MOTION * years.abs());
         series.start(lane, State { x1: self.sign[lane] * x1, x2 });
         1
@@ -132,9 +152,15 @@ impl Crew {
         for l in 0..LANES {
             step[l] = (reach * radii[l]).min(self.left[l]);
             self.left[l] -= step[l];
-            self.steps[l] += 1;
+            self.steps[l] -= 1.0;
         }
         step
+    }
+
+    /// Whether a lane's orbit gets on no more: no step is left to it, or the one taken did not move the clock.
+    #[inline(always)]
+    fn is_stuck(&self, lane: usize, step: f64) -> bool {
+        self.steps[lane] <= 0.0 || step <= self.left[lane] * f64::EPSILON
     }
 }
 

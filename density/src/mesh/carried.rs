@@ -6,44 +6,44 @@
 //! proportion to the densities that the characteristics at its corners carry, and shared out to the bins exactly.
 //!
 //! Moments use the same weights for every snapshot. On scattered points (degree 1) the flow is taken as linear in each
-//! triangle, and `∫ p phi² = Σ phi_i phi_j ∫ p L_i L_j` is exact for a linear flow. On a lattice of degree `d` they are
-//! weighted sums over the lattice points, exact for a flow that is polynomial of degree `d` between them
-//! ([`super::lattice`]); the joint density is read from a refined lattice.
+//! triangle, and `∫ p phi² = Σ phi_i phi_j ∫ p L_i L_j` is exact for a linear flow. On a lattice of degree `d` the flow is a
+//! polynomial in every cell ([`super::lattice`]): moments are integrals of those ([`super::quadrature`]), and the joint
+//! density is read from a refined lattice ([`super::fine`]), a finer one where the bins need it.
 //!
 //! **When to trust it.** The flow keeps the measure `e/s dphi de`, a mesh does so only where it resolves the flow: see
 //! [`super::diagnostics`].
+
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
 use super::delaunay::triangulate;
 use super::diagnostics::{MeshDiagnostics, cell_ratio};
-use super::gaussian::{barycentric_moments, probability};
-use super::lattice::{Refinement, gaussian_weights, graded_triangles, lattice_lines, lattice_triangles};
+use super::fine::{Elements, FineLattice};
+use super::gaussian::barycentric_moments;
+use super::lattice::{Refinement, lattice_lines, lattice_triangles};
+use super::quadrature::Quadrature;
 use super::readout::{Node, invariant_measure, polar_measure};
 use super::share::Share;
 use super::{MeshError, check_points, parts};
-use crate::angle::Circular;
 use crate::angle::nearest;
 use crate::dynamics::State;
 use crate::estimate::{Estimate, Moments, ordered_sum, weighted_moments};
 use crate::grid::Grid;
 use crate::problem::InitialGaussian;
 
-/// Cells a side to which a lattice is refined for the joint density, where that is large.
+/// Cells a side to which a lattice is refined for the joint density.
 const FINE_CELLS: usize = 300;
+/// The same where [`FINE_CELLS`] would misplace more than [`MISPLACED`].
+const FINEST_CELLS: usize = 900;
+/// Misplacement of the joint density, in total variation, above which the lattice is refined further.
+const MISPLACED: f64 = 1.5e-3;
 
 /// A mesh over initial points, ready to be carried.
 #[derive(Debug, Clone)]
 pub struct CarriedMesh {
     initial: InitialGaussian,
     points: usize,
-    triangles: Vec<[u32; 3]>,
-    /// Probability of each triangle.
-    mass: Vec<f64>,
-    /// Sum of the above.
-    total: f64,
-    /// `n0 s0/e0` at each node.
-    invariant_density: Vec<f64>,
     scheme: Scheme,
 }
 
@@ -52,6 +52,7 @@ pub struct CarriedMesh {
 enum Scheme {
     /// Linear in each triangle.
     Linear {
+        elements: Elements,
         /// `∫ p L_i L_j` of each triangle.
         second: Vec<[f64; 6]>,
         /// `∫ p L_i`, summed over the triangles at each point.
@@ -63,11 +64,11 @@ enum Scheme {
     Lattice {
         /// Lattice lines in standard deviations, outer and inner direction.
         lines: [Vec<f64>; 2],
-        refinement: Box<Refinement>,
-        /// Those points of the refined lattice that are nodes.
-        used: Vec<u32>,
-        /// Weights of the points in any mean.
-        weights: Vec<f64>,
+        degree: usize,
+        quadrature: Box<Quadrature>,
+        fine: Box<FineLattice>,
+        /// Made when it is first needed.
+        finest: OnceLock<Box<FineLattice>>,
     },
 }
 
@@ -116,40 +117,17 @@ impl CarriedMesh {
             weights[c as usize] += cc + bc + ca;
         }
         let mass = second.iter().map(|[aa, bb, cc, ab, bc, ca]| aa + bb + cc + 2.0 * (ab + bc + ca)).collect();
-        Self::assemble(initial, points.len(), points, triangles, mass, Scheme::Linear { second, weights, measure })
+        let elements = Elements::new(initial, points, triangles, mass);
+        let scheme = Scheme::Linear { elements, second, weights, measure };
+        Self { initial: *initial, points: points.len(), scheme }
     }
 
     fn polynomial(initial: &InitialGaussian, lines: [Vec<f64>; 2], degree: usize) -> Result<Self, MeshError> {
-        let side = lines[0].len();
-        let factor = FINE_CELLS.div_ceil(side - 1);
-        let refinement = Refinement::new(&lines[0], &lines[1], degree, factor)?;
-        let [outer, inner] = lines.each_ref().map(|lines| gaussian_weights(lines, degree));
-        let weights = outer.iter().flat_map(|&a| inner.iter().map(move |&b| a * b)).collect();
-        let (triangles, used) = number_nodes(graded_triangles(&refinement.outer, &refinement.inner));
-        let width = refinement.inner.len() as u32;
-        let point = |&k: &u32| [refinement.outer[(k / width) as usize], refinement.inner[(k % width) as usize]];
-        let nodes: Vec<[f64; 2]> = used.iter().map(point).collect();
-        let mass = triangles.par_iter().map(|t| probability(&t.map(|node| nodes[node as usize]))).collect();
-        let scheme = Scheme::Lattice { lines, refinement: Box::new(refinement), used, weights };
-        Ok(Self::assemble(initial, side * side, &nodes, triangles, mass, scheme))
-    }
-
-    fn assemble(
-        initial: &InitialGaussian,
-        points: usize,
-        nodes: &[[f64; 2]],
-        triangles: Vec<[u32; 3]>,
-        mass: Vec<f64>,
-        scheme: Scheme,
-    ) -> Self {
-        let invariant_density = |&[u, v]: &[f64; 2]| {
-            let (phi, e) = initial.point(u, v);
-            let density = initial.density(phi, e) * State::from_polar(phi, e).s() / e;
-            if density.is_finite() { density } else { 0.0 }
-        };
-        let invariant_density = nodes.par_iter().map(invariant_density).collect();
-        let total = mass.iter().sum();
-        Self { initial: *initial, points, triangles, mass, total, invariant_density, scheme }
+        let fine = Box::new(FineLattice::new(initial, &lines, degree, FINE_CELLS)?);
+        let quadrature = Box::new(Quadrature::new(lines.clone(), degree));
+        let points = lines[0].len() * lines[1].len();
+        let scheme = Scheme::Lattice { lines, degree, quadrature, fine, finest: OnceLock::new() };
+        Ok(Self { initial: *initial, points, scheme })
     }
 
     /// The density at a snapshot, from the points' present solar angles \[rad\] and eccentricities.
@@ -172,92 +150,39 @@ impl CarriedMesh {
                 (state.x1, state.x2)
             })
             .unzip();
-        let (moments, circular) = self.moments(phi, e, critical_e);
-        let (nodes, diagnostics) = match &self.scheme {
-            Scheme::Linear { measure, .. } => {
-                let nodes = self.nodes(&x1, &x2);
-                let diagnostics = self.judge_triangles(&nodes, measure);
-                (nodes, diagnostics)
-            }
-            Scheme::Lattice { lines, refinement, used, .. } => {
-                let refine = |values: &[f64]| -> Vec<f64> {
-                    let fine = refinement.apply(values);
-                    used.iter().map(|&node| fine[node as usize]).collect()
-                };
-                let nodes = self.nodes(&refine(&x1), &refine(&x2));
-                (nodes, self.judge_cells([&lines[0], &lines[1]], refinement, [&x1, &x2]))
-            }
-        };
-        let (mut joint, above) = self.share_out(&nodes, grid, critical_e);
-        joint.iter_mut().for_each(|mass| *mass /= self.total * grid.bin_area());
-        let moments = Moments { prob_above_critical_e: (above / self.total).clamp(0.0, 1.0), ..moments };
-        Ok((Estimate::from_joint(*grid, joint, moments, circular), diagnostics))
-    }
-
-    fn nodes(&self, x1: &[f64], x2: &[f64]) -> Vec<Node> {
-        let densities = &self.invariant_density;
-        x1.par_iter().zip(x2).zip(densities).map(|((&x1, &x2), &density)| Node::new(x1, x2, density)).collect()
-    }
-
-    fn corners(&self, nodes: &[Node], triangle: usize) -> [Node; 3] {
-        self.triangles[triangle].map(|node| nodes[node as usize])
-    }
-
-    fn moments(&self, phi: &[f64], e: &[f64], critical_e: f64) -> (Moments, Circular) {
-        match &self.scheme {
-            Scheme::Lattice { weights, .. } => weighted_moments(phi, e, Some(weights), critical_e),
-            Scheme::Linear { second, weights, .. } => {
+        let (elements, nodes, (moments, circular), diagnostics) = match &self.scheme {
+            Scheme::Linear { elements, second, weights, measure } => {
+                let nodes = elements.nodes(&x1, &x2);
+                let diagnostics = judge_triangles(elements, &nodes, measure);
                 let (moments, circular) = weighted_moments(phi, e, Some(weights), critical_e);
-                (self.second_moments(phi, e, second, moments, circular.mean), circular)
+                let moments = second_moments(elements, [phi, e], second, moments, circular.mean);
+                (elements, nodes, (moments, circular), diagnostics)
             }
-        }
-    }
-
-    /// Standard deviations and covariance of the flow that is linear in each triangle.
-    fn second_moments(&self, phi: &[f64], e: &[f64], second: &[[f64; 6]], mean: Moments, centre: f64) -> Moments {
-        let sums = ordered_sum(self.triangles.len(), |k| {
-            let rows = self.triangles[k].map(|row| row as usize);
-            let x = rows.map(|row| nearest(phi[row], centre) - mean.mean_phi);
-            let y = rows.map(|row| e[row] - mean.mean_e);
-            let [aa, bb, cc, ab, bc, ca] = second[k];
-            let form = |p: [f64; 3], q: [f64; 3]| {
-                let cross = |i: usize, j: usize| p[i] * q[j] + p[j] * q[i];
-                let squares = aa * p[0] * q[0] + bb * p[1] * q[1] + cc * p[2] * q[2];
-                squares + ab * cross(0, 1) + bc * cross(1, 2) + ca * cross(2, 0)
-            };
-            [form(x, x), form(y, y), form(x, y)]
-        });
-        let [var_phi, var_e, cov_phi_e] = sums.map(|sum| sum / self.total);
-        Moments { std_phi: var_phi.sqrt(), std_e: var_e.sqrt(), cov_phi_e, ..mean }
-    }
-
-    /// Probability of each bin, and above the critical eccentricity.
-    fn share_out(&self, nodes: &[Node], grid: &Grid, critical_e: f64) -> (Vec<f64>, f64) {
-        let count = self.triangles.len();
-        let parts = parts(count, grid.len());
-        let share = |part: usize| {
-            let mut share = Share::new(grid, critical_e);
-            for k in count * part / parts..count * (part + 1) / parts {
-                share.add(&self.corners(nodes, k), self.mass[k]);
+            Scheme::Lattice { lines, degree, quadrature, fine, finest } => {
+                let mut diagnostics = self.judge_cells([&lines[0], &lines[1]], &fine.refinement, [&x1, &x2]);
+                let (mut fine, mut states) = (fine, fine.refine(&x1, &x2));
+                diagnostics.misplaced_mass = fine.misplacement(&states, grid);
+                if diagnostics.misplaced_mass > MISPLACED && fine.refinement.outer.len() <= FINEST_CELLS {
+                    let make = || FineLattice::new(&self.initial, lines, *degree, FINEST_CELLS).map(Box::new);
+                    fine = match finest.get() {
+                        Some(finest) => finest,
+                        None => {
+                            let made = make()?;
+                            finest.get_or_init(|| made)
+                        }
+                    };
+                    states = fine.refine(&x1, &x2);
+                    diagnostics.misplaced_mass = fine.misplacement(&states, grid);
+                }
+                (&fine.elements, fine.nodes(&states), quadrature.moments(&x1, &x2, critical_e), diagnostics)
             }
-            share
         };
-        let shares: Vec<Share> = (0..parts).into_par_iter().map(share).collect();
-        let mut joint = vec![0.0; grid.len()];
-        for share in &shares {
-            joint.iter_mut().zip(&share.joint).for_each(|(sum, mass)| *sum += mass);
-        }
-        (joint, shares.iter().map(|share| share.above).sum())
-    }
-
-    fn truncated_mass(&self) -> f64 {
-        (1.0 - self.total / self.initial.mass_inside()).max(0.0)
-    }
-
-    fn judge_triangles(&self, nodes: &[Node], measure: &[f64]) -> MeshDiagnostics {
-        let ratio = |k: usize| (invariant_measure(&self.corners(nodes, k)) / measure[k], self.mass[k]);
-        let ratios: Vec<(f64, f64)> = (0..measure.len()).into_par_iter().map(ratio).collect();
-        MeshDiagnostics::from_ratios(ratios.into_iter(), self.truncated_mass())
+        let truncated_mass = (1.0 - elements.total / self.initial.mass_inside()).max(0.0);
+        let diagnostics = MeshDiagnostics { truncated_mass, ..diagnostics };
+        let (mut joint, above) = share_out(elements, &nodes, grid, critical_e);
+        joint.iter_mut().for_each(|mass| *mass /= elements.total * grid.bin_area());
+        let moments = Moments { prob_above_critical_e: (above / elements.total).clamp(0.0, 1.0), ..moments };
+        Ok((Estimate::from_joint(*grid, joint, moments, circular), diagnostics))
     }
 
     fn judge_cells(&self, lines: [&[f64]; 2], refinement: &Refinement, states: [&[f64]; 2]) -> MeshDiagnostics {
@@ -269,17 +194,55 @@ impl CarriedMesh {
             cell_ratio(&self.initial, at, [&x1, &x2].map(|all| all.each_ref().map(|values| values[k])))
         };
         let ratios: Vec<(f64, f64)> = (0..cells * cells).into_par_iter().map(ratio).collect();
-        MeshDiagnostics::from_ratios(ratios.into_iter(), self.truncated_mass())
+        MeshDiagnostics::from_ratios(ratios.into_iter())
     }
 }
 
-/// Numbers the points that triangles use from zero on; also says which those are.
-fn number_nodes(mut triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, Vec<u32>) {
-    let mut used: Vec<u32> = triangles.as_flattened().to_vec();
-    used.sort_unstable();
-    used.dedup();
-    let mut number = vec![0; used.last().map_or(0, |&last| last as usize + 1)];
-    used.iter().zip(0..).for_each(|(&point, node)| number[point as usize] = node);
-    triangles.as_flattened_mut().iter_mut().for_each(|point| *point = number[*point as usize]);
-    (triangles, used)
+/// Standard deviations and covariance of the flow that is linear in each triangle.
+fn second_moments(
+    elements: &Elements,
+    [phi, e]: [&[f64]; 2],
+    second: &[[f64; 6]],
+    mean: Moments,
+    centre: f64,
+) -> Moments {
+    let sums = ordered_sum(elements.triangles.len(), |k| {
+        let rows = elements.triangles[k].map(|row| row as usize);
+        let x = rows.map(|row| nearest(phi[row], centre) - mean.mean_phi);
+        let y = rows.map(|row| e[row] - mean.mean_e);
+        let [aa, bb, cc, ab, bc, ca] = second[k];
+        let form = |p: [f64; 3], q: [f64; 3]| {
+            let cross = |i: usize, j: usize| p[i] * q[j] + p[j] * q[i];
+            let squares = aa * p[0] * q[0] + bb * p[1] * q[1] + cc * p[2] * q[2];
+            squares + ab * cross(0, 1) + bc * cross(1, 2) + ca * cross(2, 0)
+        };
+        [form(x, x), form(y, y), form(x, y)]
+    });
+    let [var_phi, var_e, cov_phi_e] = sums.map(|sum| sum / elements.total);
+    Moments { std_phi: var_phi.sqrt(), std_e: var_e.sqrt(), cov_phi_e, ..mean }
+}
+
+/// Probability of each bin, and above the critical eccentricity.
+fn share_out(elements: &Elements, nodes: &[Node], grid: &Grid, critical_e: f64) -> (Vec<f64>, f64) {
+    let count = elements.triangles.len();
+    let parts = parts(count, grid.len());
+    let share = |part: usize| {
+        let mut share = Share::new(grid, critical_e);
+        for k in count * part / parts..count * (part + 1) / parts {
+            share.add(&elements.corners(nodes, k), elements.mass[k]);
+        }
+        share
+    };
+    let shares: Vec<Share> = (0..parts).into_par_iter().map(share).collect();
+    let mut joint = vec![0.0; grid.len()];
+    for share in &shares {
+        joint.iter_mut().zip(&share.joint).for_each(|(sum, mass)| *sum += mass);
+    }
+    (joint, shares.iter().map(|share| share.above).sum())
+}
+
+fn judge_triangles(elements: &Elements, nodes: &[Node], measure: &[f64]) -> MeshDiagnostics {
+    let ratio = |k: usize| (invariant_measure(&elements.corners(nodes, k)) / measure[k], elements.mass[k]);
+    let ratios: Vec<(f64, f64)> = (0..measure.len()).into_par_iter().map(ratio).collect();
+    MeshDiagnostics::from_ratios(ratios.into_iter())
 }

@@ -5,8 +5,7 @@
 //! `d + 1` nearest lattice lines (sliding stencils, one-sided at the border). Neighbouring cells agree on their common
 //! edge. The error falls as `h^(d+1)`, against `h²` for straight triangles; `d = 2` makes patches of nine nodes.
 //!
-//! Two things follow from the same polynomials: a finer lattice ([`Refinement`]), and the weights with which values at the
-//! lattice points give their mean under the Gaussian ([`gaussian_weights`]).
+//! A finer lattice follows from the same polynomials ([`Refinement`]), and so do moments ([`super::quadrature`]).
 
 use rayon::prelude::*;
 
@@ -19,9 +18,22 @@ const POINTS: usize = MOST_DEGREE + 1;
 
 /// A value as a weighted sum of `degree + 1` neighbouring nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Stencil {
+pub(super) struct Stencil {
     first: usize,
     weights: [f64; POINTS],
+}
+
+impl Stencil {
+    /// The weighted sum of the values at the nodes.
+    pub(super) fn sum(&self, degree: usize, value: impl Fn(usize) -> f64) -> f64 {
+        (0..=degree).map(|k| self.weights[k] * value(self.first + k)).sum()
+    }
+}
+
+/// The stencil of degree `degree` at a point of the cell between the lines `cell` and `cell + 1`.
+pub(super) fn stencil(lines: &[f64], cell: usize, degree: usize, at: f64) -> Stencil {
+    let first = first_node(cell, lines.len(), degree);
+    Stencil { first, weights: lagrange(&lines[first..=first + degree], at) }
 }
 
 /// First node of the stencil of the cell between nodes `cell` and `cell + 1`.
@@ -82,8 +94,7 @@ impl Refinement {
                     let cell = (k / factor).min(side - 2);
                     let share = (k - cell * factor) as f64 / factor as f64;
                     let at = lines[cell] + share * (lines[cell + 1] - lines[cell]);
-                    let first = first_node(cell, side, degree);
-                    (at, Stencil { first, weights: lagrange(&lines[first..=first + degree], at) })
+                    (at, stencil(&lines[..side], cell, degree, at))
                 })
                 .unzip()
         };
@@ -103,7 +114,7 @@ impl Refinement {
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         let across: Vec<f64> = values
             .par_chunks(self.coarse)
-            .flat_map_iter(|row| self.columns.iter().map(|stencil| self.sum(stencil, |k| row[k])))
+            .flat_map_iter(|row| self.columns.iter().map(|stencil| stencil.sum(self.degree, |k| row[k])))
             .collect();
         let width = self.columns.len();
         let mut fine = vec![0.0; self.rows.len() * width];
@@ -116,7 +127,7 @@ impl Refinement {
         let cells = self.coarse - 1;
         let along = |which: usize| -> Vec<f64> {
             let row = |row: &[f64]| -> Vec<f64> {
-                self.middles[1].iter().map(|stencils| self.sum(&stencils[which], |l| row[l])).collect()
+                self.middles[1].iter().map(|stencils| stencils[which].sum(self.degree, |l| row[l])).collect()
             };
             values.par_chunks(self.coarse).flat_map_iter(row).collect()
         };
@@ -137,10 +148,6 @@ impl Refinement {
             sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
         }
     }
-
-    fn sum(&self, stencil: &Stencil, value: impl Fn(usize) -> f64) -> f64 {
-        (0..=self.degree).map(|k| stencil.weights[k] * value(stencil.first + k)).sum()
-    }
 }
 
 /// Whether a lattice of `side` lines can be interpolated to degree `degree`.
@@ -149,32 +156,6 @@ pub(super) fn check_degree(degree: usize, side: usize) -> Result<(), MeshError> 
         return Err(MeshError::Degree { degree, most: MOST_DEGREE, side });
     }
     Ok(())
-}
-
-/// Weights `∫ p(u) l_i(u) du` of the nodes, `p` the standard normal density: what the interpolant of degree `degree`
-/// through values at the nodes has as its mean over the range that they span.
-pub fn gaussian_weights(nodes: &[f64], degree: usize) -> Vec<f64> {
-    // Gauss-Legendre points and weights on (-1, 1), Abramowitz & Stegun Table 25.4, n = 8 (one half).
-    const POINTS: [(f64, f64); 4] = [
-        (0.183_434_642_495_649_8, 0.362_683_783_378_362),
-        (0.525_532_409_916_329, 0.313_706_645_877_887_27),
-        (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
-        (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
-    ];
-    let mut weights = vec![0.0; nodes.len()];
-    for (cell, ends) in nodes.windows(2).enumerate() {
-        let first = first_node(cell, nodes.len(), degree);
-        let half = 0.5 * (ends[1] - ends[0]);
-        for (point, weight) in POINTS.iter().flat_map(|&(point, weight)| [(point, weight), (-point, weight)]) {
-            let at = ends[0].midpoint(ends[1]) + half * point;
-            let density = (-0.5 * at * at).exp() / (2.0 * std::f64::consts::PI).sqrt();
-            let polynomials = lagrange(&nodes[first..=first + degree], at);
-            for k in 0..=degree {
-                weights[first + k] += half * weight * density * polynomials[k];
-            }
-        }
-    }
-    weights
 }
 
 /// The lattice lines in standard deviations, outer and inner direction.
@@ -311,16 +292,6 @@ mod tests {
         };
         let errors = [1, 2, 3, 5, 7].map(error);
         assert!(errors.windows(2).all(|pair| pair[1] < 0.2 * pair[0]), "{errors:?}");
-    }
-
-    #[test]
-    fn gaussian_weights_give_the_moments_of_the_normal_distribution() {
-        let nodes = lines(31, -6.0, 6.0);
-        let weights = gaussian_weights(&nodes, 5);
-        let moment = |power| nodes.iter().zip(&weights).map(|(u, w)| w * u.powi(power)).sum::<f64>();
-        for (power, expected) in [(0, 1.0), (1, 0.0), (2, 1.0), (4, 3.0)] {
-            assert!((moment(power) - expected).abs() < 1e-5, "{power}: {}", moment(power));
-        }
     }
 
     #[test]

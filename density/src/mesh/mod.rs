@@ -19,6 +19,9 @@
 //! | [`raster`] | the paper's fine grid of interpolation points, summed in closed form and never stored |
 //! | [`gaussian`] | probability of a triangle under the initial Gaussian |
 //! | [`lattice`] | high-degree interpolation of the flow between lattice points |
+//! | `quadrature` | moments of the interpolated flow, also over `e = 0` and round the circle |
+//! | `fine` | the interpolated flow as triangles fine enough for the bins |
+//! | [`passage`] | first passages of the interpolated flow |
 //! | [`readout`] | a carried triangle in the `(phi, e)` plane, also around `e = 0` |
 //! | `share` | a triangle's probability, shared out to bins |
 //! | [`diagnostics`] | whether a carried mesh resolved the flow |
@@ -28,11 +31,14 @@ pub mod carried;
 pub mod characteristics;
 pub mod delaunay;
 pub mod diagnostics;
+mod fine;
 pub mod gaussian;
 pub mod hull;
 pub mod lattice;
+pub mod passage;
 pub mod points;
 pub mod polygon;
+mod quadrature;
 pub mod raster;
 pub mod readout;
 mod share;
@@ -41,7 +47,7 @@ pub use carried::CarriedMesh;
 pub use characteristics::characteristic_densities;
 pub use diagnostics::MeshDiagnostics;
 pub use hull::{Branch, hull_estimate};
-pub use points::{Placement, Points, initial_points, lattice_points, point_weights};
+pub use points::{Placement, Points, initial_points, lattice_points, unfold};
 
 /// Why a mesh could not be built or read out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::MeshError;
-use super::lattice::{check_degree, gaussian_weights, lattice_lines};
+use crate::angle::{fold, nearest};
 use crate::problem::{InitialGaussian, Problem};
 use crate::sampling::draw_one;
 
@@ -85,12 +85,13 @@ pub fn lattice_reach(side: usize) -> f64 {
     (3.0 + 0.1 * side as f64).clamp(NARROWEST, WIDEST)
 }
 
-/// A lattice of `side` points a side, over `reach` standard deviations to each side of the mean, cut to `0 < e < 1`.
+/// A lattice of `side` points a side, over `reach` standard deviations to each side of the mean, cut to `0 < e < 1`; its
+/// solar angles are not folded, also where they span several turns.
 ///
 /// # Errors
 /// As [`initial_points`]; [`MeshError::Initial`] if `reach` is not positive and finite.
 pub fn lattice_points(problem: &Problem, side: usize, reach: f64) -> Result<Points, MeshError> {
-    const E_RANGE: (f64, f64) = (1e-6, 1.0 - 1e-6);
+    const E_RANGE: (f64, f64) = (1e-12, 1.0 - 1e-6);
     let initial = &problem.initial;
     check(initial)?;
     if side < 2 {
@@ -146,20 +147,20 @@ pub fn normal_quantile(probability: f64) -> f64 {
     if probability <= 0.5 { sigmas } else { -sigmas }
 }
 
-/// Share of the initial probability that each point stands for: on a lattice the weights of the Gaussian quadrature that is
-/// exact for polynomials of degree `degree` between the lines; otherwise `None`, as points drawn from the initial Gaussian
-/// all weigh alike.
-///
-/// # Errors
-/// [`MeshError`] if the points are not the lattice that they say, or the degree does not fit it.
-pub fn point_weights(initial: &InitialGaussian, points: &Points, degree: usize) -> Result<Option<Vec<f64>>, MeshError> {
-    let Some(side) = points.lattice else { return Ok(None) };
-    let standard = |(&phi, &e)| initial.standardise(phi, e).into();
-    let standard: Vec<[f64; 2]> = points.phi.iter().zip(&points.e).map(standard).collect();
-    let lines = lattice_lines(&standard, side)?;
-    check_degree(degree, side)?;
-    let [outer, inner] = lines.each_ref().map(|lines| gaussian_weights(lines, degree));
-    Ok(Some(outer.iter().flat_map(|&a| inner.iter().map(move |&b| a * b)).collect()))
+/// The solar angles of a lattice of `side` points a side at `t = 0` \[rad\], read out modulo a turn, as they were placed: the
+/// lattice lines ascend by less than a turn, and their middle lies within half a turn of the mean. Columns that are no
+/// such lattice are left to be found out.
+pub fn unfold(initial: &InitialGaussian, phi: &[f64], side: usize) -> Vec<f64> {
+    if side < 2 || phi.len() != side * side {
+        return phi.iter().map(|&phi| nearest(phi, initial.mean_phi)).collect();
+    }
+    let mut lines = vec![phi[0]; side];
+    for i in 1..side {
+        lines[i] = fold(phi[i * side], lines[i - 1]);
+    }
+    let middle = lines[0].midpoint(lines[side - 1]);
+    let shift = nearest(middle, initial.mean_phi) - middle;
+    phi.iter().enumerate().map(|(row, &phi)| nearest(phi, lines[row / side] + shift)).collect()
 }
 
 #[cfg(test)]
@@ -213,6 +214,18 @@ mod tests {
     fn a_hundred_thousand_points_make_the_316_lattice() {
         let points = initial_points(&scenario(1), 100_000, Placement::Lattice, 0).unwrap();
         assert_eq!((points.lattice, points.e.len()), (Some(316), 99_856));
+    }
+
+    #[test]
+    fn a_lattice_over_several_turns_is_unfolded_as_it_was_placed() {
+        for (sigma_phi, mean_phi) in [(0.1, 0.02), (0.6, 2.2), (3.14, 6.0)] {
+            let mut problem = scenario(1);
+            (problem.initial.sigma_phi, problem.initial.mean_phi) = (sigma_phi, mean_phi);
+            let points = initial_points(&problem, 961, Placement::Lattice, 0).unwrap();
+            let folded: Vec<f64> = points.phi.iter().map(|&phi| fold(phi, 0.0)).collect();
+            let unfolded = unfold(&problem.initial, &folded, 31);
+            assert!(points.phi.iter().zip(&unfolded).all(|(a, b)| (a - b).abs() < 1e-12), "{sigma_phi}");
+        }
     }
 
     #[test]

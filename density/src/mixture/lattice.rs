@@ -20,7 +20,7 @@
 //! 1.28 it is 4e-7, but the components are half as wide again and bend more.
 
 use super::MixtureError;
-use super::split::{Axes, SigmaPoints, is_inside, state};
+use super::split::{Axes, CutComponent, SigmaPoints, is_inside, state};
 use super::unscented::Unscented;
 use crate::problem::InitialGaussian;
 
@@ -98,6 +98,14 @@ impl Lattice {
             let [p, r] = [0, 1].map(|k| scaled(k, 1.0 - sigma[k] * sigma[k]));
             let weight = (-0.5 * (p + r)).exp();
             total += weight;
+            match axes.cut(initial, at, sigma, unscented.distance_squared().sqrt()) {
+                CutComponent::Whole => {}
+                CutComponent::Part(share, stencil) => {
+                    points.add(initial, weight * share, stencil);
+                    continue;
+                }
+                CutComponent::Nothing => continue,
+            }
             let stencil = [(i, j), (i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)];
             let states = stencil.map(|(i, j)| state(initial, axes.point(node(i, j))));
             if is_inside(initial, axes.point(at)) && states.iter().all(Option::is_some) {

@@ -73,7 +73,7 @@ mod exact_joint;
 #[cfg(test)]
 mod tests;
 
-pub use moments::estimate;
+pub use moments::{estimate, mass_below_zero};
 pub use propagator::{Mixture, Propagator};
 
 /// One Gaussian of a mixture in the `(phi, e)` plane: a row of what a propagator publishes.
@@ -104,6 +104,24 @@ impl Component {
         Self { weight, mean_phi, mean_e, var_phi, cov_phi_e, var_e }
     }
 
+    /// The component's part above `e = 0`, which is all of it that there is: its probability, mean and covariance.
+    pub(super) fn above_zero(self) -> Self {
+        let sigma = self.var_e.sqrt();
+        if sigma.is_nan() || sigma <= 0.0 {
+            return self;
+        }
+        let part = Above::new(self.mean_e / sigma);
+        let slope = self.cov_phi_e / sigma;
+        Self {
+            weight: self.weight * part.share,
+            mean_phi: self.mean_phi + slope * part.mean,
+            mean_e: self.mean_e + sigma * part.mean,
+            var_phi: self.var_phi - slope * slope * (1.0 - part.variance),
+            cov_phi_e: self.cov_phi_e * part.variance,
+            var_e: self.var_e * part.variance,
+        }
+    }
+
     /// Whether this is a Gaussian at all: finite, with a weight that is not negative and a covariance that is not indefinite.
     fn is_gaussian(&self) -> bool {
         let determinant = self.var_phi * self.var_e - self.cov_phi_e * self.cov_phi_e;
@@ -112,6 +130,34 @@ impl Component {
             && self.var_phi > 0.0
             && self.var_e > 0.0
             && determinant >= -1e-9 * self.var_phi * self.var_e
+    }
+}
+
+/// The part of a standard normal variable above `-sigmas`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Above {
+    /// Its probability.
+    share: f64,
+    /// Its mean.
+    mean: f64,
+    /// Its variance.
+    variance: f64,
+}
+
+impl Above {
+    fn new(sigmas: f64) -> Self {
+        /// Beyond this the tail is below the rounding of one.
+        const FAR: f64 = 8.5;
+        if sigmas > FAR {
+            return Self { share: 1.0, mean: 0.0, variance: 1.0 };
+        }
+        let share = 0.5 * libm::erfc(-sigmas * std::f64::consts::FRAC_1_SQRT_2);
+        if sigmas < -FAR {
+            // Nearly an exponential distribution.
+            return Self { share, mean: -sigmas - 1.0 / sigmas, variance: 1.0 / (sigmas * sigmas) };
+        }
+        let mean = (-0.5 * sigmas * sigmas).exp() / (2.0 * std::f64::consts::PI).sqrt() / share;
+        Self { share, mean, variance: (1.0 - mean * (mean + sigmas)).clamp(0.0, 1.0) }
     }
 }
 

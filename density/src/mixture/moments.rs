@@ -3,7 +3,7 @@
 //! Mean and covariance are those of Eq. 16, in the form that does not cancel: `P_c = Σ w_i (P_i + (m_i - m_c)(m_i - m_c)^T)`.
 //! The circular mean is the direction of `Σ w_i exp(i m_i - P_i/2)`, the mean vector of normals wrapped round the circle
 //! (Mardia & Jupp 2000, Eq. 3.5.60); means of `phi` are taken on the branch around it.
-//! `P(e > e_cri)` is a sum of complementary error functions.
+//! `P(e > e_cri)` is a sum of complementary error functions. Of every component only what lies above `e = 0` counts.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -25,12 +25,17 @@ fn circular(components: &[Component]) -> Circular {
 
 /// Moments of a mixture whose components are Gaussians.
 pub(super) fn unchecked_moments(components: &[Component], critical_e: f64) -> (Moments, Circular) {
-    let circular = circular(components);
-    let on_branch = |component: &Component| nearest(component.mean_phi, circular.mean);
-    let [total, phi, e, above] = ordered_sum(components.len(), |i| {
+    let [above] = ordered_sum(components.len(), |i| {
         let component = &components[i];
-        let above = 0.5 * libm::erfc((critical_e - component.mean_e) * FRAC_1_SQRT_2 / component.var_e.sqrt());
-        [1.0, on_branch(component), component.mean_e, above].map(|term| component.weight * term)
+        let tail = 0.5 * libm::erfc((critical_e - component.mean_e) * FRAC_1_SQRT_2 / component.var_e.sqrt());
+        [component.weight * tail]
+    });
+    let components: Vec<Component> = components.iter().map(|component| component.above_zero()).collect();
+    let circular = circular(&components);
+    let on_branch = |component: &Component| nearest(component.mean_phi, circular.mean);
+    let [total, phi, e] = ordered_sum(components.len(), |i| {
+        let component = &components[i];
+        [1.0, on_branch(component), component.mean_e].map(|term| component.weight * term)
     });
     let (mean_phi, mean_e) = (phi / total, e / total);
     let [var_phi, cov_phi_e, var_e] = ordered_sum(components.len(), |i| {
@@ -45,7 +50,7 @@ pub(super) fn unchecked_moments(components: &[Component], critical_e: f64) -> (M
         mean_e,
         std_e: var_e.sqrt(),
         cov_phi_e,
-        prob_above_critical_e: above / total,
+        prob_above_critical_e: (above / total).min(1.0),
     };
     (moments, circular)
 }
@@ -59,14 +64,21 @@ pub fn moments(components: &[Component], critical_e: f64) -> Result<(Moments, Ci
     Ok(unchecked_moments(components, critical_e))
 }
 
-/// The density, marginals and moments of a mixture: bin averages on `grid`, moments of the whole mixture. Weights need not
+/// The share of a mixture's probability that lies below `e = 0`, where there are no orbits: [`estimate`] leaves it out. Gaussians in
+/// `(phi, e)` are a poor picture of what reaches across `e = 0`.
+pub fn mass_below_zero(components: &[Component]) -> f64 {
+    let [all, above] = ordered_sum(components.len(), |i| [components[i].weight, components[i].above_zero().weight]);
+    (1.0 - above / all).max(0.0)
+}
+
+/// The density, marginals and moments of a mixture: bin averages on `grid`, moments of all of it above `e = 0`. Weights need not
 /// sum to 1; the result is normalised.
 ///
 /// # Errors
 /// [`MixtureError::NoGaussian`] and [`MixtureError::Weightless`].
 pub fn estimate(components: &[Component], grid: &Grid, critical_e: f64) -> Result<Estimate, MixtureError> {
     let (moments, circular) = moments(components, critical_e)?;
-    let total: f64 = components.iter().map(|component| component.weight).sum();
+    let total: f64 = components.iter().map(|component| component.above_zero().weight).sum();
     let mut joint = bins::bin_averages(components, grid);
     joint.iter_mut().for_each(|bin| *bin /= total);
     Ok(Estimate::from_joint(*grid, joint, moments, circular))

@@ -8,12 +8,14 @@
 //! w_ij = w_i w_j,   m_ij = m_i p + m_j r,   S_ij = [sigma_p p, sigma_r r]
 //! ```
 //!
-//! A component counts if its mean and all its sigma points are inside `|e| < 1` and its mean has `e > 0`; the weights of those
-//! that count are scaled to sum to 1, as the initial Gaussian is cut to `0 < e < 1`.
+//! The initial Gaussian is cut to `0 < e < 1`. A component that reaches below `e = 0` is replaced by the Gaussian that has
+//! the probability, mean and covariance of its part above ([`Axes::cut`]), one that has hardly any there is left out. The
+//! others count if their means are below `e = 1` and all their sigma points inside `|e| < 1`. The weights of those that count
+//! are scaled to sum to 1.
 
-use super::MixtureError;
 use super::library::Library;
 use super::unscented::{Stencil, Unscented};
+use super::{Above, MixtureError};
 use crate::dynamics::State;
 use crate::problem::InitialGaussian;
 
@@ -51,6 +53,54 @@ impl Axes {
     }
 }
 
+/// Standard deviations from `e = 0` beyond which a component is not cut there: the tail left is 3e-7 of it.
+const UNCUT: f64 = 5.0;
+/// Standard deviations below `e = 0` beyond which a component is left out.
+const OUT: f64 = 4.0;
+
+/// A component as it is after the cut at `e = 0`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum CutComponent {
+    /// It does not reach there.
+    Whole,
+    /// The share of it that is above, with the points of its stencil in standardised coordinates `(u, v)`.
+    Part(f64, Stencil<[f64; 2]>),
+    /// It is all below.
+    Nothing,
+}
+
+impl Axes {
+    /// What is above `e = 0` of the component at `at` with deviations `sigma`, both along the axes in standardised coordinates;
+    /// its sigma points lie `distance` deviations from its mean.
+    ///
+    /// With `d` the direction of `e` in the coordinates in which the component is round, its part above is a normal cut along
+    /// `d`: the mean moves along `d` and the deviation along it shrinks by a factor `c`, so columns `S` become
+    /// `S (1 - (1 - c) d d^T)`.
+    pub(super) fn cut(&self, initial: &InitialGaussian, at: [f64; 2], sigma: [f64; 2], distance: f64) -> CutComponent {
+        let [_, v] = self.point(at);
+        let (_, e) = initial.point(0.0, v);
+        let slope = [self.sin * sigma[0], self.cos * sigma[1]];
+        let deviation = slope[0].hypot(slope[1]);
+        let height = e / (initial.sigma_e * deviation);
+        if height > UNCUT {
+            return CutComponent::Whole;
+        }
+        if height < -OUT {
+            return CutComponent::Nothing;
+        }
+        let part = Above::new(height);
+        let d = slope.map(|component| component / deviation);
+        let shrink = 1.0 - part.variance.sqrt();
+        let round = |offset: [f64; 2]| {
+            let along = offset[0] * d[0] + offset[1] * d[1];
+            let moved = [0, 1].map(|k| offset[k] + d[k] * (part.mean - shrink * along));
+            self.point([0, 1].map(|k| at[k] + sigma[k] * moved[k]))
+        };
+        let offsets = [[0.0, 0.0], [distance, 0.0], [-distance, 0.0], [0.0, distance], [0.0, -distance]];
+        CutComponent::Part(part.share, offsets.map(round))
+    }
+}
+
 /// The sigma points of all components at `t = 0`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SigmaPoints {
@@ -65,6 +115,17 @@ pub struct SigmaPoints {
 }
 
 impl SigmaPoints {
+    /// Adds a component with sigma points of its own at standardised `(u, v)`, if all are inside `|e| < 1`.
+    pub(super) fn add(&mut self, initial: &InitialGaussian, weight: f64, stencil: Stencil<[f64; 2]>) {
+        let placed: Option<Vec<State>> = stencil.iter().map(|&at| state(initial, at)).collect();
+        if let Some(states) = placed.filter(|_| is_inside(initial, stencil[0])) {
+            let first = self.states.len() as u32;
+            self.states.extend(states);
+            self.stencils.push(std::array::from_fn(|k| first + k as u32));
+            self.weights.push(weight);
+        }
+    }
+
     /// Scales the weights to sum to 1. `total` is the weight before components were left out.
     pub(super) fn normalised(mut self, total: f64) -> Result<Self, MixtureError> {
         let kept: f64 = self.weights.iter().sum();
@@ -106,14 +167,13 @@ pub fn split(
     let mut points = SigmaPoints { states: vec![], weights: vec![], stencils: vec![], left_out: 0.0 };
     for (&p, &weight_p) in along.means.iter().zip(&along.weights) {
         for (&r, &weight_r) in across.means.iter().zip(&across.weights) {
-            let stencil = [[p, r], [p + step_p, r], [p - step_p, r], [p, r + step_r], [p, r - step_r]];
-            let placed: Option<Vec<State>> = stencil.iter().map(|&at| state(initial, axes.point(at))).collect();
-            if let Some(states) = placed.filter(|_| is_inside(initial, axes.point([p, r]))) {
-                let first = points.states.len() as u32;
-                points.states.extend(states);
-                points.stencils.push(std::array::from_fn(|k| first + k as u32));
-                points.weights.push(weight_p * weight_r);
-            }
+            let whole = [[p, r], [p + step_p, r], [p - step_p, r], [p, r + step_r], [p, r - step_r]];
+            let (share, stencil) = match axes.cut(initial, [p, r], [along.sigma, across.sigma], distance) {
+                CutComponent::Whole => (1.0, whole.map(|at| axes.point(at))),
+                CutComponent::Part(share, stencil) => (share, stencil),
+                CutComponent::Nothing => continue,
+            };
+            points.add(initial, weight_p * weight_r * share, stencil);
         }
     }
     points.normalised(1.0)

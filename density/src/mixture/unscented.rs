@@ -14,7 +14,10 @@
 //!
 //! The points are placed in standardised coordinates and moved in the plane `(e sin(phi), e cos(phi))`. A point placed at
 //! `e < 0` is the point at `phi + π, |e|`: the straight line through the origin of that plane, the smooth continuation of the
-//! flow map to negative `e`. At the end, each point's `phi` is taken on the branch nearest to that of the component's centre.
+//! flow map to negative `e`. At the end, each point's `phi` is taken on the branch nearest to that of the component's centre, and a
+//! point that lies more than a quarter turn from it, on a line that runs across the origin, counts as one at negative `e`.
+
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{Component, MixtureError};
 use crate::angle::nearest;
@@ -113,11 +116,26 @@ pub(super) struct Offsets {
     pub(super) outer: [[f64; 2]; 4],
 }
 
+/// Whether three points lie on a line rather than on an arc round the origin.
+fn is_straight(centre: &State, plus: &State, minus: &State) -> bool {
+    const BEND: f64 = 0.25;
+    let bend = (plus.x1 + minus.x1 - 2.0 * centre.x1).hypot(plus.x2 + minus.x2 - 2.0 * centre.x2);
+    bend < BEND * (plus.x1 - minus.x1).hypot(plus.x2 - minus.x2)
+}
+
 impl Offsets {
     pub(super) fn from_states(points: &Stencil<State>) -> Self {
         let (phi, e) = (points[0].solar_angle(), points[0].eccentricity());
-        let offset = |point: &State| [nearest(point.solar_angle(), phi) - phi, point.eccentricity() - e];
-        Self { outer: std::array::from_fn(|k| offset(&points[k + 1])) }
+        let straight = [0, 1].map(|i| is_straight(&points[0], &points[2 * i + 1], &points[2 * i + 2]));
+        let offset = |k: usize| {
+            let point = &points[k + 1];
+            let (turn, height) = (nearest(point.solar_angle(), phi) - phi, point.eccentricity());
+            match straight[k / 2] && turn.abs() > FRAC_PI_2 {
+                true => [nearest(turn + PI, 0.0), -height - e],
+                false => [turn, height - e],
+            }
+        };
+        Self { outer: std::array::from_fn(offset) }
     }
 
     /// Half the difference of the pair of points along direction `i`: what is linear in the flow, times the distance.

@@ -13,6 +13,11 @@ const MOMENT_ERROR: f64 = 1e-6;
 /// Likewise for the L1 error of its joint density.
 const JOINT_ERROR: f64 = 1e-3;
 
+/// A mixture with more of its probability below `e = 0` is told.
+const MASS_BELOW_ZERO: f64 = 0.005;
+/// A cloud of a mean resultant length below this is said to reach round the circle.
+const ROUND_THE_CIRCLE: f64 = 0.3;
+
 /// A row of `notes.csv`; `t_yr` is NaN if the note is about the whole scenario.
 #[derive(Debug, Serialize)]
 pub(super) struct Note<'a> {
@@ -24,11 +29,21 @@ pub(super) struct Note<'a> {
 
 /// A warning if a density's own diagnostics call for one.
 pub(super) fn of_density<'a>(scenario: &'a str, method: &'a str, header: &DensityHeader) -> Option<Note<'a>> {
-    let [first, .., fourth] = header.diagnostics;
+    let [first, second, _, fourth] = header.diagnostics;
     let note = match header.diagnostic {
         diagnostic::MESH if first > MeshDiagnostics::LARGEST_DEFECT => format!(
             "warning: the mesh is too coarse for the flow here (measure defect {first:.2}, above {}); take more points",
             MeshDiagnostics::LARGEST_DEFECT
+        ),
+        diagnostic::MESH if fourth > 2.0 * MeshDiagnostics::LARGEST_DEFECT => format!(
+            "warning: the cloud winds too much for the mesh: about {:.1} % of the joint density is in wrong bins; take more \
+             points or fewer bins",
+            100.0 * fourth
+        ),
+        diagnostic::MIXTURE if second > MASS_BELOW_ZERO => format!(
+            "warning: {:.1} % of the mixture's probability lies below e = 0, where there are no orbits, and is left out; \
+             components are poor pictures of a cloud that reaches across e = 0",
+            100.0 * second
         ),
         diagnostic::MIXTURE if first > linearity::DISTRUST => format!(
             "warning: components are too wide for the flow here (disagreement {first:.2}, above {}); \
@@ -38,6 +53,11 @@ pub(super) fn of_density<'a>(scenario: &'a str, method: &'a str, header: &Densit
         diagnostic::NUMERICAL if first > MOMENT_ERROR || fourth > JOINT_ERROR => format!(
             "warning: the exact density reached an error estimate of {first:.1e} standard deviations in the moments \
              and {fourth:.1e} in L1"
+        ),
+        _ if header.resultant < ROUND_THE_CIRCLE => format!(
+            "the cloud reaches round the circle (mean resultant length {:.3}): mean and deviation of phi depend on where its \
+             branch is cut, opposite to the circular mean",
+            header.resultant
         ),
         _ => return None,
     };

@@ -1,0 +1,303 @@
+//! Moments of the flow that a lattice interpolates: quadrature of the polynomials, not of what is read out of them.
+//!
+//! The interpolated states `(x1, x2)` are smooth functions of the initial point everywhere; `phi` and `e` are not: they have
+//! a singularity where a state passes `e = 0`, and `phi` jumps by a turn where it passes the cut of its branch. So means are
+//! sums over Gauss-Legendre points in every lattice cell, with the initial Gaussian in the weights, and a cell whose image
+//! reaches `e = 0` or the cut is divided until its parts do not, or no longer matter. All weights are positive.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::gaussian::standard_density;
+use super::lattice::{Stencil, stencil};
+use crate::angle::{Circular, nearest};
+use crate::dynamics::State;
+use crate::estimate::{Moments, weighted_moments};
+
+/// Gauss-Legendre points and weights on `(-1, 1)` (Abramowitz & Stegun, Table 25.4), the positive half.
+const GAUSS_2: [(f64, f64); 1] = [(0.577_350_269_189_625_8, 1.0)];
+const GAUSS_4: [(f64, f64); 2] =
+    [(0.339_981_043_584_856_26, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_85)];
+const GAUSS_8: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_27),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+];
+/// Width of a part \[standard deviations\] below which it is not divided.
+const NARROW: f64 = 0.006;
+/// Probability of a part below which it is not divided.
+const LIGHT: f64 = 1e-9;
+/// Parts that are looked at at a time; where more are irregular the flow is not resolved and dividing does not help.
+const MOST_PARTS: usize = 30_000;
+/// Distance of a part's middle from the origin, in half widths of the part, from which on `phi` and `e` are smooth in it.
+const FAR: f64 = 3.0;
+/// A moved cut of the branch that calls for another division \[rad\].
+const SAME_CUT: f64 = 1e-4;
+
+/// The points of a lattice and the polynomials between them.
+#[derive(Debug, Clone)]
+pub(super) struct Quadrature {
+    lines: [Vec<f64>; 2],
+    degree: usize,
+    /// Points in every cell, along the outer and the inner direction.
+    axes: [Vec<Point>; 2],
+    points_a_cell: usize,
+}
+
+/// A quadrature point along one direction.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    at: f64,
+    /// Width that it stands for.
+    width: f64,
+    stencil: Stencil,
+}
+
+/// A cell or a part of one.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    cell: [usize; 2],
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+/// Weighted points of a cloud.
+#[derive(Debug, Default)]
+struct Samples {
+    phi: Vec<f64>,
+    e: Vec<f64>,
+    weights: Vec<f64>,
+}
+
+impl Samples {
+    fn push(&mut self, state: State, weight: f64) {
+        self.phi.push(state.x1.atan2(state.x2));
+        self.e.push(state.eccentricity());
+        self.weights.push(weight);
+    }
+
+    fn append(&mut self, mut other: Self) {
+        self.phi.append(&mut other.phi);
+        self.e.append(&mut other.e);
+        self.weights.append(&mut other.weights);
+    }
+
+    fn moments(&self, critical_e: f64) -> (Moments, Circular) {
+        weighted_moments(&self.phi, &self.e, Some(&self.weights), critical_e)
+    }
+}
+
+/// Quadrature points of `rule` between `low` and `high`: position and width.
+fn gauss(rule: &[(f64, f64)], low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> {
+    let (middle, half) = (low.midpoint(high), 0.5 * (high - low));
+    let both = rule.iter().flat_map(|&(x, weight)| [(-x, weight), (x, weight)]);
+    both.map(move |(x, weight)| (middle + half * x, half * weight))
+}
+
+impl Quadrature {
+    /// Over the lattice with these lines in standard deviations, interpolated to `degree`.
+    pub(super) fn new(lines: [Vec<f64>; 2], degree: usize) -> Self {
+        let rule: &[(f64, f64)] = match lines[0].len() {
+            ..=61 => &GAUSS_8,
+            62..=161 => &GAUSS_4,
+            _ => &GAUSS_2,
+        };
+        let axes = lines.each_ref().map(|lines| {
+            let cells = 0..lines.len() - 1;
+            let points = |cell: usize| {
+                gauss(rule, lines[cell], lines[cell + 1]).map(move |(at, width)| Point {
+                    at,
+                    width,
+                    stencil: stencil(lines, cell, degree, at),
+                })
+            };
+            cells.flat_map(points).collect()
+        });
+        Self { lines, degree, axes, points_a_cell: 2 * rule.len() }
+    }
+
+    /// Moments of the cloud whose lattice points are at these states.
+    pub(super) fn moments(&self, x1: &[f64], x2: &[f64], critical_e: f64) -> (Moments, Circular) {
+        let (mut moments, mut circular) = self.samples(x1, x2, None).moments(critical_e);
+        for _ in 0..2 {
+            let cut = circular.mean + PI;
+            (moments, circular) = self.samples(x1, x2, Some(cut)).moments(critical_e);
+            if nearest(circular.mean + PI - cut, 0.0).abs() < SAME_CUT {
+                break;
+            }
+        }
+        (moments, circular)
+    }
+
+    /// Weighted points, irregular cells divided; none is where no cut of the branch of `phi` is given.
+    fn samples(&self, x1: &[f64], x2: &[f64], cut: Option<f64>) -> Samples {
+        let [states1, states2] = [x1, x2].map(|values| self.along_inner(values));
+        let cells = self.lines[0].len() - 1;
+        let rows: Vec<(Samples, Vec<Part>)> = (0..cells)
+            .into_par_iter()
+            .map(|row| {
+                let all = (0..cells).map(|column| self.whole([row, column]));
+                let is_irregular = |part: &Part| cut.is_some_and(|cut| !self.is_regular(part, x1, x2, cut));
+                let irregular: Vec<Part> = all.filter(is_irregular).collect();
+                (self.row_samples(row, [&states1, &states2], &irregular), irregular)
+            })
+            .collect();
+        let (mut samples, mut parts) = (Samples::default(), Vec::new());
+        for (row, mut irregular) in rows {
+            samples.append(row);
+            parts.append(&mut irregular);
+        }
+        while let Some(cut) = cut.filter(|_| !parts.is_empty()) {
+            let last = parts.len() > MOST_PARTS;
+            let done: Vec<(Samples, Option<[Part; 4]>)> = parts
+                .par_iter()
+                .map(|part| match last || self.is_small(part) || self.is_regular(part, x1, x2, cut) {
+                    true => (self.part_samples(part, x1, x2), None),
+                    false => (Samples::default(), Some(part.quarters())),
+                })
+                .collect();
+            parts.clear();
+            for (some, quarters) in done {
+                samples.append(some);
+                parts.extend(quarters.into_iter().flatten());
+            }
+        }
+        samples
+    }
+
+    /// Values at the quadrature points along the inner direction, on every line of the outer one.
+    fn along_inner(&self, values: &[f64]) -> Vec<f64> {
+        let side = self.lines[0].len();
+        let row = |row: &[f64]| -> Vec<f64> {
+            self.axes[1].iter().map(|point| point.stencil.sum(self.degree, |k| row[k])).collect()
+        };
+        values.par_chunks(side).flat_map_iter(row).collect()
+    }
+
+    /// Points of a row of cells, but for the irregular ones.
+    fn row_samples(&self, row: usize, along: [&[f64]; 2], irregular: &[Part]) -> Samples {
+        let width = self.axes[1].len();
+        let mut samples = Samples::default();
+        for outer in &self.axes[0][row * self.points_a_cell..(row + 1) * self.points_a_cell] {
+            let mut next = irregular.iter().peekable();
+            for (column, chunk) in self.axes[1].chunks(self.points_a_cell).enumerate() {
+                if next.next_if(|part| part.cell[1] == column).is_some() {
+                    continue;
+                }
+                for (k, inner) in chunk.iter().enumerate() {
+                    let j = column * self.points_a_cell + k;
+                    let [x1, x2] = along.map(|values| outer.stencil.sum(self.degree, |line| values[line * width + j]));
+                    let density = standard_density([outer.at, inner.at]);
+                    samples.push(State { x1, x2 }, density * outer.width * inner.width);
+                }
+            }
+        }
+        samples
+    }
+
+    /// Points of a part of a cell.
+    fn part_samples(&self, part: &Part, x1: &[f64], x2: &[f64]) -> Samples {
+        let points = |axis: usize| -> Vec<Point> {
+            let lines = &self.lines[axis];
+            gauss(&GAUSS_4, part.low[axis], part.high[axis])
+                .map(|(at, width)| Point { at, width, stencil: stencil(lines, part.cell[axis], self.degree, at) })
+                .collect()
+        };
+        let (outer, inner) = (points(0), points(1));
+        let mut samples = Samples::default();
+        for a in &outer {
+            for b in &inner {
+                let state = self.state(&a.stencil, &b.stencil, x1, x2);
+                samples.push(state, standard_density([a.at, b.at]) * a.width * b.width);
+            }
+        }
+        samples
+    }
+
+    fn state(&self, outer: &Stencil, inner: &Stencil, x1: &[f64], x2: &[f64]) -> State {
+        let side = self.lines[0].len();
+        let [x1, x2] =
+            [x1, x2].map(|values| outer.sum(self.degree, |line| inner.sum(self.degree, |k| values[line * side + k])));
+        State { x1, x2 }
+    }
+
+    fn whole(&self, cell: [usize; 2]) -> Part {
+        let edge = |k: usize| [0, 1].map(|axis| self.lines[axis][cell[axis] + k]);
+        Part { cell, low: edge(0), high: edge(1) }
+    }
+
+    fn is_small(&self, part: &Part) -> bool {
+        let width = [0, 1].map(|axis| part.high[axis] - part.low[axis]);
+        let nearest = [0, 1].map(|axis| 0f64.clamp(part.low[axis], part.high[axis]));
+        width[0].max(width[1]) < NARROW || width[0] * width[1] * standard_density(nearest) < LIGHT
+    }
+
+    /// Whether `phi` and `e` are smooth in a part: its image is far from the origin, seen in its own size, and off the cut.
+    fn is_regular(&self, part: &Part, x1: &[f64], x2: &[f64], cut: f64) -> bool {
+        /// What may bulge beyond corners and middles of the edges.
+        const BULGE: f64 = 1.25;
+        let thirds = [0, 1].map(|axis| {
+            let (low, high) = (part.low[axis], part.high[axis]);
+            [low, low.midpoint(high), high].map(|at| stencil(&self.lines[axis], part.cell[axis], self.degree, at))
+        });
+        let at = |i: usize, j: usize| self.state(&thirds[0][i], &thirds[1][j], x1, x2);
+        let middle = at(1, 1);
+        let distance = |k: usize| {
+            let state = at(k / 3, k % 3);
+            (state.x1 - middle.x1).hypot(state.x2 - middle.x2)
+        };
+        let (radius, e) = (BULGE * (0..9).map(distance).fold(0.0, f64::max), middle.eccentricity());
+        let off_cut = nearest(middle.x1.atan2(middle.x2) - cut, 0.0).abs();
+        e > FAR * radius && off_cut > (radius / e).asin()
+    }
+}
+
+impl Part {
+    fn quarters(&self) -> [Self; 4] {
+        let middle = [0, 1].map(|axis| self.low[axis].midpoint(self.high[axis]));
+        [0, 1, 2, 3].map(|k| {
+            let upper = [k & 1 == 1, k & 2 == 2];
+            let low = [0, 1].map(|axis| if upper[axis] { middle[axis] } else { self.low[axis] });
+            let high = [0, 1].map(|axis| if upper[axis] { self.high[axis] } else { middle[axis] });
+            Self { cell: self.cell, low, high }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(count: u32, reach: f64) -> Vec<f64> {
+        (0..count).map(|i| reach * (2.0 * f64::from(i) / f64::from(count - 1) - 1.0)).collect()
+    }
+
+    /// Moments of a round cloud of deviation `sigma` about `(x1, x2)`, by a lattice of 21 points a side.
+    fn round_cloud(x1: f64, x2: f64, sigma: f64) -> (Moments, Circular) {
+        let nodes = lines(21, 5.0);
+        let quadrature = Quadrature::new([nodes.clone(), nodes.clone()], 7);
+        let all = || nodes.iter().flat_map(|&u| nodes.iter().map(move |&v| (u, v)));
+        let (a, b): (Vec<f64>, Vec<f64>) = all().map(|(u, v)| (x1 + sigma * u, x2 + sigma * v)).unzip();
+        quadrature.moments(&a, &b, 0.5)
+    }
+
+    #[test]
+    fn a_round_cloud_over_the_origin_has_the_moments_of_rayleighs_distribution() {
+        // A hair off the origin, so that its circular mean is defined.
+        let (moments, circular) = round_cloud(0.0, 1e-4, 0.02);
+        assert!((moments.mean_e / (0.02 * (PI / 2.0).sqrt()) - 1.0).abs() < 1e-4, "{moments:?}");
+        assert!((moments.std_e / (0.02 * (2.0 - PI / 2.0).sqrt()) - 1.0).abs() < 1e-4, "{moments:?}");
+        // Even round the circle, but for the part of the hair.
+        assert!((moments.std_phi / (PI / 3f64.sqrt()) - 1.0).abs() < 0.01, "{moments:?} {circular:?}");
+    }
+
+    #[test]
+    fn a_cloud_far_from_the_origin_is_read_out_as_a_smooth_one() {
+        let (moments, _) = round_cloud(0.0, 0.4, 0.002);
+        // e = r + (dx)²/(2 r), phi = dx/r to leading orders.
+        assert!((moments.mean_e - (0.4 + 0.5 * 0.002f64.powi(2) / 0.4)).abs() < 1e-9, "{moments:?}");
+        assert!((moments.std_phi / (0.002 / 0.4) - 1.0).abs() < 1e-4, "{moments:?}");
+    }
+}

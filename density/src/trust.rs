@@ -1,0 +1,169 @@
+//! Whether a method's own diagnostics say that its result can be trusted to a given tolerance.
+//!
+//! A method is good for the moments where the two means are right to `tolerance` standard deviations and the two standard
+//! deviations to `tolerance` of themselves; it is good for the density where the total variation distance of its joint
+//! density on the comparison grid from the right one is at most `tolerance`.
+//!
+//! The diagnostics are the four numbers that a density carries. What they mean depends on the method, see [`Kind`].
+
+/// The tolerance that a verdict is about unless another is asked for.
+pub const TOLERANCE: f64 = 0.01;
+
+/// What the four diagnostics of a density are. The codes of `messages::layout::diagnostic` are the same in numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Nothing (code 0): the method does not judge itself. Samples have standard errors instead, see [`of_samples`].
+    None,
+    /// Of a carried mesh (code 1): defect of the invariant measure, probability of flipped elements, probability outside the
+    /// mesh, estimated misplacement of the joint density in total variation (NaN if not estimated).
+    Mesh,
+    /// Of a mixture (code 2): disagreement of the unscented and the linear prediction, probability that the mixture has
+    /// outside `0 < e < 1` (NaN if not known), two NaN.
+    Mixture,
+    /// Error estimates of an exact density (code 3): moments in standard deviations, resultant vector, probability above the
+    /// critical eccentricity, joint density in L1.
+    Numerical,
+}
+
+impl Kind {
+    /// The meaning of a diagnostic code; `None` for codes unknown to this version too.
+    pub fn of_code(code: u32) -> Self {
+        match code {
+            1 => Self::Mesh,
+            2 => Self::Mixture,
+            3 => Self::Numerical,
+            _ => Self::None,
+        }
+    }
+}
+
+/// What a method's result is good for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Moments and joint density.
+    Good,
+    /// Moments only.
+    Moments,
+    /// The joint density only.
+    Density,
+    /// Neither.
+    Neither,
+    /// The method says nothing that would tell.
+    Unknown,
+}
+
+impl Verdict {
+    /// From what is good.
+    pub fn new(moments: bool, density: bool) -> Self {
+        match (moments, density) {
+            (true, true) => Self::Good,
+            (true, false) => Self::Moments,
+            (false, true) => Self::Density,
+            (false, false) => Self::Neither,
+        }
+    }
+
+    /// Whether the moments are good.
+    pub fn moments(self) -> bool {
+        matches!(self, Self::Good | Self::Moments)
+    }
+
+    /// Whether the joint density is good.
+    pub fn density(self) -> bool {
+        matches!(self, Self::Good | Self::Density)
+    }
+
+    /// In words, for tables and reports.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Good => "good for moments and density",
+            Self::Moments => "good for moments, not for the density",
+            Self::Density => "good for the density, not for moments",
+            Self::Neither => "good for neither moments nor density",
+            Self::Unknown => "the method does not judge itself",
+        }
+    }
+}
+
+/// What a density with these diagnostics is good for at a tolerance (a share of one, [`TOLERANCE`] by default).
+///
+/// A diagnostic that is no number where the method should give one counts as bad.
+pub fn trust(kind: Kind, diagnostics: [f64; 4], tolerance: f64) -> Verdict {
+    let [first, second, third, fourth] = diagnostics;
+    match kind {
+        Kind::None => Verdict::Unknown,
+        Kind::Mesh => {
+            let misplaced = if fourth.is_nan() { 0.0 } else { fourth };
+            let lost = second + third;
+            let moments = first + lost <= MESH_MOMENTS * tolerance;
+            Verdict::new(moments, MESH_DENSITY * first + lost + misplaced <= tolerance)
+        }
+        Kind::Mixture => {
+            let outside = if second.is_nan() { 0.0 } else { second };
+            let moments = first <= MIXTURE_MOMENTS * tolerance && outside <= tolerance;
+            Verdict::new(moments, first <= MIXTURE_DENSITY * tolerance && outside <= tolerance)
+        }
+        Kind::Numerical => Verdict::new(first <= tolerance, 0.5 * fourth <= tolerance),
+    }
+}
+
+/// What a density of samples is good for, from the standard errors of its moments in standard deviations (the largest of
+/// mean and deviation of both coordinates, see [`relative_standard_error`]) and the expected total variation of its bins'
+/// counting noise: two standard errors must be within the tolerance, and the expected noise.
+pub fn of_samples(relative_standard_error: f64, counting_noise: f64, tolerance: f64) -> Verdict {
+    if relative_standard_error.is_nan() {
+        return Verdict::Unknown;
+    }
+    Verdict::new(2.0 * relative_standard_error <= tolerance, counting_noise <= tolerance)
+}
+
+/// The largest standard error of the two means and the two deviations, in standard deviations; NaN if one is missing.
+pub fn relative_standard_error(moments: &crate::estimate::Moments, errors: &crate::estimate::Moments) -> f64 {
+    let relative = [
+        errors.mean_phi / moments.std_phi,
+        errors.std_phi / moments.std_phi,
+        errors.mean_e / moments.std_e,
+        errors.std_e / moments.std_e,
+    ];
+    relative.into_iter().fold(0.0, |largest: f64, error| if error.is_nan() { f64::NAN } else { largest.max(error) })
+}
+
+/// Expected total variation between the joint density of `samples` independent samples (per area, in bins of area `area`)
+/// and the right one: half of `sqrt(2/π)` standard errors a bin.
+pub fn counting_noise(joint: &[f64], area: f64, samples: f64) -> f64 {
+    let error = |share: f64| (share * (1.0 - share).max(0.0) / samples).sqrt();
+    let sum: f64 = joint.iter().map(|density| error((density * area).max(0.0))).sum();
+    0.5 * std::f64::consts::FRAC_2_PI.sqrt() * sum
+}
+
+/// Defects of the invariant measure, in tolerances, up to which a mesh is good for moments.
+const MESH_MOMENTS: f64 = 1.0;
+/// Total variation of the joint density for each unit of the defect.
+const MESH_DENSITY: f64 = 2.0;
+/// Disagreement, in tolerances, up to which a mixture is good for moments.
+const MIXTURE_MOMENTS: f64 = 30.0;
+/// Disagreement, in tolerances, up to which a mixture is good for the density.
+const MIXTURE_DENSITY: f64 = 15.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_diagnostic_that_is_no_number_is_never_trusted() {
+        for kind in [Kind::Mesh, Kind::Mixture, Kind::Numerical] {
+            assert_eq!(trust(kind, [f64::NAN; 4], 0.01), Verdict::Neither, "{kind:?}");
+        }
+        assert_eq!(trust(Kind::None, [f64::NAN; 4], 0.01), Verdict::Unknown);
+        assert_eq!(of_samples(f64::NAN, 0.0, 0.01), Verdict::Unknown);
+    }
+
+    #[test]
+    fn verdicts_say_which_of_the_two_is_good() {
+        assert_eq!(trust(Kind::Numerical, [1e-8, 0.0, 0.0, 1e-4], TOLERANCE), Verdict::Good);
+        assert_eq!(trust(Kind::Numerical, [1e-8, 0.0, 0.0, 0.1], TOLERANCE), Verdict::Moments);
+        assert_eq!(trust(Kind::Numerical, [0.1, 0.0, 0.0, 0.01], TOLERANCE), Verdict::Density);
+        assert_eq!(trust(Kind::Mesh, [0.5, 0.1, 0.0, f64::NAN], TOLERANCE), Verdict::Neither);
+        assert_eq!(trust(Kind::Mesh, [1e-5, 0.0, 1e-7, 0.2], TOLERANCE), Verdict::Moments);
+    }
+}
