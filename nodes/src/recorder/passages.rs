@@ -20,7 +20,9 @@ pub(super) fn merged(parts: &[&RecordedPassage]) -> Option<RecordedPassage> {
     }
     let values = if parts.len() == shards { add_up(parts) } else { None };
     let mut header = first.header;
-    if values.is_none() {
+    if values.is_some() {
+        header.samples = parts.iter().map(|part| part.header.samples).sum();
+    } else {
         header.reason = pack("the first passages that its shards have sent do not fit together");
     }
     Some(RecordedPassage { header, values: values.unwrap_or_default() })
@@ -84,7 +86,7 @@ mod tests {
             let parts: Vec<_> = Shard::all(count).map(|shard| part(&passages[shard.range(1237)], shard)).collect();
             let merged = merged(&parts.iter().collect::<Vec<_>>()).unwrap();
             let bits = |passage: &RecordedPassage| passage.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-            assert_eq!(bits(&merged), bits(&whole));
+            assert_eq!((bits(&merged), merged.header.samples), (bits(&whole), 1237));
         }
     }
 
