@@ -269,9 +269,10 @@ pub struct DomainArguments {
     /// Labels of the cases that will take part; LABEL/N if N processes share a case's work
     #[arg(required = true, value_name = "LABEL")]
     pub labels: Vec<HandCase>,
-    /// Label of the case that all are compared with [default: the first]
-    #[arg(long, value_name = "LABEL")]
-    pub reference: Option<String>,
+    /// Label of the case that all are compared with [default: the first]; may be repeated: the next stands in for what the
+    /// one before withholds
+    #[arg(long = "reference", value_name = "LABEL")]
+    pub references: Vec<String>,
     /// Scenario files that the scenario node will publish
     #[arg(long = "scenario", value_name = "FILE", required = true)]
     pub scenarios: Vec<PathBuf>,
@@ -360,6 +361,9 @@ pub struct NodeArguments {
     /// File that the launcher has written, for the bridge
     #[arg(long, value_name = "FILE")]
     pub post: Option<PathBuf>,
+    /// What methods are judged against, for the recorder: a share of one
+    #[arg(long, value_name = "SHARE", default_value_t = density::trust::TOLERANCE)]
+    pub tolerance: f64,
     /// Folder to write to, for the recorder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

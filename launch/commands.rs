@@ -110,7 +110,7 @@ impl Commands<'_> {
         let mut command = own_command(name)?;
         match name {
             "recorder" => {
-                command.arg("--out").arg(&self.draft);
+                command.arg("--out").arg(&self.draft).args(["--tolerance", &self.launch.tolerance.to_string()]);
                 command.args(self.tape.iter().flat_map(|tape| [Path::new("--recording"), tape]));
             }
             SCENARIO_NODE => {

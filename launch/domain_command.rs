@@ -52,9 +52,8 @@ fn prepare(arguments: &DomainArguments) -> Result<(OwnDomain, Capacity), String>
     if labels.iter().collect::<BTreeSet<_>>().len() < labels.len() {
         return Err("two cases have the same label; labels must differ".into());
     }
-    if !labels.contains(&reference(arguments).as_str()) {
-        let labels = labels.join(", ");
-        return Err(format!("no case has the label \"{}\"; there are {labels}", reference(arguments)));
+    if let Some(unknown) = references(arguments).into_iter().find(|reference| !labels.contains(reference)) {
+        return Err(format!("no case has the label \"{unknown}\"; there are {}", labels.join(", ")));
     }
     let snapshots = |file: &PathBuf| scenario_file::load(file).map(|scenario| scenario.problem.times.len());
     let snapshots: Vec<usize> =
@@ -66,9 +65,12 @@ fn prepare(arguments: &DomainArguments) -> Result<(OwnDomain, Capacity), String>
     Ok((OwnDomain::claim_named(&arguments.name)?, capacity))
 }
 
-/// The case that all are compared with.
-fn reference(arguments: &DomainArguments) -> &String {
-    arguments.reference.as_ref().unwrap_or(&arguments.labels[0].label)
+/// The cases that all are compared with: the first that states a quantity.
+fn references(arguments: &DomainArguments) -> Vec<&str> {
+    match &arguments.references[..] {
+        [] => vec![&arguments.labels[0].label],
+        named => named.iter().map(String::as_str).collect(),
+    }
 }
 
 fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Result<(), String> {
@@ -111,11 +113,14 @@ fn publish(
     scenario: u32,
     fallen: &BTreeSet<String>,
 ) -> Result<(), PortError> {
-    let header = RosterHeader { run_id: RUN_ID, scenario, reserved: 0, reference: pack(reference(arguments)) };
+    let header = RosterHeader { run_id: RUN_ID, scenario, reserved: 0 };
+    let references = references(arguments);
     let entry = |HandCase { label, shards }: &HandCase| RosterEntry {
         label: pack(label),
         failed: u32::from(fallen.contains(label)),
         shards: *shards,
+        reference: references.iter().position(|reference| reference == label).map_or(0, |place| place as u32 + 1),
+        reserved: 0,
     };
     roster.send_items(header, &arguments.labels.iter().map(entry).collect::<Vec<_>>())
 }

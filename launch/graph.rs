@@ -49,7 +49,11 @@ fn title(case: &Case, launch: &Launch) -> String {
         Runs::Recorded(file) => file.display().to_string(),
     };
     let shards = if case.shards > 1 { format!("<br>{} shards", case.shards) } else { String::new() };
-    let reference = if case.label == launch.reference { "<br>reference" } else { "" };
+    let reference = match launch.references.iter().position(|label| *label == case.label) {
+        None => String::new(),
+        Some(0) => "<br>reference".to_owned(),
+        Some(place) => format!("<br>reference {}", place + 1),
+    };
     let escaped = runs.replace('&', "#amp;").replace('"', "#quot;").replace('<', "#lt;").replace('>', "#gt;");
     format!("{}<br>{escaped}{shards}{reference}", case.label)
 }

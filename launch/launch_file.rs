@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use bridge::endpoint::End;
 use bridge::plan::HOME;
+use density::trust::TOLERANCE;
 use nodes::accuracy::AccuracySetting;
 use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use nodes::scenario_file::{self, ScenarioFile};
@@ -28,8 +29,10 @@ pub struct Launch {
     pub name: String,
     /// The scenarios, in order.
     pub scenarios: Vec<ScenarioInput>,
-    /// Label of the case that all are compared with.
-    pub reference: String,
+    /// Labels of the cases that all are compared with: the first that states a quantity and has not failed. At least one.
+    pub references: Vec<String>,
+    /// What methods are judged against: a share of one.
+    pub tolerance: f64,
     /// Bins of the comparison grid in `phi` and `e`.
     pub bins: (usize, usize),
     /// Seconds without any sign of life after which a case is given up.
@@ -55,6 +58,38 @@ pub enum Restart {
     OnFailure,
 }
 
+/// `reference = "exact"`, or `reference = ["exact", "mc"]`.
+#[derive(Debug)]
+struct References(Vec<String>);
+
+impl<'de> Deserialize<'de> for References {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+
+        impl<'de> serde::de::Visitor<'de> for Visitor {
+            type Value = References;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("the label of a case, or a list of labels")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, label: &str) -> Result<References, E> {
+                Ok(References(vec![label.into()]))
+            }
+
+            fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<References, A::Error> {
+                let mut labels = Vec::new();
+                while let Some(label) = list.next_element()? {
+                    labels.push(label);
+                }
+                Ok(References(labels))
+            }
+        }
+
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
 /// A scenario with the file it came from.
 #[derive(Debug, Clone)]
 pub struct ScenarioInput {
@@ -70,7 +105,8 @@ pub struct ScenarioInput {
 struct Raw {
     name: Spanned<String>,
     scenarios: Spanned<Vec<Spanned<PathBuf>>>,
-    reference: Spanned<String>,
+    reference: Spanned<References>,
+    tolerance: Option<Spanned<f64>>,
     bins: Option<Spanned<(i64, i64)>>,
     patience: Option<Spanned<f64>>,
     #[serde(default)]
@@ -160,17 +196,13 @@ impl Launch {
             }
         }
         check_name(file, &raw.name)?;
-        let reference = raw.reference.get_ref();
-        if !cases.iter().any(|case| case.label == *reference) {
-            let labels: Vec<_> = cases.iter().map(|case| case.label.as_str()).collect();
-            let problem = format!("no propagator has the label \"{reference}\"; there are {}", labels.join(", "));
-            return Err(file.error(&raw.reference, &problem));
-        }
+        let references = checked_references(file, &raw.reference, &cases)?;
         Ok(Self {
             text: file.text().into(),
             name: raw.name.get_ref().clone(),
             scenarios: scenarios(&raw)?,
-            reference: reference.clone(),
+            references,
+            tolerance: raw.tolerance.as_ref().map_or(Ok(TOLERANCE), |tolerance| checked_tolerance(file, tolerance))?,
             bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(file, bins))?,
             patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(file, patience))?,
             restart: raw.restart,
@@ -186,6 +218,36 @@ pub(crate) fn check_name(file: &InputFile, name: &Spanned<String>) -> Result<(),
         return Ok(());
     }
     Err(file.error(name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", name.get_ref())))
+}
+
+fn checked_references(
+    file: &InputFile,
+    reference: &Spanned<References>,
+    cases: &[Case],
+) -> Result<Vec<String>, InputError> {
+    let References(labels) = reference.get_ref();
+    if labels.is_empty() {
+        return Err(file.error(reference, "names no case; it must name at least one"));
+    }
+    if labels.iter().collect::<BTreeSet<_>>().len() < labels.len() {
+        return Err(file.error(reference, &format!("\"{}\" names a case twice", labels.join("\", \""))));
+    }
+    match labels.iter().find(|label| !cases.iter().any(|case| case.label == **label)) {
+        None => Ok(labels.clone()),
+        Some(unknown) => {
+            let there: Vec<_> = cases.iter().map(|case| case.label.as_str()).collect();
+            let problem = format!("no propagator has the label \"{unknown}\"; there are {}", there.join(", "));
+            Err(file.error(reference, &problem))
+        }
+    }
+}
+
+fn checked_tolerance(file: &InputFile, tolerance: &Spanned<f64>) -> Result<f64, InputError> {
+    let share = *tolerance.get_ref();
+    if share > 0.0 && share <= 1.0 {
+        return Ok(share);
+    }
+    Err(file.error(tolerance, &format!("{share} is not allowed, it must be a share greater than 0 and at most 1")))
 }
 
 fn checked_bins(file: &InputFile, bins: &Spanned<(i64, i64)>) -> Result<(usize, usize), InputError> {
@@ -284,6 +346,14 @@ mod tests {
     }
 
     #[test]
+    fn all_are_compared_with_one_case_or_with_the_first_of_several_that_knows() {
+        assert_eq!((load(GOOD).unwrap().references, load(GOOD).unwrap().tolerance), (vec!["mc".to_owned()], 0.01));
+        let several = GOOD.replace("reference = \"mc\"", "reference = [\"mine\", \"mc\"]\ntolerance = 0.05");
+        let several = load(&several).unwrap();
+        assert_eq!((several.references, several.tolerance), (vec!["mine".to_owned(), "mc".to_owned()], 0.05));
+    }
+
+    #[test]
     fn every_mistake_is_told_with_line_and_key() {
         let cases = [
             ("samples = 10", "samples = 0", 7, "propagator.samples", "at least 1"),
@@ -300,6 +370,18 @@ mod tests {
             ("label = \"mine\"", "label = \"../mine\"", 9, "propagator.label", "letters, digits"),
             ("label = \"mine\"", "label = \"recorder\"", 9, "propagator.label", "own processes"),
             ("reference = \"mc\"", "reference = \"md\"", 3, "reference", "there are mc, mine"),
+            ("reference = \"mc\"", "reference = [\"mc\", \"md\"]", 3, "reference", "\"md\"; there are mc, mine"),
+            ("reference = \"mc\"", "reference = [\"mc\", \"mc\"]", 3, "reference", "names a case twice"),
+            ("reference = \"mc\"", "reference = []", 3, "reference", "names no case"),
+            ("reference = \"mc\"", "reference = 1", 3, "reference", "the label of a case, or a list of labels"),
+            ("reference = \"mc\"", "reference = \"mc\"\ntolerance = 0", 4, "tolerance", "greater than 0 and at most 1"),
+            (
+                "reference = \"mc\"",
+                "reference = \"mc\"\ntolerance = nan",
+                4,
+                "tolerance",
+                "greater than 0 and at most 1",
+            ),
             ("reference = \"mc\"", "referense = \"mc\"", 3, "referense", "unknown field"),
             ("s.toml", "t.toml", 2, "scenarios", "cannot be read"),
             ("[\"./mine\", \"-x\"]", "[]", 10, "propagator.command", "is empty"),

@@ -114,7 +114,7 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
         Kind::Recorder => {
             let folder = arguments.out.ok_or_else(|| Failure::Refused("the recorder needs --out DIR".into()))?;
             std::fs::create_dir_all(&folder).map_err(|e| Failure::file(&folder, e))?;
-            recorder::run(&session, &folder, arguments.recording.as_deref())
+            recorder::run(&session, &folder, arguments.recording.as_deref(), arguments.tolerance)
         }
         Kind::Player => {
             let file = arguments.recording.ok_or_else(|| Failure::Refused("a player needs --recording FILE".into()))?;

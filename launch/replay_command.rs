@@ -82,8 +82,10 @@ fn prepare(arguments: &ReplayArguments) -> Result<Launch, String> {
         }
     }
     launch.cases.retain(|case| !arguments.without.contains(&case.label));
-    if !launch.cases.iter().any(|case| case.label == launch.reference) {
-        return Err(format!("{} cannot be left out, all cases are compared with it", launch.reference));
+    let references = launch.references.join(" and ");
+    launch.references.retain(|label| !arguments.without.contains(label));
+    if launch.references.is_empty() {
+        return Err(format!("{references} cannot be left out, all cases are compared with it"));
     }
     for case in launch.cases.iter_mut().filter(|case| !arguments.live.contains(&case.label)) {
         case.runs = Runs::Recorded(file.clone());

@@ -346,16 +346,14 @@ impl<'a> Run<'a> {
     }
 
     fn publish_roster(&self) -> Result<(), Abort> {
-        let header = RosterHeader {
-            run_id: self.commands.run_id,
-            scenario: self.scenario,
-            reserved: 0,
-            reference: pack(&self.commands.launch.reference),
-        };
+        let header = RosterHeader { run_id: self.commands.run_id, scenario: self.scenario, reserved: 0 };
+        let references = &self.commands.launch.references;
         let entry = |case: &Case| RosterEntry {
             label: pack(&case.label),
             failed: u32::from(self.has_failed(&case.label)),
             shards: case.shards,
+            reference: references.iter().position(|label| *label == case.label).map_or(0, |place| place as u32 + 1),
+            reserved: 0,
         };
         let entries: Vec<RosterEntry> = self.commands.launch.cases.iter().map(entry).collect();
         Ok(self.roster.send_items(header, &entries)?)

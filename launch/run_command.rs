@@ -95,7 +95,8 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
     };
     match outcome {
         Ok(failures) => {
-            let exit_code = u8::from(!failures.is_empty());
+            let contradictions = report::errors(&folder.path);
+            let exit_code = u8::from(!failures.is_empty() || !contradictions.is_empty());
             if order.shown.json {
                 json::result(exit_code, &folder.path, &failures);
             } else if !order.shown.quiet {
@@ -104,6 +105,9 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
             }
             for (name, why) in &failures {
                 eprintln!("error: {name}: {why}");
+            }
+            for what in &contradictions {
+                eprintln!("error: {what}");
             }
             ExitCode::from(exit_code)
         }

@@ -18,13 +18,15 @@ use crate::launch_file::{Launch, ScenarioInput};
 use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
 use crate::run_command::start_log;
-use crate::{attach, manifest, plans, preflight};
+use crate::{attach, manifest, plans, preflight, report};
 
 /// What a service has done so far.
 #[derive(Default)]
 struct Tally {
     folders: Vec<PathBuf>,
     failed: usize,
+    /// Results that contradict one another, or cannot be right.
+    contradictions: usize,
 }
 
 /// Serves until the sweep is done, or until asked to stop.
@@ -44,13 +46,21 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
     folder.discard();
     let served = tally.folders.len();
     match outcome {
-        Ok(()) | Err(Abort::Interrupted) if tally.failed == 0 => {
+        Ok(()) | Err(Abort::Interrupted) if tally.failed + tally.contradictions == 0 => {
             summarise(&folder.path, served, begun);
             ExitCode::SUCCESS
         }
         Ok(()) | Err(Abort::Interrupted) => {
             summarise(&folder.path, served, begun);
-            eprintln!("error: {} cases failed; each manifest says which and why", tally.failed);
+            if tally.failed > 0 {
+                eprintln!("error: {} cases failed; each manifest says which and why", tally.failed);
+            }
+            if tally.contradictions > 0 {
+                let count = tally.contradictions;
+                eprintln!(
+                    "error: {count} results contradict one another or cannot be right; each notes.csv says which"
+                );
+            }
             ExitCode::FAILURE
         }
         Err(Abort::Fatal(problem) | Abort::Unpublished(problem)) => {
@@ -110,7 +120,12 @@ fn serve(
         let completed = run.conduct(|scenario, failures| {
             let failures = of_scenario(failures, scenario);
             tally.failed += failures.len();
-            tally.folders.push(publish(launch, folder, run_id, scenario, &failures)?);
+            let published = publish(launch, folder, run_id, scenario, &failures)?;
+            for what in report::errors(&published) {
+                eprintln!("error: {what}");
+                tally.contradictions += 1;
+            }
+            tally.folders.push(published);
             Ok(())
         });
         run.end();

@@ -58,7 +58,7 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
     let bench = Bench::new();
     let program = example("faulty-propagator").display().to_string();
     let computing = "SIGTERM, computing";
-    let faults: [(&str, &[&str], &[&str], &str); 17] = [
+    let faults: [(&str, &[&str], &[&str], &str); 21] = [
         ("none", &GRACE, &[], ""),
         ("counts", &GRACE, &["counts"], "check-1: 4 of 5"),
         ("nan", &GRACE, &["finite"], "check-1, snapshot 1: row 7 of column 0 is NaN"),
@@ -71,6 +71,10 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
         ("redrawn", &["--grace", "30", "--redrawn"], &[], ""),
         ("moments", &GRACE, &["moments"], "check-1: mean phi at 0 yr is 2.20"),
         ("no-passage", &GRACE, &["first passage"], "check-1: no message on phasecloud/passage"),
+        ("constant-curve", &GRACE, &["first passage"], "its first-passage curve begins with 0.3"),
+        ("falling-curve", &GRACE, &["first passage"], "the probability falls from 0.5 at 0 yr"),
+        ("crossed-interval", &GRACE, &["first passage"], "low is never above high"),
+        ("impossible-curve", &GRACE, &["first passage"], "is 1.995; a probability lies between 0 and 1"),
         ("deaf", &["--grace", "0.4"], &["SIGTERM, waiting", computing], "after SIGTERM; it was killed"),
         ("never-ready", &["--patience", "2"], &["handshake"], "not ready: no sign of life for 2 s"),
         ("second-scenario", &GRACE, &["second scenario"], "its process ended: exit status: 101"),
@@ -84,6 +88,33 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
         for line in lines.iter().filter(|line| line[1] == "FAIL") {
             assert!(line[2].contains(words), "{fault}: {line:?}");
         }
+    }
+}
+
+#[test]
+fn angles_in_degrees_break_the_rules_about_mass_and_moments() {
+    let bench = Bench::new();
+    let program = example("faulty-propagator").display().to_string();
+    let (code, lines) = check(&bench, &GRACE, &[&program, "degrees"]);
+    let broken = rules(&lines, "FAIL");
+    assert!(code == Some(1) && broken.contains(&"mass") && broken.contains(&"moments"), "{lines:?}");
+}
+
+#[test]
+fn a_density_may_withhold_what_it_does_not_stand_behind_but_not_contradict_the_right_answer() {
+    let bench = Bench::new();
+    let program = example("lying-exact").display().to_string();
+    for withheld in ["withholds-density", "withholds-all", "withholds-passage"] {
+        let (code, lines) = check(&bench, &GRACE, &[&program, withheld]);
+        assert_eq!((code, rules(&lines, "FAIL")), (Some(0), vec![]), "{withheld}: {lines:?}");
+        let words = lines.iter().any(|line| line[2].contains("withheld"));
+        assert_eq!(words, withheld != "withholds-passage", "{withheld}: {lines:?}");
+    }
+    for (lie, broken) in
+        [("mean-e", "moments"), ("passage", "first passage"), ("mass", "mass"), ("mixes", "first scenario")]
+    {
+        let (code, lines) = check(&bench, &GRACE, &[&program, lie]);
+        assert!(code == Some(1) && rules(&lines, "FAIL").contains(&broken), "{lie}: {lines:?}");
     }
 }
 

@@ -9,13 +9,14 @@ use std::process::{Command, Output};
 use common::{Bench, FOUR_CASES, text};
 
 /// The files of a results folder in which nothing is measured anew; `effort.csv` has the estimator's CPU time.
-const REPRODUCIBLE: [&str; 7] = [
+const REPRODUCIBLE: [&str; 8] = [
     "moments.csv",
     "errors.csv",
     "distances.csv",
     "first_passage.csv",
     "diagnostics.csv",
     "notes.csv",
+    "verdicts.csv",
     "densities.npz",
 ];
 

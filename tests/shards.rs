@@ -36,7 +36,7 @@ fn launch_file(bench: &Bench, name: &str, cases: &str) -> std::path::PathBuf {
 }
 
 /// All files that depend on the seeds alone.
-const FILES: [&str; 7] = [
+const FILES: [&str; 8] = [
     REPRODUCIBLE[0],
     REPRODUCIBLE[1],
     REPRODUCIBLE[2],
@@ -44,6 +44,7 @@ const FILES: [&str; 7] = [
     REPRODUCIBLE[4],
     "diagnostics.csv",
     "notes.csv",
+    "verdicts.csv",
 ];
 
 fn assert_same(bench: &Bench, out: &str, said: &str) {

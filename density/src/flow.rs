@@ -155,7 +155,7 @@ impl Flow {
         let mut recorded: Vec<_> = (recorder.steps.into_iter().zip(x1.iter().zip(&x2)))
             .map(|(steps, (&x1, &x2))| Some((steps, State { x1, x2 })))
             .collect();
-        lost.into_iter().for_each(|orbit| recorded[orbit] = None);
+        lost.into_iter().for_each(|(orbit, _)| recorded[orbit] = None);
         recorded
     }
 

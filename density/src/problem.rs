@@ -41,9 +41,19 @@ impl InitialGaussian {
 
     /// The share of the uncut Gaussian in `0 < e < 1`.
     pub fn mass_inside(&self) -> f64 {
-        let tail = |sigmas: f64| 0.5 * libm::erfc(sigmas / SQRT_2);
         1.0 - tail(self.mean_e / self.sigma_e) - tail((1.0 - self.mean_e) / self.sigma_e)
     }
+
+    /// The probability that the eccentricity exceeds `e`.
+    pub fn probability_above(&self, e: f64) -> f64 {
+        let beyond = |e: f64| tail((e - self.mean_e) / self.sigma_e);
+        ((beyond(e.max(0.0)) - beyond(1.0)) / self.mass_inside()).clamp(0.0, 1.0)
+    }
+}
+
+/// The probability that a standard normal variable exceeds `sigmas`.
+fn tail(sigmas: f64) -> f64 {
+    0.5 * libm::erfc(sigmas / SQRT_2)
 }
 
 /// A scenario's science: all that a method needs to know.

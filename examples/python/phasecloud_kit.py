@@ -159,7 +159,7 @@ class Run:
         """The probability that e has ever reached its critical value by each of `problem.passage_times`, with interval.
 
         Optional; call it before the last snapshot. `samples` is of how many equal samples of this process the probability is a
-        count: those of shards are added up, with Wilson's interval if each has one. Else shard 0 speaks for all.
+        count: those of shards are added up, and a curve without an interval gets Wilson's. Else shard 0 speaks for all.
         """
         self._passage_samples = samples
         curve = np.empty((layout.PASSAGE_TIMES, layout.PASSAGE_COLUMNS))

@@ -26,7 +26,9 @@ CARRIED_MESH, HULL_MESH = 0, 1
 READY, WORKING, DONE, FAILED = 1, 2, 3, 4
 
 SCENARIO_COLUMNS = 5  # time [yr], lowest and highest phi [rad], lowest and highest e of the comparison grid
-PASSAGE_COLUMNS = 4  # time [yr], probability, lower and upper end of its interval (NaN without one)
+# Time [yr], probability, lower and upper end of its interval (NaN without one). No column falls; a probability that is NaN
+# between two ends is withheld.
+PASSAGE_COLUMNS = 4
 PASSAGE_TIMES = 65
 
 # Events on a topic: a publisher has sent, a reader has joined.

@@ -33,7 +33,7 @@ picture = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else folder / f"joint-d
 # %% [markdown]
 # ## Tables
 #
-# Every table is a CSV file with full precision; `nan` stands where a method has no such number.
+# Every table is a CSV file with full precision; `nan` stands where a method has no such number, or does not stand behind it.
 
 # %%
 with open(folder / "moments.csv", newline="") as file:
@@ -55,6 +55,10 @@ densities = np.load(folder / "densities.npz")
 figure, axes = plt.subplots(1, len(moments), figsize=(3.2 * len(moments), 3.0), layout="constrained")
 for index, (row, axis) in enumerate(zip(moments, np.atleast_1d(axes))):
     joint, phi, e = (densities[f"{scenario}/{method}/{index}/{name}"] for name in ("joint", "phi_edges", "e_edges"))
+    if np.isnan(joint).all():
+        print(f"t = {row['t_yr']} yr: {method} withholds its density")
+        axis.set(title=f"{method}, t = {row['t_yr']} yr: withheld")
+        continue
     mass = joint.sum() * (phi[1] - phi[0]) * (e[1] - e[0])
     print(f"t = {row['t_yr']} yr: {mass:.4f} of the probability lies on the grid")
     shown = np.ma.masked_less(joint, 1e-3 * joint.max())

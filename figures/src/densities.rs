@@ -25,6 +25,11 @@ pub struct Density {
 }
 
 impl Density {
+    /// Whether its method does not stand behind it: then it is NaN everywhere.
+    pub fn is_withheld(&self) -> bool {
+        self.joint.iter().all(|density| density.is_nan())
+    }
+
     /// The highest joint density \[1/rad\].
     pub fn peak(&self) -> f64 {
         self.joint.iter().copied().fold(0.0, f64::max)

@@ -46,6 +46,9 @@ pub struct Manifest {
     pub scenarios: BTreeMap<String, String>,
     /// The case that all others were compared with.
     pub reference: String,
+    /// That case and those that stand in for what it withholds, in their order; empty in folders of versions that had one.
+    #[serde(default)]
+    pub references: Vec<String>,
     /// The cases by label.
     pub cases: BTreeMap<String, Case>,
     /// Why cases failed, by label.
@@ -149,6 +152,25 @@ pub struct NoteRow {
     pub note: String,
 }
 
+/// A row of `verdicts.csv`.
+#[derive(Debug, Clone, Deserialize)]
+#[expect(missing_docs, reason = "the columns are the documented ones of the results folder")]
+pub struct VerdictRow {
+    pub scenario: String,
+    pub method: String,
+    pub verdict: String,
+    pub tolerance: f64,
+    pub moments_error: f64,
+    pub moments_noise: f64,
+    pub moments_quantity: String,
+    pub moments_t_yr: f64,
+    pub moments_judged_by: String,
+    pub density_error: f64,
+    pub density_noise: f64,
+    pub density_t_yr: f64,
+    pub density_judged_by: String,
+}
+
 /// All that a results folder holds.
 #[derive(Debug)]
 #[expect(missing_docs, reason = "one field a file")]
@@ -161,6 +183,7 @@ pub struct Results {
     pub passages: Vec<PassageRow>,
     pub diagnostics: Vec<DiagnosticRow>,
     pub notes: Vec<NoteRow>,
+    pub verdicts: Vec<VerdictRow>,
     pub densities: Densities,
 }
 
@@ -183,6 +206,7 @@ impl Results {
             passages: table(&folder.join("first_passage.csv"))?,
             diagnostics: table(&folder.join("diagnostics.csv"))?,
             notes: table(&folder.join("notes.csv"))?,
+            verdicts: table_if_there(&folder.join("verdicts.csv"))?,
             moments,
             densities,
         })
@@ -191,6 +215,11 @@ impl Results {
 
 fn no_results(error: &std::io::Error) -> String {
     format!("cannot be read ({error}); name a folder that `phasecloud run` wrote")
+}
+
+/// A table that folders of earlier versions do not have.
+fn table_if_there<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, FolderError> {
+    if path.exists() { table(path) } else { Ok(Vec::new()) }
 }
 
 fn table<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, FolderError> {

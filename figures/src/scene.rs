@@ -120,6 +120,20 @@ impl<'a> Scene<'a> {
         self.method(self.reference).or(self.methods.first())
     }
 
+    /// The case that the others are compared with at a snapshot: the first reference that states its density there, or any case
+    /// that does.
+    pub fn yardstick_at(&self, index: usize) -> Option<&Method<'a>> {
+        let states = |method: &&Method<'a>| method.densities.get(index).is_some_and(|density| !density.is_withheld());
+        let references = self.results.manifest.references.iter().filter_map(|label| self.method(label));
+        references.chain(self.method(self.reference)).find(states).or_else(|| self.methods.iter().find(states))
+    }
+
+    /// The densities of [`Scene::yardstick_at`], as far as there are any.
+    pub fn yardstick_densities(&self) -> impl Iterator<Item = &'a Density> {
+        let any = |index| self.yardstick_at(index).or_else(|| self.yardstick());
+        (0..self.times.len()).filter_map(move |index| any(index)?.densities.get(index))
+    }
+
     /// All cases but the reference.
     pub fn others(&self) -> impl Iterator<Item = &Method<'a>> {
         self.methods.iter().filter(|method| method.label != self.reference)
@@ -134,7 +148,7 @@ impl<'a> Scene<'a> {
     pub fn clouds(&self) -> Vec<(Range<f64>, Range<f64>)> {
         let range =
             |d: &Density| (branch::visible(&d.grid.phi, &d.marginal_phi), branch::visible(&d.grid.e, &d.marginal_e));
-        self.yardstick().map_or(&[][..], |method| method.densities).iter().map(range).collect()
+        self.yardstick_densities().map(range).collect()
     }
 
     /// The branch of the solar angle on which all clouds are whole.

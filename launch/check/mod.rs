@@ -8,6 +8,7 @@
 //! | [`trial`] | one process in one domain: started, asked, listened to, stopped |
 //! | [`answer`] | what it said and did |
 //! | [`delivery`] | rules about what was sent: counts, order, times, numbers |
+//! | [`passages`] | whether a first-passage curve is right |
 //! | [`physics`] | rules about what the numbers mean: Hamiltonian, density, mass, moments |
 //! | [`conduct`] | rules about how the process behaves: ready, two scenarios, refusal, the end |
 //! | [`verdict`] | the rules and what was found, as a table or as JSON |
@@ -15,6 +16,7 @@
 mod answer;
 mod conduct;
 mod delivery;
+mod passages;
 mod physics;
 mod scenarios;
 mod trial;

@@ -10,12 +10,13 @@ use density::dynamics::{State, density_growth, density_growth_without_jacobian};
 use density::estimate::{Estimate, Moments};
 use density::exact::{Exact, Settings};
 use density::flow::Flow;
-use messages::layout::{SnapshotHeader, kind, treatment};
+use messages::layout::{DensityHeader, SnapshotHeader, kind, treatment};
 use nodes::assignment::Assignment;
-use nodes::method::Case;
+use nodes::method::{Case, Estimated};
 use nodes::snapshot_rules::breaches;
 
 use super::answer::{Answer, Received};
+use super::passages;
 use super::verdict::{Findings, Rule};
 
 /// Tolerated change of the Hamiltonian, and relative error of a density carried along. It spans about 0.001 over a cloud.
@@ -42,6 +43,11 @@ impl Table<'_> {
     fn states(&self) -> Vec<State> {
         let pairs = self.columns[0].iter().zip(self.columns[1]);
         pairs.map(|(&phi, &e)| State::from_polar(phi, e)).collect()
+    }
+
+    /// Whether NaN in it is what its sender does not stand behind.
+    fn may_withhold(&self) -> bool {
+        self.header.kind == kind::DENSITY
     }
 
     fn has_trajectories(&self) -> bool {
@@ -75,22 +81,49 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     let mut case = Case::default();
     let mut worst = Worst::default();
     let mut least_mass = f64::INFINITY;
+    let mut densities = Vec::new();
     for (received, table) in answer.heard.snapshots.iter().zip(&tables) {
         let estimate = match case.estimate(&received.header, &received.items, assignment) {
-            Ok(estimated) => estimated.estimate,
+            Ok(estimated) => {
+                densities.push(summary(table, &estimated));
+                estimated.estimate
+            }
             Err(why) => {
                 let seen = named(Err(format!("snapshot {}: no density can be made of it: {why}", table.index)));
                 return findings.take(Rule::Mass, seen);
             }
         };
         match mass(table, &estimate) {
+            Ok(mass) if mass.is_nan() => {
+                findings.good(Rule::Mass, format!("{}, snapshot {}: withheld", assignment.name, table.index));
+            }
             Ok(mass) => least_mass = least_mass.min(mass),
             Err(why) => findings.problem(Rule::Mass, format!("{}, snapshot {}: {why}", assignment.name, table.index)),
         }
         worst.take(assignment, table, &estimate.moments);
     }
-    findings.good(Rule::Mass, format!("{}: at least {least_mass:.4}", assignment.name));
+    if least_mass.is_finite() {
+        findings.good(Rule::Mass, format!("{}: at least {least_mass:.4}", assignment.name));
+    }
     findings.take(Rule::Moments, named(worst.verdict()));
+    for passage in &answer.heard.passages {
+        match passages::judge(assignment, passage, &densities) {
+            Ok(seen) if seen.is_empty() => {}
+            seen => findings.take(Rule::FirstPassage, named(seen)),
+        }
+    }
+}
+
+/// What a snapshot came to, as the recorder hears of it.
+fn summary(table: &Table, estimated: &Estimated) -> DensityHeader {
+    DensityHeader {
+        time: table.header.time,
+        moments: estimated.estimate.moments.to_array(),
+        standard_errors: estimated.estimate.standard_errors.to_array(),
+        diagnostic: estimated.diagnostic,
+        diagnostics: estimated.diagnostics,
+        ..DensityHeader::default()
+    }
 }
 
 /// The largest change of the Hamiltonian of a row since the first snapshot. Rows that are not told to keep their places are
@@ -174,6 +207,9 @@ fn mass(table: &Table, estimate: &Estimate) -> Result<f64, String> {
         _ => MASS,
     };
     let mass = estimate.mass();
+    if table.may_withhold() && mass.is_nan() {
+        return Ok(mass);
+    }
     let allowed = 1.0 - outside - tolerance..=1.0 + MASS;
     if allowed.contains(&mass) { Ok(mass) } else { Err(format!("the grid holds {mass:.4}")) }
 }
@@ -183,6 +219,7 @@ fn mass(table: &Table, estimate: &Estimate) -> Result<f64, String> {
 struct Worst {
     good: Option<(f64, String)>,
     problems: Vec<String>,
+    withheld: Vec<String>,
 }
 
 impl Worst {
@@ -208,6 +245,10 @@ impl Worst {
         };
         for (k, (seen, right)) in moments.to_array().into_iter().zip(right).enumerate() {
             let difference = if k == 0 { nearest(seen - right, 0.0) } else { seen - right };
+            if seen.is_nan() && table.may_withhold() {
+                self.withheld.push(format!("{} at {time} yr", MOMENTS[k]));
+                continue;
+            }
             let error = (difference / allowed[k]).abs();
             let text = format!("{} at {time} yr is {seen:.7}, exact {right:.7}", MOMENTS[k]);
             if error.is_nan() || error > 1.0 {
@@ -224,7 +265,13 @@ impl Worst {
                 Err(format!("{first}; and {} more", self.problems.len() - 1))
             }
             (Some(first), _) => Err(first.clone()),
-            (None, good) => Ok(good.map_or(String::new(), |(_, text)| text)),
+            (None, good) => {
+                let withheld = match &self.withheld[..] {
+                    [] => None,
+                    all => Some(format!("withheld: {}", all.join(", "))),
+                };
+                Ok(good.map(|(_, text)| text).into_iter().chain(withheld).collect::<Vec<_>>().join("; "))
+            }
         }
     }
 }

@@ -51,7 +51,7 @@ rules! {
     /// Of the shape that the header says.
     Shape "shape" "a known kind, rows x columns numbers, at least one row",
     /// Finite.
-    Finite "finite" "no NaN, no infinity",
+    Finite "finite" "no NaN, no infinity, but for what a density withholds",
     /// In the domain.
     Eccentricity "eccentricity" "0 <= e < 1, also of a mixture's means",
     /// Trajectories.
@@ -63,7 +63,7 @@ rules! {
     /// Moments.
     Moments "moments" "samples: within 5 standard errors of the exact ones; else within 0.1 standard deviations",
     /// First passages.
-    FirstPassage "first passage" "one message: all times, probabilities from 0 to 1 that never fall, in their intervals; or a reason",
+    FirstPassage "first passage" "one message: all times, probabilities from 0 to 1 that never fall, in their intervals, and right; or a reason",
     /// A scenario without an answer.
     Refusal "refusal" "reports a failure in words where all orbits leave e < 1, and sends nothing wrong before",
     /// It ends when it is asked while it waits.

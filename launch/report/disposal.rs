@@ -3,7 +3,7 @@
 use density::problem::Problem;
 use serde::Deserialize;
 
-use super::{OfScenario, moments, new_table, time_heads};
+use super::{OfScenario, moments, new_table, number, time_heads};
 
 /// A row of `first_passage.csv`.
 #[derive(Debug, Deserialize)]
@@ -48,5 +48,5 @@ pub fn print(scenario: &str, problem: &Problem, rows: &[&moments::Row], passages
 }
 
 fn probability(p: f64) -> String {
-    if p == 0.0 || p >= 1e-5 { format!("{p:.5}") } else { format!("{p:.0e}") }
+    if p.is_nan() || p == 0.0 || p >= 1e-5 { number(p) } else { format!("{p:.0e}") }
 }

@@ -5,6 +5,7 @@ mod effort;
 mod moments;
 mod notes;
 mod side_by_side;
+mod verdicts;
 
 use std::path::Path;
 
@@ -25,10 +26,13 @@ pub fn print(launch: &Launch, folder: &Path) {
     let papers =
         Launch::load(None, None).ok().and_then(|launch| Some(launch.scenarios.first()?.content.problem.clone()));
     let passages: disposal::Rows = read_file(&folder.join("first_passage.csv"));
+    let verdicts: verdicts::Rows = read_file(&folder.join("verdicts.csv"));
+    let notes: Vec<notes::Note> = read_file(&folder.join("notes.csv"));
     for scenario in &launch.scenarios {
         let name = scenario.content.name.as_str();
         let is_papers = papers.as_ref() == Some(&scenario.content.problem);
         let rows = of_scenario(&rows, name);
+        notes::print_fallbacks(name, &notes);
         if is_papers && side_by_side::applies(launch) {
             side_by_side::print(launch, &rows);
         } else {
@@ -37,8 +41,14 @@ pub fn print(launch: &Launch, folder: &Path) {
         let problem = &scenario.content.problem;
         disposal::print(name, problem, &rows, &of_scenario(&passages, name));
         effort::print(name, &of_scenario(&effort_rows, name), is_papers);
+        verdicts::print(name, launch.tolerance, &of_scenario(&verdicts, name));
     }
-    notes::print(&read_file::<notes::Note>(&folder.join("notes.csv")));
+    notes::print(&notes);
+}
+
+/// What methods that know their errors contradict one another in, and what else cannot be right, in the results in `folder`.
+pub fn errors(folder: &Path) -> Vec<String> {
+    notes::errors(&read_file::<notes::Note>(&folder.join("notes.csv")))
 }
 
 fn of_scenario<'a, T: OfScenario>(rows: &'a [T], name: &str) -> Vec<&'a T> {
@@ -67,6 +77,11 @@ pub fn new_table(header: Vec<String>, names: usize) -> Table {
         }
     }
     table
+}
+
+/// A number with five decimals; NaN is what a method does not stand behind.
+fn number(value: f64) -> String {
+    if value.is_nan() { "withheld".into() } else { format!("{value:.5}") }
 }
 
 /// Column heads for snapshot times \[yr\].

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{OfScenario, new_table, read_text, time_heads};
+use super::{OfScenario, new_table, number, read_text, time_heads};
 
 /// Table 3 as printed.
 const TABLE_3: &str = include_str!("../paper/table-3.csv");
@@ -67,7 +67,7 @@ pub fn print(scenario: &str, rows: &[&Row], beside_paper: bool) {
     for method in methods(rows) {
         for (quantity, symbol) in SYMBOLS.iter().enumerate() {
             let cells = rows.iter().filter(|row| row.method == method).map(|row| {
-                let ours = format!("{:.5}", row.values()[quantity]);
+                let ours = number(row.values()[quantity]);
                 let printed = paper.iter().find(|p| p.method == method && p.t_yr == row.t_yr);
                 printed.map_or(ours.clone(), |p| format!("{ours} ({:.5})", p.values()[quantity]))
             });

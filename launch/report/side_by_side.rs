@@ -3,7 +3,7 @@
 //! A case with the label `L-corrected` is shown beside the case `L`.
 
 use super::moments::{Row, Rows, SYMBOLS, table_3, times};
-use super::{new_table, time_heads};
+use super::{new_table, number, time_heads};
 use crate::launch_file::Launch;
 
 /// Methods of Table 3, and why their numbers differ from one another.
@@ -37,6 +37,7 @@ fn corrected(label: &str) -> String {
 
 /// Prints one table a method of Table 3, and the cases that have no place in them.
 pub fn print(launch: &Launch, rows: &[&Row]) {
+    let reference = launch.references.first().map_or("", String::as_str);
     let paper: Rows = table_3();
     let paper: Vec<&Row> = paper.iter().collect();
     for (method, reason) in REASONS {
@@ -45,15 +46,15 @@ pub fn print(launch: &Launch, rows: &[&Row]) {
             ("paper", of(&paper, method)),
             (ours, of(rows, method)),
             ("corrected", of(rows, &corrected(method))),
-            (launch.reference.as_str(), of(rows, &launch.reference)),
+            (reference, of(rows, reference)),
         ];
         println!("\n{method}: {reason}\n{}", table(&sources, &times(rows)));
     }
     let shown = |label: &str| {
-        label == launch.reference || REASONS.iter().any(|(method, _)| label == *method || label == corrected(method))
+        label == reference || REASONS.iter().any(|(method, _)| label == *method || label == corrected(method))
     };
     for case in launch.cases.iter().filter(|case| !shown(&case.label)) {
-        let sources = [&case.label, &launch.reference].map(|label| (label.as_str(), of(rows, label)));
+        let sources = [case.label.as_str(), reference].map(|label| (label, of(rows, label)));
         println!("\n{}\n{}", case.label, table(&sources, &times(rows)));
     }
 }
@@ -68,7 +69,7 @@ fn table(sources: &[(&str, Vec<&Row>)], times: &[f64]) -> comfy_table::Table {
     for (quantity, symbol) in SYMBOLS.iter().enumerate() {
         for (place, (source, rows)) in sources.iter().filter(|(_, rows)| !rows.is_empty()).enumerate() {
             let name = if place == 0 { symbol } else { "" };
-            let cells = rows.iter().map(|row| format!("{:.5}", row.values()[quantity]));
+            let cells = rows.iter().map(|row| number(row.values()[quantity]));
             table.add_row([name, source].map(str::to_owned).into_iter().chain(cells).collect::<Vec<_>>());
         }
     }

@@ -69,7 +69,9 @@ codes! {
         pub const CHARACTERISTICS: u32 = 2;
         /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers (the six moments, circular
         /// mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard deviations, of the resultant
-        /// vector, of the probability and of the joint density in L1), then the joint density \[1/rad\], `phi` outermost.
+        /// vector, of the probability and of the joint density in L1), then the joint density \[1/rad\], `phi` outermost. What
+        /// the method does not stand behind it withholds: NaN in place of any of the first eight numbers, or of the whole
+        /// joint density. The error estimates say what was reached: 0 or more, infinity if nobody knows, never NaN.
         pub const DENSITY: u32 = 4;
         /// Samples that were reduced where they are, in one column of whole numbers: how many samples, how many of them above the
         /// critical eccentricity, how many sectors of the circle hold any; four sums over all; for each such sector its number, how
@@ -175,8 +177,9 @@ codes! {
 
 header! {
     /// A density estimated from a snapshot. Payload: the joint density \[1/rad\] (`phi_bins` x `e_bins`, `phi` outermost), the
-    /// marginal of `phi` \[1/rad\], the marginal of `e`.
-    #[type_name("phasecloud/DensityHeader/1")]
+    /// marginal of `phi` \[1/rad\], the marginal of `e`. NaN stands for what the method withholds: any of the moments, or all of
+    /// the payload and with it `mass_on_grid`.
+    #[type_name("phasecloud/DensityHeader/2")]
     pub struct DensityHeader {
         /// Names the run.
         pub run_id: u64,
@@ -201,6 +204,9 @@ header! {
         pub mass_on_grid: f64,
         /// What the method says of its own reliability, see [`diagnostic`]; NaN where there is nothing to say.
         pub diagnostics: [f64; 4],
+        /// Carried meshes only: mean relative error of the densities `n` that came with the points, against what the points
+        /// themselves imply; else NaN.
+        pub carried_density_error: f64,
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Position of the snapshot in the scenario.
@@ -250,7 +256,8 @@ header! {
 }
 
 /// Numbers in a row of a first-passage curve: time \[yr\], probability, lower and upper end of its 95 % interval or, for an
-/// exact method, of its error estimate; NaN where a method has neither.
+/// exact method, of its error estimate; both NaN where a method has neither. `0 <= low <= probability <= high <= 1`, and no
+/// column falls. A probability that is NaN between a lower and an upper end is withheld: the truth lies between them.
 pub const PASSAGE_COLUMNS: usize = payload::PASSAGE.len();
 /// Times of a first-passage curve.
 pub const PASSAGE_TIMES: usize = 65;
@@ -258,7 +265,8 @@ pub const PASSAGE_TIMES: usize = 65;
 codes! {
     /// What a comparison says.
     pub mod comparison {
-        /// Errors of the moments at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) each.
+        /// Errors of the moments at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) each; NaN in the rows of
+        /// moments that are not compared with this reference. One message for each reference that is used.
         pub const MOMENTS: u32 = 1;
         /// Effort over the whole scenario: [`EFFORT_COLUMNS`](super::EFFORT_COLUMNS) numbers.
         pub const EFFORT: u32 = 2;
@@ -337,7 +345,7 @@ header! {
 header! {
     /// What the launcher tells about all cases of a scenario. Payload: one [`RosterEntry`] a propagator, in the launch file's
     /// order.
-    #[type_name("phasecloud/RosterHeader/2")]
+    #[type_name("phasecloud/RosterHeader/3")]
     pub struct RosterHeader {
         /// Names the run.
         pub run_id: u64,
@@ -345,14 +353,12 @@ header! {
         pub scenario: u32,
         /// 0.
         pub reserved: u32,
-        /// Label of the case that all are compared with.
-        pub reference: Label,
     }
 }
 
 header! {
     /// One case of a run.
-    #[type_name("phasecloud/RosterEntry/2")]
+    #[type_name("phasecloud/RosterEntry/3")]
     pub struct RosterEntry {
         /// The propagator's label.
         pub label: Label,
@@ -360,6 +366,11 @@ header! {
         pub failed: u32,
         /// Processes that share its work; 1 if it is not split, 0 if nobody knows.
         pub shards: u32,
+        /// Its place among the references that all are compared with: 1 for the first, 2 for the one that stands in where the
+        /// first withholds a quantity or has failed, and so on; 0 if it is none.
+        pub reference: u32,
+        /// 0.
+        pub reserved: u32,
     }
 }
 
@@ -371,11 +382,11 @@ mod tests {
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
         assert_eq!(size_of::<ScenarioHeader>(), 120);
         assert_eq!(size_of::<SnapshotHeader>(), 136);
-        assert_eq!(size_of::<DensityHeader>(), 280);
+        assert_eq!(size_of::<DensityHeader>(), 288);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<PassageHeader>(), 264);
         assert_eq!(size_of::<StatusHeader>(), 464);
-        assert_eq!(size_of::<RosterHeader>(), 48);
-        assert_eq!(size_of::<RosterEntry>(), 40);
+        assert_eq!(size_of::<RosterHeader>(), 16);
+        assert_eq!(size_of::<RosterEntry>(), 48);
     }
 }

@@ -1,4 +1,6 @@
-//! The comparator: errors of every case against the reference case, and what each cost.
+//! The comparator: errors of every case against the reference, and what each cost.
+//!
+//! A quantity that the first reference withholds is compared with the next one that states it (see [`crate::yardstick`]).
 
 use std::collections::BTreeMap;
 
@@ -15,6 +17,7 @@ use crate::newest::Newest;
 use crate::roster::Roster;
 use crate::screen::receive;
 use crate::session::Session;
+use crate::yardstick::{Quantity, stand_for, values_of};
 
 /// What is compared, in the order of a comparison's rows: the moments, then the circular ones.
 pub const QUANTITIES: [&str; 8] = [
@@ -112,27 +115,29 @@ fn publish(
     results: &Results,
     roster: &Roster,
 ) -> Result<(), Failure> {
+    let first = roster.references.first().map_or("", String::as_str);
     let header = |kind, label: &str| ComparisonHeader {
         run_id: session.run_id,
         scenario: assignment.scenario,
         kind,
         label: pack(label),
-        reference: pack(&roster.reference),
+        reference: pack(first),
         ..ComparisonHeader::default()
     };
     let mc_seconds = results.of(MONTE_CARLO).map(|headers| total_seconds(&headers));
-    let reference = results.of(&roster.reference);
+    let references: Vec<(&str, Vec<&Published>)> =
+        roster.standing_references().filter_map(|label| Some((label, results.of(label)?))).collect();
     let cases = roster.cases.len();
     for (done, (label, _)) in roster.cases.iter().enumerate().filter(|(_, (_, failed))| !failed) {
         let Some(case) = results.of(label) else { continue };
-        for (case, reference) in case.iter().zip(reference.iter().flatten()) {
-            let send = |kind, rows: &[f64]| {
+        for (snapshot, case) in case.iter().enumerate() {
+            let there = references.iter().filter_map(|(label, all)| Some((*label, *all.get(snapshot)?)));
+            for Compared { kind, reference, rows } in compare(case, &there.collect::<Vec<_>>()) {
                 let DensityHeader { time, index, .. } = case.header;
-                let header = ComparisonHeader { time, index, length: rows.len() as u32, ..header(kind, label) };
-                outlet.send_items(header, rows)
-            };
-            send(comparison::MOMENTS, &errors(&case.header, &reference.header))?;
-            send(comparison::DISTANCES, &distances(case, reference))?;
+                let (length, reference) = (rows.len() as u32, pack(reference));
+                let header = ComparisonHeader { time, index, length, reference, ..header(kind, label) };
+                outlet.send_items(header, &rows)?;
+            }
         }
         let numbers = effort(&case, mc_seconds);
         let header = ComparisonHeader { length: EFFORT_COLUMNS as u32, ..header(comparison::EFFORT, label) };
@@ -142,17 +147,50 @@ fn publish(
     Ok(outlet.send_items(header(comparison::END, ""), &[])?)
 }
 
+/// What is said of one snapshot of a case against one reference.
+#[derive(Debug)]
+pub(crate) struct Compared<'a> {
+    kind: u32,
+    reference: &'a str,
+    rows: Vec<f64>,
+}
+
+/// Compares a snapshot of a case with the references that have it, in their order: each quantity with the first that states it.
+pub(crate) fn compare<'a>(case: &Published, references: &[(&'a str, &Published)]) -> Vec<Compared<'a>> {
+    let headers = || references.iter().map(|(label, reference)| (*label, &reference.header));
+    let mut said = Vec::new();
+    for &(reference, published) in references {
+        let mut rows = errors(&case.header, &published.header);
+        for (quantity, row) in rows.chunks_exact_mut(ERROR_COLUMNS).enumerate() {
+            if stand_for(headers(), Quantity::Moment(quantity)) != Some(reference) {
+                row.fill(f64::NAN);
+            }
+        }
+        if rows.iter().any(|number| !number.is_nan()) {
+            said.push(Compared { kind: comparison::MOMENTS, reference, rows });
+        }
+        let is_it = stand_for(headers(), Quantity::Densities) == Some(reference);
+        if is_it && Quantity::Densities.is_stated(&case.header) {
+            let rows = distances(case, published);
+            said.push(Compared { kind: comparison::DISTANCES, reference, rows });
+        }
+    }
+    said
+}
+
 /// A row a quantity: value, reference value, absolute error, relative error.
 pub(crate) fn errors(case: &DensityHeader, reference: &DensityHeader) -> Vec<f64> {
-    let values = |header: &DensityHeader| {
-        let [a, b, c, d, e, f] = header.moments;
-        [a, b, c, d, e, f, header.circular_mean, header.resultant]
-    };
     let row = |(quantity, (value, reference)): (usize, (f64, f64))| {
         let difference = if is_angle(quantity) { nearest(value - reference, 0.0) } else { value - reference };
         [value, reference, difference.abs(), difference.abs() / reference.abs()]
     };
-    values(case).into_iter().zip(values(reference)).enumerate().flat_map(row).collect()
+    values_of(case).into_iter().zip(values_of(reference)).enumerate().flat_map(row).collect()
+}
+
+/// The total variation distance of two joint densities; NaN if their grids differ.
+pub(crate) fn distance_of_joints(case: (&DensityHeader, &[f64]), reference: (&DensityHeader, &[f64])) -> f64 {
+    let published = |(header, values): (&DensityHeader, &[f64])| Published { header: *header, values: values.to_vec() };
+    distances(&published(case), &published(reference))[0]
 }
 
 /// A row each for the joint density and both marginals, then the mass that each of the two densities is short of 1.
@@ -206,6 +244,34 @@ mod tests {
         let at = |mean_phi| DensityHeader { moments: [mean_phi, 1.0, 1.0, 1.0, 0.0, 0.0], ..DensityHeader::default() };
         let rows = errors(&at(std::f64::consts::TAU - 0.01), &at(0.01));
         assert!((rows[2] - 0.02).abs() < 1e-12, "{rows:?}");
+    }
+
+    /// A snapshot of a case on a grid of one bin.
+    fn published(moments: [f64; 6], density: f64) -> Published {
+        let mass_on_grid = density;
+        let grid = [0.0, 1.0, 0.0, 1.0];
+        let header = DensityHeader { moments, grid, phi_bins: 1, e_bins: 1, mass_on_grid, ..DensityHeader::default() };
+        Published { header, values: vec![density; 3] }
+    }
+
+    #[test]
+    fn what_the_first_reference_withholds_is_compared_with_the_next_and_with_nobody_if_none_states_it() {
+        const WITHHELD: f64 = f64::NAN;
+        let case = published([1.0, 1.0, 0.5, 0.1, 0.0, 0.2], 0.9);
+        let exact = published([1.1, 1.0, 0.5, WITHHELD, WITHHELD, 0.2], WITHHELD);
+        let mc = published([1.2, 1.0, 0.5, 0.2, WITHHELD, 0.2], 1.0);
+        let said = compare(&case, &[("exact", &exact), ("mc", &mc)]);
+        let of = |reference: &str, kind: u32| {
+            said.iter().filter(|c| c.reference == reference && c.kind == kind).collect::<Vec<_>>()
+        };
+        let stated = |rows: &[f64]| rows.chunks_exact(ERROR_COLUMNS).map(|row| !row[2].is_nan()).collect::<Vec<_>>();
+        let (with_exact, with_mc) = (of("exact", comparison::MOMENTS), of("mc", comparison::MOMENTS));
+        assert_eq!(stated(&with_exact[0].rows), [true, true, true, false, false, true, true, true]);
+        assert_eq!(stated(&with_mc[0].rows), [false, false, false, true, false, false, false, false]);
+        assert!((with_exact[0].rows[2] - 0.1).abs() < 1e-12 && (with_mc[0].rows[3 * 4 + 2] - 0.1).abs() < 1e-12);
+        assert_eq!((of("exact", comparison::DISTANCES).len(), of("mc", comparison::DISTANCES).len()), (0, 1));
+        // Nobody is compared in what it withholds itself.
+        assert!(compare(&exact, &[("mc", &mc)]).iter().all(|c| c.kind == comparison::MOMENTS));
     }
 
     #[test]

@@ -272,6 +272,7 @@ fn publish(outlet: &Outlet<Density>, Answer { snapshot, estimated, seconds }: &A
         kind: if estimated.reduced.is_some() { kind::SAMPLES } else { snapshot.kind },
         diagnostic: estimated.diagnostic,
         diagnostics: estimated.diagnostics,
+        carried_density_error: estimated.carried_density_error,
         label: pack(&unpack(&snapshot.label)),
     };
     let mut draft = outlet.draft(estimate.joint.len() + estimate.marginal_phi.len() + estimate.marginal_e.len())?;

@@ -9,6 +9,7 @@ use density::{binning, grid::Grid};
 use messages::layout::{DENSITY_HEAD, SnapshotHeader, diagnostic, kind, treatment};
 
 use crate::assignment::Assignment;
+use crate::carried_density::CarriedDensity;
 use crate::reduced::from_numbers;
 use crate::shard::Shard;
 
@@ -21,13 +22,21 @@ pub struct Estimated {
     pub diagnostic: u32,
     /// The diagnostics; NaN where there is nothing to say.
     pub diagnostics: [f64; 4],
+    /// Of characteristics on a carried mesh: how far their densities are off from what the points imply; else NaN.
+    pub carried_density_error: f64,
     /// How many samples there are, if they were reduced before they came here.
     pub reduced: Option<u32>,
 }
 
 impl From<Estimate> for Estimated {
     fn from(estimate: Estimate) -> Self {
-        Self { estimate, diagnostic: diagnostic::NONE, diagnostics: [f64::NAN; 4], reduced: None }
+        Self {
+            estimate,
+            diagnostic: diagnostic::NONE,
+            diagnostics: [f64::NAN; 4],
+            carried_density_error: f64::NAN,
+            reduced: None,
+        }
     }
 }
 
@@ -36,6 +45,7 @@ impl From<Estimate> for Estimated {
 pub struct Case {
     done: usize,
     mesh: Option<CarriedMesh>,
+    carried: Option<CarriedDensity>,
 }
 
 impl Case {
@@ -67,6 +77,7 @@ impl Case {
                     estimate,
                     diagnostic: diagnostic::MIXTURE,
                     diagnostics: [header.disagreement, below, f64::NAN, f64::NAN],
+                    carried_density_error: f64::NAN,
                     reduced: None,
                 }
             }
@@ -74,7 +85,7 @@ impl Case {
             (kind::DENSITY, &[values]) => ready_density(values, grid)?,
             (other, _) => return Err(format!("kind {other} has no density method")),
         };
-        check_finite(&estimate.estimate)?;
+        check_finite(&estimate.estimate, header.kind == kind::DENSITY)?;
         self.done += 1;
         Ok(estimate)
     }
@@ -88,7 +99,7 @@ impl Case {
     ) -> Result<Estimated, String> {
         let critical_e = assignment.problem.critical_e;
         let branch = match header.treatment {
-            treatment::CARRIED_MESH => return self.carried(header, phi, e, grid, assignment),
+            treatment::CARRIED_MESH => return self.carried(header, [phi, e, n], grid, assignment),
             treatment::HULL_MESH => Branch::Grid,
             treatment::HULL_MESH_AS_PRINTED => Branch::AsPrinted,
             other => return Err(format!("treatment {other} is unknown to this version")),
@@ -101,8 +112,7 @@ impl Case {
     fn carried(
         &mut self,
         header: &SnapshotHeader,
-        phi: &[f64],
-        e: &[f64],
+        [phi, e, n]: [&[f64]; 3],
         grid: &Grid,
         assignment: &Assignment,
     ) -> Result<Estimated, String> {
@@ -122,11 +132,14 @@ impl Case {
         let (estimate, mesh_says) =
             mesh.estimate(phi, e, grid, assignment.problem.critical_e).map_err(|e| e.to_string())?;
         self.mesh = Some(mesh);
+        let start = self.carried.get_or_insert_with(|| CarriedDensity::begin(initial, phi, e));
+        let carried_density_error = start.error_of(phi, e, n);
         let MeshDiagnostics { measure_defect, flipped_mass, truncated_mass, misplaced_mass, .. } = mesh_says;
         Ok(Estimated {
             estimate,
             diagnostic: diagnostic::MESH,
             diagnostics: [measure_defect, flipped_mass, truncated_mass, misplaced_mass],
+            carried_density_error,
             reduced: None,
         })
     }
@@ -165,7 +178,8 @@ fn reduced_samples(header: &SnapshotHeader, numbers: &[f64], grid: Grid) -> Resu
     }
 }
 
-/// A density that its propagator has computed on the grid itself.
+/// A density that its propagator has computed on the grid itself; NaN in what it withholds, see
+/// [`crate::snapshot_rules::in_numbers`].
 fn ready_density(values: &[f64], grid: Grid) -> Result<Estimated, String> {
     let bins = grid.len();
     let Some((&head, joint)) = values.split_first_chunk::<DENSITY_HEAD>().filter(|(_, joint)| joint.len() == bins)
@@ -175,7 +189,8 @@ fn ready_density(values: &[f64], grid: Grid) -> Result<Estimated, String> {
     let [a, b, c, d, e, f, mean, resultant, diagnostics @ ..] = head;
     let moments = Moments::from_array([a, b, c, d, e, f]);
     let estimate = Estimate::from_joint(grid, joint.to_vec(), moments, Circular { mean, resultant });
-    Ok(Estimated { estimate, diagnostic: diagnostic::NUMERICAL, diagnostics, reduced: None })
+    let numerical = diagnostic::NUMERICAL;
+    Ok(Estimated { diagnostic: numerical, diagnostics, ..estimate.into() })
 }
 
 /// A mixture's density, and its probability below `e = 0`.
@@ -194,11 +209,13 @@ fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<
     Ok((estimate, mixture::mass_below_zero(&components)))
 }
 
-/// Numbers that are fine one by one may still lead nowhere, such as `phi` = 1e308.
-fn check_finite(estimate: &Estimate) -> Result<(), String> {
+/// Numbers that are fine one by one may still lead nowhere, such as `phi` = 1e308. NaN is what a method withholds that `may` do so.
+fn check_finite(estimate: &Estimate, may: bool) -> Result<(), String> {
+    let is_good = |number: f64| number.is_finite() || (may && number.is_nan());
     let moments = estimate.moments.to_array();
-    let numbers = estimate.joint.iter().chain(&estimate.marginal_phi).chain(&estimate.marginal_e).chain(&moments);
-    match numbers.into_iter().all(|number| number.is_finite()) {
+    let mut densities = estimate.joint.iter().chain(&estimate.marginal_phi).chain(&estimate.marginal_e);
+    let is_withheld = may && estimate.joint.iter().all(|density| density.is_nan());
+    match (is_withheld || densities.all(|density| density.is_finite())) && moments.into_iter().all(is_good) {
         true => Ok(()),
         false => Err("its density or moments are not finite".into()),
     }
@@ -210,6 +227,20 @@ mod tests {
 
     use super::*;
     use crate::reduced::to_numbers;
+
+    #[test]
+    fn a_density_that_is_withheld_stays_withheld_and_so_do_its_marginals_and_its_mass() {
+        let grid = Grid { phi: Axis { low: 1.0, high: 2.0, bins: 4 }, e: Axis { low: 0.1, high: 0.3, bins: 3 } };
+        let mut values = vec![0.25; DENSITY_HEAD];
+        values[2] = f64::NAN;
+        values.extend([f64::NAN; 12]);
+        let Estimated { estimate, diagnostics, .. } = ready_density(&values, grid).unwrap();
+        assert!(
+            estimate.mass().is_nan() && estimate.marginal_phi.iter().chain(&estimate.marginal_e).all(|d| d.is_nan())
+        );
+        assert!(estimate.moments.mean_e.is_nan() && estimate.moments.mean_phi == 0.25);
+        assert_eq!(diagnostics, [0.25; 4], "how far it came is told");
+    }
 
     #[test]
     fn reduced_samples_that_are_not_of_the_shards_range_are_refused_and_the_shard_named() {

@@ -15,8 +15,8 @@ use crate::session::Session;
 pub struct Roster {
     /// Position of that scenario in the run.
     pub scenario: u32,
-    /// Label of the case that all are compared with.
-    pub reference: String,
+    /// Labels of the cases that all are compared with: the first that has a quantity and has not failed.
+    pub references: Vec<String>,
     /// All labels in the launch file's order, with whether they have failed.
     pub cases: Vec<(String, bool)>,
     /// How many shards each case has, where that is known.
@@ -31,7 +31,9 @@ impl Roster {
     pub fn update(&mut self, session: &Session, inlet: &Inlet<RosterTopic>) -> Result<(), Failure> {
         while let Some(message) = receive(session, inlet)? {
             self.scenario = message.header().scenario;
-            self.reference = unpack(&message.header().reference);
+            let mut ranked: Vec<_> = message.items().iter().filter(|entry| entry.reference > 0).collect();
+            ranked.sort_by_key(|entry| entry.reference);
+            self.references = ranked.into_iter().map(|entry| unpack(&entry.label)).collect();
             let entries = message.items().iter().filter(|entry| entry.shards > 0);
             self.shards = entries.map(|entry| (unpack(&entry.label), entry.shards)).collect();
             self.cases = message.items().iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect();
@@ -64,6 +66,11 @@ impl Roster {
         self.cases.iter().any(|(name, failed)| *failed && name == label)
     }
 
+    /// The references that have not failed, in their order.
+    pub fn standing_references(&self) -> impl Iterator<Item = &str> {
+        self.references.iter().map(String::as_str).filter(|label| !self.has_failed(label))
+    }
+
     /// Whether the roster of `scenario` has arrived and every case for which `is_complete` does not hold has failed.
     pub fn nothing_more_to_come(&self, scenario: u32, is_complete: impl Fn(&str) -> bool) -> bool {
         self.is_known()
@@ -80,7 +87,7 @@ mod tests {
     fn a_failed_case_is_not_waited_for_but_an_unknown_roster_is() {
         assert!(!Roster::default().nothing_more_to_come(0, |_| true));
         let cases = vec![("mc".into(), false), ("mine".into(), true)];
-        let roster = Roster { scenario: 1, reference: "mc".into(), cases, ..Roster::default() };
+        let roster = Roster { scenario: 1, references: vec!["mc".into()], cases, ..Roster::default() };
         assert!(roster.nothing_more_to_come(1, |label| label == "mc"));
         assert!(!roster.nothing_more_to_come(1, |label| label == "mine"));
         assert!(!roster.nothing_more_to_come(2, |_| true), "that was about the scenario before");

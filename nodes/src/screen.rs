@@ -27,9 +27,6 @@ pub const MOST_BINS: usize = 2000;
 /// Most cases of a run.
 pub const MOST_CASES: usize = 64;
 
-/// A sum of many probabilities may miss 1 by rounding.
-const ROUNDING: f64 = 1e-6;
-
 /// A topic whose messages can be judged.
 pub trait Screened: Topic {
     /// The label under which a propagator speaks; `None` on topics on which only phasecloud's own processes do.
@@ -153,10 +150,9 @@ impl Screened for Passage {
         if rows > PASSAGE_TIMES || items.len() != rows * PASSAGE_COLUMNS {
             return Err(format!("{} numbers for {rows} rows of at most {PASSAGE_TIMES}", items.len()));
         }
-        let possible = -ROUNDING..=1.0 + ROUNDING;
-        let is_bad = |row: &&[f64]| !matches!(row, [time, p, ..] if time.is_finite() && possible.contains(p));
-        match items.chunks_exact(PASSAGE_COLUMNS).find(is_bad) {
-            Some(row) => Err(format!("{row:?} is not a time and a probability between 0 and 1")),
+        // What a curve says is judged when it is recorded: one that cannot be right costs a case its curve, not its moments.
+        match items.chunks_exact(PASSAGE_COLUMNS).find(|row| !row[0].is_finite()) {
+            Some(row) => Err(format!("{} is not a time", row[0])),
             None => Ok(()),
         }
     }
@@ -187,10 +183,15 @@ impl Screened for Roster {
         None
     }
 
-    fn check(header: &Self::Header, items: &[Self::Item]) -> Result<(), String> {
+    fn check(_: &Self::Header, items: &[Self::Item]) -> Result<(), String> {
         let labels: BTreeSet<_> = items.iter().map(|entry| entry.label).collect();
-        if labels.len() != items.len() || items.len() > MOST_CASES || !labels.contains(&header.reference) {
-            return Err("labels that repeat, more than a run can have, or no reference among them".into());
+        if labels.len() != items.len() || items.len() > MOST_CASES {
+            return Err("labels that repeat, or more than a run can have".into());
+        }
+        let mut ranks: Vec<u32> = items.iter().map(|entry| entry.reference).filter(|rank| *rank > 0).collect();
+        ranks.sort_unstable();
+        if ranks.is_empty() || !ranks.iter().copied().eq(1..=ranks.len() as u32) {
+            return Err(format!("the references have the places {ranks:?}, not 1, 2 and so on"));
         }
         if let Some(entry) = items.iter().find(|entry| entry.shards > MOST_SHARDS) {
             return Err(format!("a case of {} shards, at most {MOST_SHARDS} are allowed", entry.shards));

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use messages::layout::{SnapshotHeader, columns, kind};
+use messages::layout::{DENSITY_HEAD, SnapshotHeader, columns, kind};
 
 use crate::assignment::Assignment;
 
@@ -22,7 +22,7 @@ pub enum Rule {
     Time,
     /// Its kind is known, and it holds as many numbers as it says.
     Shape,
-    /// All numbers are finite.
+    /// All numbers are finite, but for what a density withholds.
     Finite,
     /// All eccentricities of trajectories lie in `0 <= e < 1`.
     Eccentricity,
@@ -97,6 +97,11 @@ fn shape(header: &SnapshotHeader, items: &[f64]) -> Result<(), String> {
 
 /// The first number that cannot be right in columns of a kind, `rows` long each.
 pub fn in_numbers(kind: u32, rows: usize, items: &[f64]) -> Option<Breach> {
+    if kind == kind::DENSITY
+        && let Some((head, joint)) = items.split_at_checked(DENSITY_HEAD)
+    {
+        return in_density(head, joint).map(|what| Breach { rule: Rule::Finite, what });
+    }
     if let Some(position) = items.iter().position(|value| !value.is_finite()) {
         let (column, row) = (position / rows, position % rows);
         return Some(Breach {
@@ -111,6 +116,35 @@ pub fn in_numbers(kind: u32, rows: usize, items: &[f64]) -> Option<Breach> {
     let row = e.iter().position(|e| !(0.0..1.0).contains(e))?;
     let what = format!("row {row} has e = {}, outside [0, 1)", e[row]);
     Some(Breach { rule: Rule::Eccentricity, what })
+}
+
+/// Numbers before the error estimates in the head of a density.
+const STATED: usize = DENSITY_HEAD - 4;
+
+/// A method withholds what it does not stand behind, by NaN, and says how far it came, by its error estimates.
+fn in_density(head: &[f64], joint: &[f64]) -> Option<String> {
+    let (stated, estimates) = head.split_at(STATED);
+    if let Some(row) = stated.iter().position(|value| value.is_infinite()) {
+        return Some(format!(
+            "row {row} of column 0 is {}; a moment is finite, or NaN where it is withheld",
+            stated[row]
+        ));
+    }
+    if let Some(place) = estimates.iter().position(|estimate| estimate.is_nan() || *estimate < 0.0) {
+        let (row, estimate) = (STATED + place, estimates[place]);
+        return Some(format!(
+            "row {row} of column 0 is {estimate}; an error estimate is 0 or more, infinite if unknown"
+        ));
+    }
+    let bad = joint.iter().position(|value| !value.is_finite())?;
+    let row = DENSITY_HEAD + bad;
+    match joint.iter().find(|value| !value.is_nan()) {
+        None => None,
+        Some(_) if joint[bad].is_infinite() => Some(format!("row {row} of column 0 is {}", joint[bad])),
+        Some(other) => Some(format!(
+            "row {row} of column 0 is NaN beside {other}; a joint density is withheld as a whole or not at all"
+        )),
+    }
 }
 
 #[cfg(test)]
@@ -181,5 +215,31 @@ mod tests {
         assert_eq!(rules(GOOD, &[0.1, 0.2, 0.3, 1.0]), [Rule::Eccentricity]);
         assert_eq!(rules(GOOD, &[0.1, 0.2, -0.3, 0.0]), [Rule::Eccentricity]);
         assert_eq!(rules(SnapshotHeader { index: 2, count: 3, ..GOOD }, &items), [Rule::Count, Rule::Order]);
+    }
+
+    #[test]
+    fn a_density_may_withhold_moments_and_the_whole_joint_but_no_part_of_it_and_no_estimate() {
+        let density = |changes: &[(usize, f64)]| {
+            let mut numbers = [0.5; DENSITY_HEAD + 4];
+            changes.iter().for_each(|&(at, value)| numbers[at] = value);
+            in_numbers(kind::DENSITY, numbers.len(), &numbers).map(|breach| (breach.rule, breach.what))
+        };
+        let (nan, infinite) = (f64::NAN, f64::INFINITY);
+        let joint: Vec<(usize, f64)> = (DENSITY_HEAD..DENSITY_HEAD + 4).map(|at| (at, nan)).collect();
+        assert_eq!(density(&[]), None);
+        assert_eq!(density(&[(0, nan), (5, nan), (7, nan)]), None);
+        assert_eq!(density(&joint), None);
+        assert_eq!(density(&[(8, infinite), (11, infinite)]), None, "nobody knows how far off it is");
+        for (changes, words) in [
+            (&[(0, infinite)][..], "row 0 of column 0 is inf; a moment is finite"),
+            (&[(8, nan)], "row 8 of column 0 is NaN; an error estimate is 0 or more"),
+            (&[(11, -1e-3)], "row 11 of column 0 is -0.001; an error estimate"),
+            (&[(13, nan)], "row 13 of column 0 is NaN beside 0.5; a joint density is withheld as a whole"),
+            (&[(12, nan), (13, infinite)], "NaN beside"),
+            (&[(14, infinite)], "row 14 of column 0 is inf"),
+        ] {
+            let (rule, what) = density(changes).unwrap();
+            assert!(rule == Rule::Finite && what.contains(words), "{what}");
+        }
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use density::flow::Flow;
 use density::orbits::Orbits;
 use density::sampling::{Draws, Plan};
-use messages::layout::{PassageHeader, SnapshotHeader, kind};
+use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, kind};
 use messages::port::Outlet;
 use messages::text::pack;
 use messages::topic::{Passage, Scenario, Snapshot};
@@ -28,7 +28,7 @@ fn main() -> ExitCode {
 
 fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
-    let passages = session.domain.outlet::<Passage>(1)?;
+    let passages = session.domain.outlet::<Passage>(PASSAGE_TIMES * PASSAGE_COLUMNS)?;
     if fault != "never-ready" {
         session.ready()?;
     }
@@ -41,8 +41,11 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
             if fault != "no-passage" {
                 let Assignment { run_id, scenario, .. } = assignment;
                 let (label, reason) = (pack(&session.label), pack("it does not look"));
-                passages
-                    .send_items(PassageHeader { run_id, scenario, label, reason, ..PassageHeader::default() }, &[])?;
+                let header = PassageHeader { run_id, scenario, label, reason, ..PassageHeader::default() };
+                let curve = curve(fault, &assignment.passage_times());
+                let rows = (curve.len() / PASSAGE_COLUMNS) as u32;
+                let reason = if rows > 0 { pack("") } else { header.reason };
+                passages.send_items(PassageHeader { rows, reason, ..header }, &curve)?;
             }
             match answer(session, &assignment, fault) {
                 Ok(sent) => outlet = Some(sent),
@@ -141,11 +144,29 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
     Ok(outlet)
 }
 
+/// A first-passage curve that cannot be right; none of most faults.
+fn curve(fault: &str, times: &[f64]) -> Vec<f64> {
+    let last = (times.len().max(2) - 1) as f64;
+    let row = |(k, &time): (usize, &f64)| {
+        let (rise, nan) = (k as f64 / last, f64::NAN);
+        match fault {
+            "constant-curve" => Some([time, 0.3, nan, nan]),
+            "falling-curve" => Some([time, 0.5 * (1.0 - rise), nan, nan]),
+            "crossed-interval" => Some([time, 0.0, 0.2, 0.1]),
+            "impossible-curve" => Some([time, 1.995, nan, nan]),
+            _ => None,
+        }
+    };
+    times.iter().enumerate().filter_map(row).flatten().collect()
+}
+
 /// Makes numbers wrong, from the second snapshot on.
 fn spoil(fault: &str, index: usize, time: f64, phi: &mut [f64], e: &mut [f64]) {
     match fault {
         "nan" if index > 0 => phi[7] = f64::NAN,
         "eccentricity" if index > 0 => e[7] = 1.0,
+        // Also the initial cloud.
+        "degrees" => phi.iter_mut().for_each(|phi| *phi = phi.to_degrees()),
         "energy" => e.iter_mut().for_each(|e| *e *= 1.0 + 1e-5 * time),
         _ => {}
     }

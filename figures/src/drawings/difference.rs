@@ -14,7 +14,12 @@ pub fn subtrahend<'s, 'a>(scene: &'s Scene<'a>) -> Option<&'s Method<'a>> {
 /// One snapshot of a case.
 pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figure, DrawError> {
     let (density, t) = snapshot(scene, method, index)?;
-    let subtrahend = subtrahend(scene).ok_or_else(|| DrawError(format!("{} has no results", scene.reference)))?;
+    let states = |other: &&Method<'_>| other.densities.get(index).is_some_and(|density| !density.is_withheld());
+    let subtrahend = subtrahend(scene).filter(states).or_else(|| scene.yardstick_at(index));
+    let subtrahend = subtrahend.ok_or_else(|| DrawError(format!("no case states its density at {}", at_time(t))))?;
+    if subtrahend.label == method.label {
+        return Err(DrawError(format!("{} is the reference itself at {}", method.label, at_time(t))));
+    }
     let (other, _) = snapshot(scene, subtrahend, index)?;
     if density.grid != other.grid {
         return Err(DrawError(format!(

@@ -41,11 +41,14 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         let y = Axis::linear(&label, -0.03 * highest..1.05 * highest, 5);
         let panel = Panel::new(area, &x, &y, Surroundings::default())?;
         let band = |m: &&&Method<'_>| {
-            let limits: Vec<(f64, f64, f64)> = m.passage.iter().map(|row| (row.t_yr, row.low, row.high)).collect();
+            let bounded = m.passage.iter().filter(|row| row.low.is_finite() && row.high.is_finite());
+            let limits: Vec<(f64, f64, f64)> = bounded.map(|row| (row.t_yr, row.low, row.high)).collect();
             Element::band(&limits, ink(m))
         };
         let curve = |m: &&Method<'_>| {
-            let points: Vec<Point> = m.passage.iter().map(|row| (row.t_yr, row.prob_reached_critical_e)).collect();
+            // What is withheld shows as its bounds alone.
+            let points = m.passage.iter().map(|row| (row.t_yr, row.prob_reached_critical_e));
+            let points: Vec<Point> = points.filter(|(_, p)| p.is_finite()).collect();
             Element::curve(points, m.pen.stroke)
         };
         panel.draw(&sampled.iter().map(band).chain(curves.iter().map(curve)).collect::<Vec<_>>())

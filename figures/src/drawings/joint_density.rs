@@ -23,16 +23,21 @@ const SMALL_BAR: f64 = 78.0;
 pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError> {
     let phi = scene.phi_range();
     // The scale of the yardstick, so that the figures of all cases can be compared.
-    let densities = scene.yardstick().map_or(&[][..], |yardstick| yardstick.densities);
-    let scale = Scale::Logarithmic(densities.iter().map(Density::peak).fold(0.0, f64::max));
+    let peaks = scene.yardstick_densities().map(Density::peak);
+    let scale = Scale::Logarithmic(peaks.fold(0.0, f64::max));
     let (line, line_name) = critical(scene, &phi);
-    let highest = densities.iter().map(|d| d.grid.e.high).chain([1.05 * scene.problem.critical_e]).fold(0.0, f64::max);
+    let highest =
+        scene.yardstick_densities().map(|d| d.grid.e.high).chain([1.05 * scene.problem.critical_e]).fold(0.0, f64::max);
     let pictures: Vec<Element> = method
         .densities
         .iter()
         .zip(scene.clouds())
+        .filter(|(density, _)| !density.is_withheld())
         .map(|(density, (cloud, _))| placed(density, shift_into(&phi, &cloud), &density.joint, scale))
         .collect::<Result<_, _>>()?;
+    if pictures.is_empty() {
+        return Err(DrawError(format!("{} withholds its joint density at all snapshots", method.label)));
+    }
     let name = scene.figure_name(&format!("joint-density-{}-all", method.label));
     let title = format!("Joint density of {} at all snapshots", method.label);
     let caption = format!(
@@ -55,7 +60,7 @@ pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawEr
 /// One snapshot of a case.
 pub fn draw_one(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figure, DrawError> {
     let (density, t) = snapshot(scene, method, index)?;
-    let yardstick = scene.yardstick().and_then(|yardstick| yardstick.densities.get(index)).unwrap_or(density);
+    let yardstick = scene.yardstick_at(index).and_then(|yardstick| yardstick.densities.get(index)).unwrap_or(density);
     let name = scene.figure_name(&format!("joint-density-{}-{index}", method.label));
     let title = format!("Joint density of {} at {}", method.label, at_time(t));
     let caption = "Axes and colour scale are the same for all cases at this time; values above the scale's end have its last \
@@ -71,6 +76,9 @@ pub(super) fn snapshot<'s>(
     index: usize,
 ) -> Result<(&'s Density, f64), DrawError> {
     match (method.densities.get(index), scene.times.get(index)) {
+        (Some(density), Some(&t)) if density.is_withheld() => {
+            Err(DrawError(format!("{} withholds its joint density at {}", method.label, at_time(t))))
+        }
         (Some(density), Some(&t)) => Ok((density, t)),
         _ => Err(DrawError(format!("{} has no snapshot {index}", method.label))),
     }

@@ -44,17 +44,19 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError>
         let areas = area.split_evenly((rows, 2));
         for (index, (pair, density)) in areas.chunks_exact(2).zip(method.densities).enumerate() {
             let title = scene.times.get(index).map_or(String::new(), |&t| at_time(t));
-            let at = |other: &Method<'_>| other.densities.get(index).map(|d| (d.clone(), other.pen));
+            let stated = |other: &Method<'_>| other.densities.get(index).filter(|d| !d.is_withheld()).cloned();
+            let at = |other: &Method<'_>| stated(other).map(|density| (density, other.pen));
             let (other, mc) = (reference.and_then(at), band.and_then(|(mc, n)| Some((at(mc)?.0, n))));
             for (area, of) in pair.iter().zip([Variable::Phi, Variable::E]) {
                 let mut elements = Vec::new();
                 elements.extend(mc.as_ref().map(|(mc, n)| of.band(mc, *n)));
                 elements.extend(other.as_ref().map(|(other, pen)| Element::curve(of.curve(other), pen.stroke)));
-                elements.push(Element::curve(of.curve(density), method.pen.stroke));
-                let highest = [Some(density), other.as_ref().map(|(other, _)| other), mc.as_ref().map(|(mc, _)| mc)];
+                let own = Some(density).filter(|density| !density.is_withheld());
+                elements.extend(own.map(|density| Element::curve(of.curve(density), method.pen.stroke)));
+                let highest = [own, other.as_ref().map(|(other, _)| other), mc.as_ref().map(|(mc, _)| mc)];
                 let highest = highest.into_iter().flatten().flat_map(|d| of.values(d)).copied().fold(0.0, f64::max);
                 let around = Surroundings { title: &title, ..Surroundings::default() };
-                let y = Axis::linear(of.label(), 0.0..1.06 * highest, 3);
+                let y = Axis::linear(of.label(), 0.0..if highest > 0.0 { 1.06 * highest } else { 1.0 }, 3);
                 Panel::new(area, &of.axis(density), &y, around)?.draw(&elements)?;
             }
         }

@@ -11,6 +11,15 @@ pub fn plain(value: f64) -> Markup {
     }
 }
 
+/// A value that a method may withhold.
+pub fn stated(value: f64) -> Markup {
+    if value.is_nan() {
+        html! { "withheld" }
+    } else {
+        plain(value)
+    }
+}
+
 /// A small number: two digits and a power of ten.
 pub fn small(value: f64) -> Markup {
     if value.is_nan() {
@@ -28,9 +37,9 @@ pub fn small(value: f64) -> Markup {
     }
 }
 
-/// A probability: five decimals, or a power of ten where they would all be 0.
+/// A probability: five decimals, or a power of ten where they would all be 0; a method may withhold it.
 pub fn probability(p: f64) -> Markup {
-    if p == 0.0 || p >= 1e-5 || p.is_nan() { plain(p) } else { small(p) }
+    if p == 0.0 || p >= 1e-5 || p.is_nan() { stated(p) } else { small(p) }
 }
 
 /// Seconds of CPU time.

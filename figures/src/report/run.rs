@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::Drawn;
 use super::numbers::{count, seconds, small};
 use crate::drawings::accuracy::{worst_distance, worst_moment};
-use crate::results::{NoteRow, Results};
+use crate::results::{NoteRow, Results, VerdictRow};
 use crate::scene::Scene;
 
 /// The cases at a glance, and which is the most accurate.
@@ -13,6 +13,12 @@ pub fn summary(drawn: &Drawn<'_>) -> Markup {
     let manifest = &drawn.results.manifest;
     let scenarios: Vec<&str> = drawn.scenes.iter().map(|(scene, _)| scene.name).collect();
     html! {
+        @for group in groups(&drawn.results.notes).iter().filter(|group| group.starts_with(FALLBACK)) {
+            p.warning { "In " (group.first.scenario) ": " (group.when()) (group.first.note.trim_start_matches(FALLBACK)) "." }
+        }
+        @for group in groups(&drawn.results.notes).iter().filter(|group| group.starts_with(ERROR)) {
+            p.warning { "In " (group.first.scenario) ": " (group.when()) (group.first.note.trim_start_matches(ERROR)) "." }
+        }
         p {
             "This run propagated the density of (φ, e) in " (listed(&scenarios)) " with " (manifest.cases.len())
             @if manifest.cases.len() == 1 { " case" } @else { " cases" }
@@ -41,8 +47,83 @@ pub fn summary(drawn: &Drawn<'_>) -> Markup {
                 }
             }
             p { (verdict(scene)) }
+            (verdicts(scene))
         }
     }
+}
+
+/// What each case is good for.
+fn verdicts(scene: &Scene<'_>) -> Markup {
+    let rows: Vec<&VerdictRow> = scene.results.verdicts.iter().filter(|row| row.scenario == scene.name).collect();
+    let tolerance = rows.first().map_or(0.0, |row| row.tolerance);
+    html! { @if !rows.is_empty() {
+        div.table tabindex="0" role="region" aria-label={ "Verdicts, " (scene.name) } {
+            table.words {
+                caption { "What each case of " (scene.name) " is good for, to " (100.0 * tolerance) " %: errors of means and deviations in standard \
+                    deviations, of probabilities, and the total variation of the joint density; ± is the noise of samples." }
+                thead { tr { th scope="col" { "case" } th scope="col" { "verdict" } th scope="col" { "worst moment" } th scope="col" { "worst density" } } }
+                tbody { @for row in rows { tr {
+                    th scope="row" { (row.method) }
+                    td { (row.verdict) }
+                    td { (worst((row.moments_error, row.moments_noise), &row.moments_quantity, row.moments_t_yr, &row.moments_judged_by)) }
+                    td { (worst((row.density_error, row.density_noise), "", row.density_t_yr, &row.density_judged_by)) }
+                } } }
+            }
+        }
+    } }
+}
+
+fn worst((error, noise): (f64, f64), quantity: &str, t_yr: f64, by: &str) -> Markup {
+    let quantity = quantity.replace('_', " ");
+    html! {
+        @if by == "withheld" { "withheld" } @else {
+            (small(error)) @if noise > 0.0 { " ± " (small(noise)) } ", by " (by)
+        }
+        @if !quantity.is_empty() { ", " (quantity) }
+        " at " (t_yr) " yr"
+    }
+}
+
+/// What a note begins with that says who stands in for a reference.
+const FALLBACK: &str = "fallback: ";
+/// What one begins with that says what cannot be right.
+const ERROR: &str = "error: ";
+
+/// Notes that say the same of one method in one scenario, with other numbers.
+struct NoteGroup<'a> {
+    first: &'a NoteRow,
+    times: Vec<String>,
+    count: usize,
+}
+
+impl NoteGroup<'_> {
+    fn starts_with(&self, word: &str) -> bool {
+        self.first.note.starts_with(word)
+    }
+
+    fn when(&self) -> String {
+        if self.times.is_empty() { String::new() } else { format!("at t = {} yr ", listed(&self.times)) }
+    }
+}
+
+/// Puts together what differs in numbers alone, in the order of the first of each.
+fn groups(notes: &[NoteRow]) -> Vec<NoteGroup<'_>> {
+    let kind = |note: &NoteRow| {
+        let words: String = note.note.chars().filter(|c| !c.is_ascii_digit() && !"+-.e".contains(*c)).collect();
+        (note.scenario.clone(), note.method.clone(), words)
+    };
+    let mut groups: Vec<NoteGroup<'_>> = Vec::new();
+    for note in notes {
+        let time = (!note.t_yr.is_nan()).then(|| note.t_yr.to_string());
+        match groups.iter_mut().find(|group| kind(group.first) == kind(note)) {
+            Some(group) => {
+                group.times.extend(time);
+                group.count += 1;
+            }
+            None => groups.push(NoteGroup { first: note, times: time.into_iter().collect(), count: 1 }),
+        }
+    }
+    groups
 }
 
 /// Which case is closest to the reference, and which of them lie within the sampling error of Monte Carlo.
@@ -57,25 +138,20 @@ fn verdict(scene: &Scene<'_>) -> String {
 
 /// Warnings and remarks as sentences.
 pub fn remarks(drawn: &Drawn<'_>) -> Markup {
-    let mut groups: Vec<Vec<&NoteRow>> = Vec::new();
-    for note in &drawn.results.notes {
-        let subject = |note: &NoteRow| (note.scenario.clone(), note.method.clone(), note.t_yr.is_nan());
-        match groups.last_mut() {
-            Some(group) if group.first().is_some_and(|first| subject(first) == subject(note)) => group.push(note),
-            _ => groups.push(vec![note]),
-        }
-    }
+    let groups = groups(&drawn.results.notes);
+    let is_grave =
+        |group: &NoteGroup<'_>| ["fallback: ", "error: ", "warning: "].iter().any(|word| group.starts_with(word));
     html! {
         @if groups.is_empty() { p { "No method doubts its own result." } }
         @else {
-            ul { @for group in &groups { @if let Some(first) = group.first() {
-                li.warning[first.note.starts_with("warning")] {
-                    b { (first.method) } " in " (first.scenario)
-                    @if !first.t_yr.is_nan() { " at t = " (listed(&group.iter().map(|note| note.t_yr.to_string()).collect::<Vec<_>>())) " yr" }
-                    ": " (first.note) "."
-                    @if group.len() > 1 { " (The numbers are those of the first time; the others are in notes.csv.)" }
+            ul { @for group in &groups {
+                li.warning[is_grave(group)] {
+                    b { (group.first.method) } " in " (group.first.scenario)
+                    @if !group.times.is_empty() { " at t = " (listed(&group.times)) " yr" }
+                    ": " (group.first.note) "."
+                    @if group.count > 1 { " (The numbers are those of the first time; the others are in notes.csv.)" }
                 }
-            } } }
+            } }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::numbers::{count, plain, probability, seconds, small};
+use super::numbers::{count, plain, probability, seconds, small, stated};
 use crate::drawings::moment_errors::QUANTITIES;
 use crate::results::{ErrorRow, MomentsRow, PassageRow};
 use crate::scene::{Method, Scene};
@@ -38,7 +38,7 @@ pub fn moments(scene: &Scene<'_>) -> Markup {
                     @if k == 0 { th scope="rowgroup" rowspan=(QUANTITIES.len()) { (method.label) } }
                     th scope="row" { i { (letter) } sub { (index) } }
                     @for row in &method.moments { @let (value, error) = of(row, k); td {
-                        (plain(value))
+                        (stated(value))
                         @if error.is_finite() { " " span.uncertainty { "± " (small(error)) } }
                         @if method.label != scene.reference { span.error { "δ " (small(relative_error(scene, method, row.t_yr, name))) } }
                     } }

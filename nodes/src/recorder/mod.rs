@@ -3,13 +3,18 @@
 //! A scenario's folder is complete when the recorder says that it is done with the scenario, and not touched again: a recorder
 //! that was restarted goes on with the scenario under work. [`join`] makes one results folder of them.
 
+mod agreement;
+mod cloud;
 mod densities;
+mod fallbacks;
 pub mod join;
-mod notes;
+mod judgement;
+pub mod notes;
 mod passages;
 mod rows;
 mod tables;
 mod tape;
+mod verdicts;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -26,6 +31,7 @@ use crate::newest::Newest;
 use crate::roster::Roster;
 use crate::screen::{receive, refuse};
 use crate::session::Session;
+use judgement::Judgement;
 pub(crate) use tables::write;
 use tape::Tape;
 
@@ -55,8 +61,8 @@ struct RecordedPassage {
 pub(crate) struct Recording {
     assignment: Assignment,
     densities: BTreeMap<(String, u32), RecordedDensity>,
-    /// By label, kind and snapshot: a restarted comparator says everything once more.
-    comparisons: BTreeMap<(String, u32, u32), RecordedComparison>,
+    /// By label, kind, snapshot and reference: a restarted comparator says everything once more.
+    comparisons: BTreeMap<(String, u32, u32, String), RecordedComparison>,
     /// By label and shard.
     passages: BTreeMap<(String, u32), RecordedPassage>,
 }
@@ -85,7 +91,7 @@ impl Recording {
 
     pub(crate) fn take_comparison(&mut self, header: ComparisonHeader, values: &[f64]) {
         if header.scenario == self.assignment.scenario {
-            let place = (unpack(&header.label), header.kind, header.index);
+            let place = (unpack(&header.label), header.kind, header.index, unpack(&header.reference));
             self.comparisons.insert(place, RecordedComparison { header, values: values.to_vec() });
         }
     }
@@ -138,11 +144,11 @@ pub fn part(folder: &Path, scenario: u32) -> PathBuf {
 }
 
 /// Records scenario after scenario, each into its [`part`] of `folder`, which exists, and every message onto `tape`, a
-/// recording that has been begun, if there is one.
+/// recording that has been begun, if there is one. Methods are judged against `tolerance`.
 ///
 /// # Errors
 /// [`Failure::Stopped`] is the normal end; [`Failure::File`] if something cannot be written.
-pub fn run(session: &Session, folder: &Path, tape: Option<&Path>) -> Result<(), Failure> {
+pub fn run(session: &Session, folder: &Path, tape: Option<&Path>, tolerance: f64) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
     let densities = session.domain.inlet::<Density>()?;
     let comparisons = session.domain.inlet::<Comparison>()?;
@@ -192,7 +198,7 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>) -> Result<(), 
                 }
                 awaited = missing;
                 if awaited.is_none() && tape.as_ref().is_none_or(|tape| tape.has_all(recording, &roster)) {
-                    write(recording, &roster, &part(folder, scenario))?;
+                    write(recording, &roster, &part(folder, scenario), tolerance)?;
                     if scenario + 1 == count {
                         tape.take().map_or(Ok(()), Tape::finish)?;
                     }

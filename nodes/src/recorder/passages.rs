@@ -1,5 +1,6 @@
 //! The first-passage curve of a case out of those of its shards.
 //!
+//! A curve that was counted has Wilson's interval, also if its sender gave none.
 //! A probability that was counted is a number of samples over all samples, so the counts of shards add up to those of the
 //! whole, and share and interval of the whole follow as if nobody had split it, to the last bit.
 
@@ -15,14 +16,27 @@ pub(super) fn merged(parts: &[&RecordedPassage]) -> Option<RecordedPassage> {
     let shards = first.header.shards as usize;
     // Shard 0 speaks for all if it has not counted.
     if shards <= 1 || (first.header.shard == 0 && first.header.samples == 0) {
-        return Some(first.clone());
+        return Some(with_interval(first.clone()));
     }
     let values = if parts.len() == shards { add_up(parts) } else { None };
     let mut header = first.header;
-    if values.is_none() {
+    if values.is_some() {
+        header.samples = parts.iter().map(|part| part.header.samples).sum();
+    } else {
         header.reason = pack("the first passages that its shards have sent do not fit together");
     }
     Some(RecordedPassage { header, values: values.unwrap_or_default() })
+}
+
+/// Gives the rows of a counted curve that have no interval Wilson's.
+fn with_interval(mut passage: RecordedPassage) -> RecordedPassage {
+    let samples = passage.header.samples as f64;
+    for row in passage.values.chunks_exact_mut(PASSAGE_COLUMNS).filter(|_| samples > 0.0) {
+        if row[2].is_nan() && row[3].is_nan() && (0.0..=1.0).contains(&row[1]) {
+            (row[2], row[3]) = wilson_interval(row[1], samples);
+        }
+    }
+    passage
 }
 
 /// The sum of counted curves; `None` if they are not of the same times, or one was not counted.
@@ -40,8 +54,7 @@ fn add_up(parts: &[&RecordedPassage]) -> Option<Vec<f64>> {
             || parts.iter().map(|part| (&part.values[start..start + PASSAGE_COLUMNS], part.header.samples as f64));
         let passed: f64 = rows().map(|(row, samples)| (row[1] * samples).round()).sum();
         let probability = passed / total;
-        let has_interval = rows().all(|(row, _)| row[2].is_finite() && row[3].is_finite());
-        let (low, high) = if has_interval { wilson_interval(probability, total) } else { (f64::NAN, f64::NAN) };
+        let (low, high) = wilson_interval(probability, total);
         [first.values[start], probability, low, high]
     };
     Some((0..first.values.len()).step_by(PASSAGE_COLUMNS).flat_map(row).collect())
@@ -73,8 +86,18 @@ mod tests {
             let parts: Vec<_> = Shard::all(count).map(|shard| part(&passages[shard.range(1237)], shard)).collect();
             let merged = merged(&parts.iter().collect::<Vec<_>>()).unwrap();
             let bits = |passage: &RecordedPassage| passage.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-            assert_eq!(bits(&merged), bits(&whole));
+            assert_eq!((bits(&merged), merged.header.samples), (bits(&whole), 1237));
         }
+    }
+
+    #[test]
+    fn a_counted_curve_without_an_interval_gets_the_one_that_its_counts_have() {
+        let whole = part(&[0.1, 0.2, 0.7, 2.0], Shard::WHOLE);
+        let mut bare = whole.clone();
+        bare.values.chunks_exact_mut(PASSAGE_COLUMNS).for_each(|row| row[2..].fill(f64::NAN));
+        assert_eq!(merged(&[&bare]).unwrap().values, whole.values);
+        bare.header.samples = 0;
+        assert!(merged(&[&bare]).unwrap().values[2].is_nan(), "nobody knows what it was made of");
     }
 
     #[test]

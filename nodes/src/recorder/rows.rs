@@ -69,7 +69,7 @@ pub(super) struct EffortRow<'a> {
 }
 
 /// A row of `first_passage.csv`: the probability that `e` has ever reached its critical value by `t_yr`, with a 95 % interval
-/// (of an exact method: its error estimate); NaN without one.
+/// (of an exact method: its error estimate); NaN without one. A probability that is NaN in an interval is withheld.
 #[derive(Debug, Serialize)]
 pub(super) struct PassageRow<'a> {
     scenario: &'a str,
@@ -130,7 +130,9 @@ pub(super) fn errors<'a>(scenario: &'a str, method: &'a str, recorded: &Recorded
         abs_error: row[2],
         rel_error: row[3],
     };
-    QUANTITIES.iter().zip(recorded.values.chunks_exact(ERROR_COLUMNS)).map(row).collect()
+    // NaN is what one of the two withholds, or what is compared with another reference.
+    let is_compared = |(_, row): &(&&str, &[f64])| !row[2].is_nan();
+    QUANTITIES.iter().zip(recorded.values.chunks_exact(ERROR_COLUMNS)).filter(is_compared).map(row).collect()
 }
 
 pub(super) fn distances<'a>(scenario: &'a str, method: &'a str, recorded: &RecordedComparison) -> Vec<DistanceRow<'a>> {
@@ -202,6 +204,8 @@ fn diagnostic_names(kind: u32) -> &'static [&'static str] {
 }
 
 pub(super) fn diagnostics<'a>(scenario: &'a str, method: &'a str, header: &DensityHeader) -> Vec<DiagnosticRow<'a>> {
-    let names = diagnostic_names(header.diagnostic).iter().zip(header.diagnostics);
+    let carried = Some((&"carried_density_error", header.carried_density_error)).filter(|(_, error)| error.is_finite());
+    let carried = carried.filter(|_| header.diagnostic == diagnostic::MESH);
+    let names = diagnostic_names(header.diagnostic).iter().zip(header.diagnostics).chain(carried);
     names.map(|(&diagnostic, value)| DiagnosticRow { scenario, method, t_yr: header.time, diagnostic, value }).collect()
 }

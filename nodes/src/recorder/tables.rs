@@ -8,7 +8,7 @@ use messages::text::unpack;
 use serde::Serialize;
 
 use super::densities::Densities;
-use super::{RecordedComparison, Recording, SCENARIO, notes, rows};
+use super::{Judgement, RecordedComparison, Recording, SCENARIO, judgement, rows};
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::roster::Roster;
@@ -40,7 +40,7 @@ impl Table {
 }
 
 /// Writes the files of a scenario into `folder`. It is there whole or not at all, and one that is there stays as it is.
-pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path) -> Result<(), Failure> {
+pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path, tolerance: f64) -> Result<(), Failure> {
     if folder.exists() {
         return Ok(());
     }
@@ -51,7 +51,7 @@ pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path) -> Re
     }
     fs::create_dir(&draft).map_err(failed)?;
     let mut tables = Tables::create(&draft)?;
-    tables.write(recording, roster)?;
+    tables.write(recording, roster, tolerance)?;
     tables.finish()?;
     let Assignment { name, problem, .. } = &recording.assignment;
     fs::write(draft.join(SCENARIO), scenario_file::to_text(name, problem)).map_err(failed)?;
@@ -67,6 +67,7 @@ struct Tables {
     first_passage: Table,
     diagnostics: Table,
     notes: Table,
+    verdicts: Table,
     densities: Densities,
 }
 
@@ -81,12 +82,16 @@ impl Tables {
             first_passage: table("first_passage.csv")?,
             diagnostics: table("diagnostics.csv")?,
             notes: table("notes.csv")?,
+            verdicts: table("verdicts.csv")?,
             densities: Densities::create(folder)?,
         })
     }
 
     /// Writes a scenario, case by case in the roster's order.
-    fn write(&mut self, recording: &Recording, roster: &Roster) -> Result<(), Failure> {
+    fn write(&mut self, recording: &Recording, roster: &Roster, tolerance: f64) -> Result<(), Failure> {
+        let Judgement { notes, verdicts, mut passages } = judgement::of(recording, roster, tolerance);
+        self.notes.write(notes)?;
+        self.verdicts.write(verdicts)?;
         let scenario = &recording.assignment.name;
         for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
             let Some(case) = recording.case(method) else { continue };
@@ -95,14 +100,15 @@ impl Tables {
             for density in case {
                 self.moments.write([rows::moments(scenario, method, &density.header)])?;
                 self.diagnostics.write(rows::diagnostics(scenario, method, &density.header))?;
-                self.notes.write(notes::of_density(scenario, method, &density.header))?;
                 self.densities.write(scenario, method, density)?;
             }
-            if let Some(passage) = recording.passage(method) {
+            if let Some(passage) = passages.remove(method) {
                 self.first_passage.write(rows::passages(scenario, method, &passage))?;
-                self.notes.write(notes::of_passage(scenario, method, &passage))?;
             }
-            let of_method = |c: &&RecordedComparison| unpack(&c.header.label) == *method;
+            let is_standing = |c: &RecordedComparison| !roster.has_failed(&unpack(&c.header.reference));
+            let of_method = |c: &&RecordedComparison| {
+                unpack(&c.header.label) == *method && (c.header.kind == comparison::EFFORT || is_standing(c))
+            };
             for recorded in recording.comparisons.values().filter(of_method) {
                 match recorded.header.kind {
                     comparison::MOMENTS => self.errors.write(rows::errors(scenario, method, recorded))?,
@@ -117,8 +123,8 @@ impl Tables {
 
     /// Closes all files.
     fn finish(self) -> Result<(), Failure> {
-        let Self { moments, errors, distances, effort, first_passage, diagnostics, notes, densities } = self;
-        for table in [moments, errors, distances, effort, first_passage, diagnostics, notes] {
+        let Self { moments, errors, distances, effort, first_passage, diagnostics, notes, verdicts, densities } = self;
+        for table in [moments, errors, distances, effort, first_passage, diagnostics, notes, verdicts] {
             table.finish()?;
         }
         densities.finish()

@@ -1,0 +1,69 @@
+//! Whether a first-passage curve is right: against orbits of our own, the initial cloud, and its sender's own snapshots.
+
+use density::first_passage::empirical::empirical_curve;
+use density::first_passage::times::first_passage_times;
+use density::flow::Flow;
+use density::sampling::{Draws, Plan};
+use messages::layout::{DensityHeader, PassageHeader};
+use nodes::assignment::Assignment;
+use nodes::passage_rules::{breach, doubts, rows};
+
+use super::answer::Received;
+
+/// Orbits of the curve that others are held against, drawn evenly: its probabilities are good to [`OWN_ERROR`].
+const ORBITS: usize = 16_384;
+/// What they may be off.
+const OWN_ERROR: f64 = 0.005;
+/// Tolerated error of probabilities that were not counted.
+const GENEROUS: f64 = 0.1;
+/// Standard errors that counted ones may be off.
+const SIGMAS: f64 = 5.0;
+
+/// Judges a curve whose numbers can be right; `snapshots` are what the same propagator's snapshots came to.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn judge(
+    assignment: &Assignment,
+    Received { header, items }: &Received<PassageHeader>,
+    snapshots: &[DensityHeader],
+) -> Result<String, String> {
+    if items.is_empty() || breach(items).is_some() {
+        return Ok(String::new()); // there is no curve, or it has been judged already
+    }
+    let snapshots: Vec<&DensityHeader> = snapshots.iter().collect();
+    if let Some(doubt) = doubts(items, header.samples, &assignment.problem, &snapshots).into_iter().next() {
+        return Err(doubt);
+    }
+    let right = own_curve(assignment)?;
+    let mut worst = 0.0f64;
+    for (row, right) in rows(items).into_iter().zip(right) {
+        let allowed = match header.samples {
+            0 => GENEROUS,
+            n => SIGMAS * (2.0 * right * (1.0 - right) / n as f64).sqrt() + 25.0 / n as f64 + OWN_ERROR,
+        };
+        let off = match row.is_withheld() {
+            true => (row.low - right).max(right - row.high),
+            false => (row.probability - right).abs(),
+        };
+        if off > allowed {
+            let (time, p) = (row.time, row.probability);
+            return Err(format!(
+                "the probability is {p:.5} at {time} yr, where {right:.5} of our own orbits have passed"
+            ));
+        }
+        worst = worst.max(off);
+    }
+    Ok(format!("right to {worst:.0e}"))
+}
+
+/// The curve of orbits of our own.
+fn own_curve(assignment: &Assignment) -> Result<Vec<f64>, String> {
+    let (problem, times) = (&assignment.problem, assignment.passage_times());
+    let plan = Plan { draws: Draws::Sobol, seed: 1, replicates: std::num::NonZeroUsize::MIN };
+    let (x1, x2) = plan.draw(&problem.initial, ORBITS);
+    let end = times.last().copied().unwrap_or(0.0);
+    let passages = first_passage_times(&Flow::new(problem.force), &x1, &x2, problem.critical_e, end);
+    let passages = passages.map_err(|why| format!("our own orbits cannot be followed: {why}"))?;
+    Ok(empirical_curve(&passages, None, &times).probability)
+}

@@ -1,0 +1,68 @@
+//! What each method is good for.
+
+use serde::Deserialize;
+
+use super::{OfScenario, new_table};
+
+/// A row of `verdicts.csv`.
+#[derive(Debug, Deserialize)]
+pub struct Row {
+    scenario: String,
+    method: String,
+    verdict: String,
+    moments_error: f64,
+    moments_noise: f64,
+    moments_quantity: String,
+    moments_t_yr: f64,
+    moments_judged_by: String,
+    density_error: f64,
+    density_noise: f64,
+    density_t_yr: f64,
+    density_judged_by: String,
+}
+
+/// A table of them.
+pub type Rows = Vec<Row>;
+
+impl OfScenario for Row {
+    fn scenario(&self) -> Option<&str> {
+        Some(&self.scenario)
+    }
+}
+
+/// Prints the table.
+pub fn print(scenario: &str, tolerance: f64, rows: &[&Row]) {
+    if rows.is_empty() {
+        return;
+    }
+    let mut table = new_table(["method", "verdict", "worst moment", "worst density"].map(Into::into).into(), 4);
+    for row in rows {
+        let quantity = format!(" in {}", row.moments_quantity);
+        let moments = worst(row.moments_error, row.moments_noise, &quantity, row.moments_t_yr, &row.moments_judged_by);
+        let density = worst(row.density_error, row.density_noise, "", row.density_t_yr, &row.density_judged_by);
+        table.add_row([row.method.clone(), row.verdict.clone(), moments, density]);
+    }
+    println!("\n{scenario}: what each method is good for, to {} %\n{table}", percent(tolerance));
+}
+
+/// How far off, in what, when, and who says so.
+fn worst(error: f64, noise: f64, quantity: &str, time: f64, by: &str) -> String {
+    let place = format!("{quantity} at {time} yr");
+    match (error.is_nan(), noise > 0.0) {
+        _ if by == "withheld" => format!("withheld{place}"),
+        (true, true) => format!("± {} %{place}, by {by}", percent(noise)),
+        (true, false) => format!("unknown{place}, by {by}"),
+        (false, true) => format!("{} % ± {} %{place}, by {by}", percent(error), percent(noise)),
+        (false, false) => format!("{} %{place}, by {by}", percent(error)),
+    }
+}
+
+/// A share in per cent, with two digits.
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent == 0.0 || percent >= 0.01 {
+        format!("{}", (percent * 100.0).round() / 100.0)
+    } else {
+        format!("{percent:.0e}")
+    }
+}

@@ -1,0 +1,243 @@
+//! What a first-passage curve must be, whoever sent it.
+//!
+//! The recorder does not use a curve that breaks one of [`breaches`], and tells [`doubts`]; `phasecloud check` reports both.
+
+use density::problem::Problem;
+use messages::layout::{DensityHeader, PASSAGE_COLUMNS, diagnostic};
+
+/// Sums of many probabilities may miss 0, 1 or one another by rounding.
+const ROUNDING: f64 = 1e-6;
+/// Standard errors that numbers of samples may be off.
+const SIGMAS: f64 = 5.0;
+/// What a curve that was neither counted nor bounded may contradict other numbers by.
+const GENEROUS: f64 = 0.01;
+
+/// A row of a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Time \[yr\].
+    pub time: f64,
+    /// The probability of having passed by then; NaN if it is withheld.
+    pub probability: f64,
+    /// Lower end of its interval; NaN if it has none.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Row {
+    /// Whether the probability is withheld.
+    pub fn is_withheld(&self) -> bool {
+        self.probability.is_nan()
+    }
+
+    /// The least and the largest probability that the row allows.
+    fn ends(&self) -> (f64, f64) {
+        let or = |end: f64| if end.is_nan() { self.probability } else { end };
+        (or(self.low), or(self.high))
+    }
+}
+
+/// The rows of a payload.
+pub fn rows(items: &[f64]) -> Vec<Row> {
+    let row = |row: &[f64]| Row { time: row[0], probability: row[1], low: row[2], high: row[3] };
+    items.chunks_exact(PASSAGE_COLUMNS).map(row).collect()
+}
+
+/// The first thing that makes a curve impossible, if there is one: the row, and what would be right.
+pub fn breach(items: &[f64]) -> Option<String> {
+    let rows = rows(items);
+    let alone = rows.iter().find_map(breach_of_row);
+    alone.or_else(|| rows.windows(2).find_map(|pair| falls(pair[0], pair[1])))
+}
+
+fn breach_of_row(Row { time, probability, low, high }: &Row) -> Option<String> {
+    let possible = -ROUNDING..=1.0 + ROUNDING;
+    let has_ends = !low.is_nan() && !high.is_nan();
+    let what = match () {
+        () if low.is_nan() != high.is_nan() => {
+            format!("has an interval from {low} to {high}; it has both ends or none")
+        }
+        () if probability.is_nan() && !has_ends => "is NaN without an interval; what is withheld has bounds".to_owned(),
+        () if !probability.is_nan() && !possible.contains(probability) => {
+            format!("is {probability}; a probability lies between 0 and 1")
+        }
+        () if has_ends && (!possible.contains(low) || !possible.contains(high)) => {
+            format!("has an interval from {low} to {high}; both ends lie between 0 and 1")
+        }
+        () if has_ends && *low > high + ROUNDING => {
+            format!("has an interval from {low} to {high}; low is never above high")
+        }
+        () if has_ends && !(low - ROUNDING..=high + ROUNDING).contains(probability) && !probability.is_nan() => {
+            format!("is {probability}, outside its interval from {low} to {high}")
+        }
+        () => return None,
+    };
+    Some(format!("the probability at {time} yr {what}"))
+}
+
+fn falls(before: Row, after: Row) -> Option<String> {
+    if after.time <= before.time {
+        return Some(format!("a row at {} yr follows one at {} yr; times ascend", after.time, before.time));
+    }
+    let columns = [
+        ("the probability", before.probability, after.probability),
+        ("the lower end of the interval", before.low, after.low),
+        ("the upper end of the interval", before.high, after.high),
+    ];
+    columns.into_iter().find(|(_, first, second)| *second < first - ROUNDING).map(|(what, first, second)| {
+        let (t0, t1) = (before.time, after.time);
+        format!("{what} falls from {first} at {t0} yr to {second} at {t1} yr; who has passed has passed")
+    })
+}
+
+/// A curve that breaks no rule, without what rounding adds to or takes from probabilities.
+pub fn without_rounding(items: &[f64]) -> Vec<f64> {
+    let mut items = items.to_vec();
+    for row in items.chunks_exact_mut(PASSAGE_COLUMNS) {
+        row[1..].iter_mut().for_each(|p| *p = if p.is_nan() { *p } else { p.clamp(0.0, 1.0) });
+        if !row[1].is_nan() && !row[2].is_nan() {
+            row[2] = row[2].min(row[1]);
+            row[3] = row[3].max(row[1]);
+        }
+    }
+    items
+}
+
+/// What a curve of `samples` equal samples (0 if it was not counted) contradicts that is known: the initial Gaussian, and the
+/// probabilities of being above the critical eccentricity at the snapshots of the same case.
+pub fn doubts(items: &[f64], samples: u64, problem: &Problem, snapshots: &[&DensityHeader]) -> Vec<String> {
+    let rows = rows(items);
+    let Some(first) = rows.first() else { return Vec::new() };
+    let at_start = (first.time == 0.0).then(|| off_the_start(first, samples, problem)).flatten();
+    let overtaken = snapshots.iter().find_map(|snapshot| overtaken(&rows, samples, snapshot));
+    at_start.into_iter().chain(overtaken).collect()
+}
+
+/// Who is above the critical eccentricity at `t = 0` has passed, and nobody else has.
+fn off_the_start(first: &Row, samples: u64, problem: &Problem) -> Option<String> {
+    let right = problem.initial.probability_above(problem.critical_e);
+    let (low, high) = first.ends();
+    let allowed = allowance(right, samples, high - low);
+    let off = (low - right).max(right - high);
+    (off > allowed).then(|| {
+        let seen = if first.is_withheld() { format!("between {low} and {high}") } else { first.probability.to_string() };
+        format!(
+            "its first-passage curve begins with {seen}, but {right:.5} of the initial cloud is at or above the critical \
+             eccentricity"
+        )
+    })
+}
+
+/// Who is above the critical eccentricity has passed.
+fn overtaken(rows: &[Row], samples: u64, snapshot: &DensityHeader) -> Option<String> {
+    let above = snapshot.moments[5];
+    // The curve does not fall: by the next of its times at least as many have passed.
+    let row = rows.iter().find(|row| row.time >= snapshot.time * (1.0 - 1e-12))?;
+    let (low, high) = row.ends();
+    let of_snapshot = match snapshot.diagnostic {
+        diagnostic::NUMERICAL => 10.0 * snapshot.diagnostics[2],
+        _ => SIGMAS * snapshot.standard_errors[5].max(0.0),
+    };
+    let allowed = allowance(high, samples, high - low) + if of_snapshot.is_nan() { 0.0 } else { of_snapshot };
+    (above - high > allowed).then(|| {
+        format!(
+            "its probability of being above the critical eccentricity at {} yr is {above:.5}, but of ever having reached it by \
+             {} yr only {high:.5}; who is above it has passed",
+            snapshot.time, row.time
+        )
+    })
+}
+
+/// What a probability of a curve may be off: counting noise, or a width of its own interval.
+fn allowance(probability: f64, samples: u64, width: f64) -> f64 {
+    match samples {
+        0 if width > 0.0 => 10.0 * width + 1e-9,
+        0 => GENEROUS,
+        n => {
+            let p = probability.clamp(0.0, 1.0);
+            SIGMAS * (p * (1.0 - p) / n as f64).sqrt() + 25.0 / n as f64
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use density::dynamics::Force;
+    use density::problem::InitialGaussian;
+
+    use super::*;
+
+    const NAN: f64 = f64::NAN;
+
+    fn curve(rows: &[[f64; 3]]) -> Vec<f64> {
+        rows.iter().enumerate().flat_map(|(k, [p, low, high])| [0.5 * k as f64, *p, *low, *high]).collect()
+    }
+
+    #[test]
+    fn a_curve_that_cannot_be_right_is_told_with_its_row_and_one_that_withholds_within_bounds_is_good() {
+        for good in [
+            &[[0.0, NAN, NAN], [0.3, NAN, NAN], [0.3, NAN, NAN]][..],
+            &[[0.0, 0.0, 0.1], [NAN, 0.0, 0.9], [1.0, 0.9, 1.0]],
+            &[[0.0, 0.0, 0.0], [1.000_000_3, 1.0, 1.000_000_3]],
+            &[],
+        ] {
+            assert_eq!(breach(&curve(good)), None);
+        }
+        for (bad, words) in [
+            (&[[0.3, NAN, NAN], [0.2, NAN, NAN]][..], "falls from 0.3 at 0 yr to 0.2 at 0.5 yr"),
+            (&[[0.1, 0.2, 0.05]], "has an interval from 0.2 to 0.05; low is never above high"),
+            (&[[0.1, -0.1, 0.2]], "both ends lie between 0 and 1"),
+            (&[[0.5, 0.1, 0.2]], "is 0.5, outside its interval"),
+            (&[[1.995, NAN, NAN]], "is 1.995; a probability lies between 0 and 1"),
+            (&[[f64::INFINITY, NAN, NAN]], "is inf"),
+            (&[[NAN, NAN, NAN]], "is NaN without an interval"),
+            (&[[0.1, NAN, 0.2]], "both ends or none"),
+            (&[[NAN, 0.1, 0.5], [NAN, 0.0, 0.6]], "the lower end of the interval falls"),
+        ] {
+            let what = breach(&curve(bad)).unwrap();
+            assert!(what.contains(words), "{what}");
+        }
+    }
+
+    #[test]
+    fn rounding_leaves_no_probability_outside_0_and_1_and_none_outside_its_interval() {
+        let rows =
+            rows(&without_rounding(&curve(&[[1.000_000_3, 1.0, 1.0], [-1e-9, 0.0, 0.1], [NAN, 0.2, 1.000_001]])));
+        assert_eq!((rows[0].probability, rows[0].high, rows[1].probability, rows[1].low), (1.0, 1.0, 0.0, 0.0));
+        assert!(rows[2].is_withheld() && rows[2].high == 1.0);
+    }
+
+    #[test]
+    fn a_curve_contradicts_the_initial_cloud_or_its_own_snapshots_only_beyond_its_noise() {
+        let problem = Problem {
+            force: Force { radiation: 0.15, oblateness: 0.4 },
+            initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
+            times: vec![0.0, 0.7],
+            critical_e: 0.6,
+        };
+        let snapshot = |above: f64| DensityHeader {
+            time: 0.7,
+            moments: [0.0, 0.0, 0.0, 0.0, 0.0, above],
+            standard_errors: [NAN; 6],
+            diagnostics: [NAN; 4],
+            ..DensityHeader::default()
+        };
+        let doubts = |rows: &[[f64; 3]], samples: u64, above: f64| {
+            doubts(&curve(rows), samples, &problem, &[&snapshot(above)]).join("; ")
+        };
+        let good = [[0.0, NAN, NAN], [0.2, NAN, NAN], [0.4, NAN, NAN]];
+        assert_eq!(doubts(&good, 0, 0.4), "");
+        assert!(doubts(&[[0.3, NAN, NAN]; 3], 0, 0.3).contains("begins with 0.3, but 0.00000 of the initial cloud"));
+        let overtaken = doubts(&good, 0, 0.5);
+        assert!(
+            overtaken.contains("at 0.7 yr is 0.50000, but of ever having reached it by 1 yr only 0.40000"),
+            "{overtaken}"
+        );
+        assert_eq!(doubts(&good, 100, 0.5), "", "five standard errors of 100 samples are 0.24");
+        assert!(!doubts(&good, 1_000_000, 0.5).is_empty());
+        // Withheld within bounds: nothing is claimed that could be wrong.
+        assert_eq!(doubts(&[[NAN, 0.0, 1.0]; 3], 0, 1.0), "");
+        assert_eq!(doubts(&good, 0, NAN), "", "a withheld probability contradicts nothing");
+    }
+}

@@ -1,0 +1,60 @@
+//! Where another case than the first reference is what all are compared with, and why.
+
+use super::Recording;
+use super::notes::{Note, in_a_row, with_estimate};
+use crate::roster::Roster;
+use crate::yardstick::{Quantity, stand_for};
+
+/// A note for every reference that has failed, and for every snapshot at which one withholds something.
+pub(super) fn of(recording: &Recording, roster: &Roster) -> Vec<Note> {
+    let mut notes = Vec::new();
+    let mut note = |method: &str, t_yr: f64, text: String| {
+        let (scenario, method) = (recording.assignment.name.clone(), method.to_owned());
+        notes.push(Note { scenario, method, t_yr, note: format!("fallback: {text}") });
+    };
+    let is_there = |label: &str| !roster.has_failed(label) && recording.case(label).is_some();
+    let there: Vec<&str> = roster.references.iter().map(String::as_str).filter(|label| is_there(label)).collect();
+    for (place, label) in roster.references.iter().enumerate().filter(|(_, label)| !is_there(label)) {
+        // Whoever stands behind another that is there is not missed.
+        if there.first().is_none_or(|first| roster.references.iter().position(|other| other == first) > Some(place)) {
+            note(
+                label,
+                f64::NAN,
+                format!("the reference {label} has failed; {}", in_its_place(there.first().copied())),
+            );
+        }
+    }
+    let Some((&first, _)) = there.split_first() else { return notes };
+    for (index, &time) in recording.assignment.problem.times.iter().enumerate() {
+        let headers: Vec<_> = there
+            .iter()
+            .filter_map(|&label| Some((label, &recording.densities.get(&(label.to_owned(), index as u32))?.header)))
+            .collect();
+        let Some((_, of_first)) = headers.first() else { continue };
+        let mut groups: Vec<(Option<&str>, Vec<String>)> = Vec::new();
+        for quantity in Quantity::all().filter(|quantity| !quantity.is_stated(of_first)) {
+            let instead = stand_for(headers.iter().copied(), quantity);
+            let words = with_estimate(quantity, of_first);
+            match groups.iter_mut().find(|(other, _)| *other == instead) {
+                Some((_, withheld)) => withheld.push(words),
+                None => groups.push((instead, vec![words])),
+            }
+        }
+        for (instead, withheld) in groups {
+            let (withheld, instead) = (in_a_row(&withheld), in_its_place(instead));
+            note(
+                first,
+                time,
+                format!("the reference {first} withholds {withheld}: that is above what it stands behind; {instead}"),
+            );
+        }
+    }
+    notes
+}
+
+fn in_its_place(instead: Option<&str>) -> String {
+    match instead {
+        Some(label) => format!("{label} is the reference there"),
+        None => "there is no other reference that has it, so nothing is compared there".into(),
+    }
+}

@@ -1,0 +1,61 @@
+//! All that is to be said about the results of a scenario before they are written: in words, and which curves can be used.
+
+use std::collections::BTreeMap;
+
+use super::agreement::{Contradiction, Said, contradictions};
+use super::notes::{Note, of_density, of_passage, severity};
+use super::verdicts::{self, VerdictRow};
+use super::{RecordedPassage, Recording, fallbacks};
+use crate::passage_rules::{breach, doubts, without_rounding};
+use crate::roster::Roster;
+
+/// What is said.
+pub(super) struct Judgement {
+    /// The rows of `notes.csv`: fallbacks first, then errors, warnings and remarks.
+    pub(super) notes: Vec<Note>,
+    /// The rows of `verdicts.csv`.
+    pub(super) verdicts: Vec<VerdictRow>,
+    /// The first-passage curves that can be right, by label.
+    pub(super) passages: BTreeMap<String, RecordedPassage>,
+}
+
+/// Judges the cases of a scenario that have not failed.
+pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judgement {
+    let scenario = &recording.assignment.name;
+    let note =
+        |method: &str, t_yr: f64, note: String| Note { scenario: scenario.clone(), method: method.into(), t_yr, note };
+    let problem = &recording.assignment.problem;
+    let mut notes = fallbacks::of(recording, roster);
+    let (mut cases, mut passages) = (Vec::new(), BTreeMap::new());
+    for (label, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
+        let Some(snapshots) = recording.case(label) else { continue };
+        for snapshot in &snapshots {
+            let said = of_density(&snapshot.header);
+            notes.extend(said.into_iter().map(|text| note(label, snapshot.header.time, text)));
+        }
+        let mut said = Said { label, snapshots, passage: Vec::new(), counted: 0 };
+        if let Some(mut passage) = recording.passage(label) {
+            if let Some(what) = breach(&passage.values) {
+                let text = format!("error: its first-passage curve is not used, it cannot be right: {what}");
+                notes.push(note(label, f64::NAN, text));
+            } else {
+                passage.values = without_rounding(&passage.values);
+                let headers: Vec<_> = said.snapshots.iter().map(|snapshot| &snapshot.header).collect();
+                let doubts = doubts(&passage.values, passage.header.samples, problem, &headers);
+                notes.extend(doubts.into_iter().map(|doubt| note(label, f64::NAN, format!("warning: {doubt}"))));
+                notes.extend(of_passage(&passage).map(|text| note(label, f64::NAN, text)));
+                (said.passage, said.counted) = (passage.values.clone(), passage.header.samples);
+                passages.insert(label.clone(), passage);
+            }
+        }
+        cases.push(said);
+    }
+    let contradictions = contradictions(&cases, problem.critical_e, recording.assignment.scenarios);
+    notes.extend(
+        contradictions
+            .into_iter()
+            .map(|Contradiction { label, time, what }| note(&label, time, format!("error: {what}"))),
+    );
+    notes.sort_by_key(|note| severity(&note.note));
+    Judgement { notes, verdicts: verdicts::of(recording, roster, tolerance), passages }
+}
