@@ -7,7 +7,7 @@ use campaign_support::cases::{Known, all};
 use campaign_support::judge::judge;
 use campaign_support::methods::{Method, run};
 use campaign_support::oracle::{Effort, Oracle, Truth, solve};
-use campaign_support::paths::follow;
+use campaign_support::paths::{Motion, follow};
 use campaign_support::scenario::{Scenario, draw};
 use common::{paper, rows};
 use density::angle::nearest;
@@ -25,7 +25,8 @@ fn few_bins(problem: &Problem) -> Vec<Grid> {
 }
 
 fn quadrature_alone(problem: &Problem, most_levels: usize) -> Oracle {
-    solve(problem, &few_bins(problem), &Effort { first: (80, 200), most_levels, most_steps: u64::MAX, samples: 2_000 })
+    let effort = Effort { first: (80, 200), most_levels, most_steps: u64::MAX, ..Effort::QUICK };
+    solve(problem, &few_bins(problem), &effort)
 }
 
 #[test]
@@ -49,7 +50,8 @@ fn the_oracle_has_the_reference_moments_of_the_paper() {
                 let off = (off / scale).abs();
                 assert!(off < 2e-6 + truth.error.moments[i], "{name} {} {i}: {off:e}", row[0]);
             }
-            assert!((truth.above - row[6]).abs() < 1e-8, "{name} {}: {:e} {:e}", row[0], truth.above, row[6]);
+            // Its probabilities are less good than its moments, see `exact.rs`.
+            assert!((truth.above - row[6]).abs() < 1e-7, "{name} {}: {:e} {:e}", row[0], truth.above, row[6]);
         }
     }
 }
@@ -87,6 +89,9 @@ fn differences(known: &Known, truth: &Truth) -> Vec<String> {
 fn the_oracle_has_the_values_of_the_cases() {
     for (scenario, known) in all() {
         let oracle = quadrature_alone(&scenario.problem, 2);
+        // An oracle that knows nothing contradicts nothing.
+        let knows = |truth: &Truth| truth.error.moments.iter().all(|e| *e < 0.05) && truth.error.ever < 0.02;
+        assert!(oracle.truths.iter().all(knows), "{}", scenario.name);
         let problem = &scenario.problem;
         let at = |time: f64| problem.times.iter().position(|t| *t == time).map(|k| &oracle.truths[k]);
         let found: Vec<String> =
@@ -106,7 +111,7 @@ fn the_oracles_orbits_are_those_of_the_flow() {
     for (radiation, oblateness) in forces {
         let force = Force { radiation, oblateness };
         let starts: Vec<[f64; 2]> = (0..40).map(|i| [0.7 * f64::from(i), 0.015 * f64::from(i) + 0.01]).collect();
-        let paths = follow(force, &starts, &[0.0, 0.3, 2.0]);
+        let paths = follow(Motion { force, most_steps: 2_000 }, &starts, &[0.0, 0.3, 2.0]);
         for (i, &[phi, e]) in starts.iter().enumerate() {
             let Ok(end) = Flow::new(force).advance_one(State::from_polar(phi, e), 2.0) else { continue };
             let off = (paths.x1[2][i] - end.x1).hypot(paths.x2[2][i] - end.x2);
@@ -120,7 +125,8 @@ fn the_largest_eccentricity_on_the_way_is_that_of_a_close_look() {
     let force = Force { radiation: 0.4, oblateness: 0.8 };
     let starts: Vec<[f64; 2]> = (0..16).map(|i| [0.4 * f64::from(i), 0.03 * f64::from(i) + 0.02]).collect();
     let fine: Vec<f64> = (0..=3000).map(|k| f64::from(k) * 1e-3).collect();
-    let (paths, closely) = (follow(force, &starts, &[0.0, 3.0]), follow(force, &starts, &fine));
+    let motion = Motion { force, most_steps: 10_000 };
+    let (paths, closely) = (follow(motion, &starts, &[0.0, 3.0]), follow(motion, &starts, &fine));
     for i in 0..starts.len() {
         let seen = closely.x1.iter().zip(&closely.x2).map(|(x1, x2)| x1[i].powi(2) + x2[i].powi(2)).fold(0.0, f64::max);
         assert!(paths.peak[1][i] >= seen - 1e-14 && paths.peak[1][i] < seen + 1e-3, "{i} {seen} {}", paths.peak[1][i]);

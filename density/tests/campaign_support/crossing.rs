@@ -1,11 +1,10 @@
 //! Probabilities: on each line the places where an orbit just reaches the critical eccentricity are found by following further
 //! orbits, and the Gaussian's distribution function gives what lies between them.
 
-use density::dynamics::Force;
 use rayon::prelude::*;
 
 use super::lattice::Lattice;
-use super::paths::{Paths, follow};
+use super::paths::{Motion, Paths, follow};
 
 /// Orbits that are followed to narrow a place down.
 const REFINEMENTS: usize = 3;
@@ -39,7 +38,7 @@ struct Bracket {
 
 /// Probability that the eccentricity, read at time `k`, is above `critical_e`.
 pub fn probability(
-    force: Force,
+    motion: Motion,
     lattice: &Lattice,
     paths: &Paths,
     (times, k): (&[f64], usize),
@@ -67,7 +66,7 @@ pub fn probability(
     let refinements = if times[k] > 0.0 { REFINEMENTS } else { 12 };
     for _ in 0..refinements {
         let starts: Vec<[f64; 2]> = brackets.iter().map(|b| [lattice.phi[b.line], b.guess()]).collect();
-        let refined = follow(force, &starts, &times[..=k]);
+        let refined = follow(motion, &starts, &times[..=k]);
         brackets.par_iter_mut().enumerate().for_each(|(i, bracket)| {
             bracket.narrow(starts[i][1], reading.of(&refined, k, i) - critical_e * critical_e);
         });

@@ -182,18 +182,20 @@ impl Desk<'_> {
             let detail = format!("{value} instead of {}", truth.ever);
             self.compare(Kind::Passage, "p_ever", (value - truth.ever).abs(), claimed, truth.error.ever, detail);
         }
-        for (&time, &(value, error)) in curve.times.iter().zip(&curve.points) {
+        let points = || curve.times.iter().zip(&curve.points);
+        // Once each: what is wrong at one time mostly is at all.
+        if let Some((&time, &(value, _))) = points().find(|(_, p)| p.0 < -1e-12 || p.0 > 1.0 + 1e-12) {
             self.time = time;
-            let is_no_probability = value < -1e-12 || value > 1.0 + 1e-12;
-            self.impossible("p_ever", is_no_probability, format!("{value} is no probability"));
-            self.impossible("p_ever", error < 0.0, format!("{error} is no error"));
+            self.impossible("p_ever", true, format!("{value} is no probability"));
         }
-        let known: Vec<(f64, f64)> =
-            curve.times.iter().zip(&curve.points).map(|(&t, p)| (t, p.0)).filter(|p| !p.1.is_nan()).collect();
-        for pair in known.windows(2) {
+        if let Some((&time, &(_, error))) = points().find(|(_, p)| p.1 < 0.0) {
+            self.time = time;
+            self.impossible("p_ever", true, format!("{error} is no error"));
+        }
+        let known: Vec<(f64, f64)> = points().map(|(&t, p)| (t, p.0)).filter(|p| !p.1.is_nan()).collect();
+        if let Some(pair) = known.windows(2).find(|pair| pair[1].1 < pair[0].1 - 1e-12) {
             self.time = pair[1].0;
-            let fall = pair[0].1 - pair[1].1;
-            self.impossible("p_ever", fall > 1e-12, format!("the curve falls by {fall:.1e}"));
+            self.impossible("p_ever", true, format!("the curve falls from {} to {}", pair[0].1, pair[1].1));
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The oracle: quadrature on finer and finer lattices until the last refinement changes nothing that matters, and Monte Carlo.
 //!
-//! The error of a figure is what the last refinement changed. Where Monte Carlo knows better (a cloud wound so thinly that no
+//! The error of a figure is [`SAFETY`] times what the last refinement changed, the largest change of its group: one figure alone
+//! may change little by chance, where a branch cut or a separatrix lies between the nodes. Where Monte Carlo knows better (a cloud wound so thinly that no
 //! lattice resolves it), its value and four of its standard errors are taken instead.
 
 use density::angle::nearest;
@@ -14,7 +15,7 @@ use super::bins::joint;
 use super::crossing::{Reading, probability};
 use super::lattice::Lattice;
 use super::moments::{Cloud, cloud};
-use super::paths::{Paths, follow};
+use super::paths::{Motion, Paths, follow};
 
 /// How much work the oracle may do.
 #[derive(Debug, Clone, Copy)]
@@ -27,17 +28,24 @@ pub struct Effort {
     pub most_steps: u64,
     /// Orbits of the Monte Carlo run.
     pub samples: usize,
+    /// Steps of an orbit after which it is given up.
+    pub most_orbit_steps: u64,
 }
 
 impl Effort {
     /// For a campaign.
-    pub const THOROUGH: Self = Self { first: (48, 96), most_levels: 4, most_steps: 1_500_000, samples: 20_000 };
+    pub const THOROUGH: Self =
+        Self { first: (48, 96), most_levels: 4, most_steps: 1_500_000, samples: 20_000, most_orbit_steps: 20_000 };
     /// For the gate.
-    pub const QUICK: Self = Self { first: (40, 80), most_levels: 3, most_steps: 120_000, samples: 4_000 };
+    pub const QUICK: Self =
+        Self { first: (40, 80), most_levels: 3, most_steps: 100_000, samples: 3_000, most_orbit_steps: 2_000 };
 }
 
 /// Errors below which no finer lattice is needed: of moments and probabilities, and of the joint density.
 const GOOD_ENOUGH: (f64, f64) = (1e-8, 1e-3);
+
+/// See the [module's text](self).
+const SAFETY: f64 = 3.0;
 
 /// What is right at one time.
 #[derive(Debug, Clone)]
@@ -83,17 +91,21 @@ pub struct Oracle {
 /// Solves `problem`; joint densities on `grids`.
 pub fn solve(problem: &Problem, grids: &[Grid], effort: &Effort) -> Oracle {
     let (mut lines, mut nodes) = effort.first;
-    let (mut truths, mut steps) = level(problem, grids, lines, nodes);
+    let (mut truths, mut steps) = level(problem, grids, effort, (lines, nodes));
     for _ in 1..effort.most_levels {
         if 4 * steps > effort.most_steps || truths.iter().all(Truth::is_good_enough) {
             break;
         }
         (lines, nodes) = (2 * lines, 2 * nodes);
-        let (finer, finer_steps) = level(problem, grids, lines, nodes);
+        let (finer, finer_steps) = level(problem, grids, effort, (lines, nodes));
         steps = finer_steps;
         truths = finer.into_iter().zip(&truths).zip(grids).map(|((finer, t), grid)| finer.after(t, grid)).collect();
+        // What was uncertain about first passage stays so.
+        for k in 1..truths.len() {
+            truths[k].error.ever = truths[k].error.ever.max(truths[k - 1].error.ever);
+        }
     }
-    let sampled = Sampled::new(problem, effort.samples);
+    let sampled = Sampled::new(problem, effort);
     let mut contradictions = Vec::new();
     for (k, truth) in truths.iter_mut().enumerate() {
         sampled.check(truth, k, problem, &mut contradictions);
@@ -101,12 +113,12 @@ pub fn solve(problem: &Problem, grids: &[Grid], effort: &Effort) -> Oracle {
     Oracle { truths, lattice: (lines, nodes), contradictions }
 }
 
-fn level(problem: &Problem, grids: &[Grid], lines: usize, nodes: usize) -> (Vec<Truth>, u64) {
+fn level(problem: &Problem, grids: &[Grid], effort: &Effort, (lines, nodes): (usize, usize)) -> (Vec<Truth>, u64) {
+    let motion = Motion { force: problem.force, most_steps: effort.most_orbit_steps };
     let lattice = Lattice::new(problem.initial, lines, nodes);
-    let paths = follow(problem.force, &lattice.starts(), &problem.times);
-    let read = |k: usize, reading| {
-        probability(problem.force, &lattice, &paths, (&problem.times, k), problem.critical_e, reading)
-    };
+    let paths = follow(motion, &lattice.starts(), &problem.times);
+    let read =
+        |k: usize, reading| probability(motion, &lattice, &paths, (&problem.times, k), problem.critical_e, reading);
     let unknown =
         Errors { moments: [f64::INFINITY; 5], vector: f64::INFINITY, above: 1.0, ever: 1.0, joint: f64::INFINITY };
     let truth = |(k, grid): (usize, &Grid)| Truth {
@@ -134,17 +146,26 @@ impl Truth {
         let (values, before) = (self.cloud.moments, coarser.cloud.moments);
         let change = |i: usize| if i == 0 { nearest(values[0] - before[0], 0.0) } else { values[i] - before[i] };
         let spread = if lost > 0.0 { lost * (4.0 / scales[0]).max(1.0 / scales[2]).powi(2) } else { 0.0 };
-        let vector = |i: usize| (self.cloud.vector[i] - coarser.cloud.vector[i]).powi(2);
+        let vector = |i: usize| self.cloud.vector[i] - coarser.cloud.vector[i];
         let differences = self.joint.iter().zip(&coarser.joint).map(|(a, b)| (a - b).abs());
+        let changes: [f64; 5] = std::array::from_fn(|i| (change(i) / scales[i]).abs());
+        let (of_phi, of_e) = (largest([changes[0], changes[1], changes[4]]), largest([changes[2], changes[3]]));
+        let of_probability = largest([self.above - coarser.above, self.ever - coarser.ever]);
+        let group = |i: usize| if i == 2 || i == 3 { of_e } else { of_phi };
         self.error = Errors {
-            moments: std::array::from_fn(|i| (change(i) / scales[i]).abs() + spread),
-            vector: (vector(0) + vector(1)).sqrt() + 2.0 * lost,
-            above: (self.above - coarser.above).abs() + lost,
-            ever: (self.ever - coarser.ever).abs() + lost,
+            moments: std::array::from_fn(|i| SAFETY * group(i) + spread),
+            vector: SAFETY * vector(0).hypot(vector(1)) + 2.0 * lost,
+            above: SAFETY * of_probability + lost,
+            ever: SAFETY * of_probability + lost,
             joint: differences.sum::<f64>() * grid.bin_area() + 2.0 * lost,
         };
         self
     }
+}
+
+/// The largest size; NaN if there is one.
+fn largest<const N: usize>(values: [f64; N]) -> f64 {
+    values.into_iter().fold(0.0, |most: f64, value| if value.abs() <= most { most } else { value.abs() })
 }
 
 /// A Monte Carlo run on the oracle's integrator.
@@ -154,15 +175,16 @@ struct Sampled {
 }
 
 impl Sampled {
-    fn new(problem: &Problem, count: usize) -> Self {
+    fn new(problem: &Problem, effort: &Effort) -> Self {
         const SEED: u64 = 20_261_127;
         let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = problem.initial;
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let [phi, e] = [(mean_phi, sigma_phi), (mean_e, sigma_e)]
             .map(|(mean, sigma)| Normal::new(mean, sigma).expect("a scenario has a positive deviation"));
         let draws = std::iter::repeat_with(|| [phi.sample(&mut random), e.sample(&mut random)]);
-        let starts: Vec<[f64; 2]> = draws.filter(|[_, e]| *e > 0.0 && *e < 1.0).take(count).collect();
-        Self { paths: follow(problem.force, &starts, &problem.times), count }
+        let starts: Vec<[f64; 2]> = draws.filter(|[_, e]| *e > 0.0 && *e < 1.0).take(effort.samples).collect();
+        let motion = Motion { force: problem.force, most_steps: effort.most_orbit_steps };
+        Self { paths: follow(motion, &starts, &problem.times), count: effort.samples }
     }
 
     /// Compares `truth` at time `k`, and replaces what is better known here.

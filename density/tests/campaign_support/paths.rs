@@ -19,8 +19,6 @@ const LANES: usize = 8;
 const ORDER: usize = 20;
 /// Size of the last terms of a series.
 const LAST_TERM: f64 = 1e-16;
-/// Steps after which an orbit is given up. One that is very close to `e = 1` turns thousands of times a year.
-const MOST_STEPS: u64 = 20_000;
 /// Steps after which the progress is looked at, so that hopeless orbits cost little.
 const FIRST_LOOK: u64 = 200;
 
@@ -39,10 +37,19 @@ pub struct Paths {
     pub steps: u64,
 }
 
+/// What moves the orbits.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion {
+    /// The force.
+    pub force: Force,
+    /// Steps after which an orbit is given up. One that is very close to `e = 1` turns thousands of times a year.
+    pub most_steps: u64,
+}
+
 /// Follows the orbits that start at `(phi, e)` through the ascending `times` \[yr\].
-pub fn follow(force: Force, starts: &[[f64; 2]], times: &[f64]) -> Paths {
+pub fn follow(motion: Motion, starts: &[[f64; 2]], times: &[f64]) -> Paths {
     let bundles: Vec<(Vec<[Lanes; 3]>, u64)> =
-        starts.par_chunks(LANES).map(|starts| follow_bundle(force, starts, times)).collect();
+        starts.par_chunks(LANES).map(|starts| follow_bundle(motion, starts, times)).collect();
     let column = |k: usize, value: usize| -> Vec<f64> {
         let lanes = bundles.iter().flat_map(|(records, _)| records[k][value]);
         lanes.take(starts.len()).collect()
@@ -61,7 +68,8 @@ struct Series {
     slope: [Lanes; ORDER + 1],
 }
 
-fn follow_bundle(force: Force, starts: &[[f64; 2]], times: &[f64]) -> (Vec<[Lanes; 3]>, u64) {
+fn follow_bundle(motion: Motion, starts: &[[f64; 2]], times: &[f64]) -> (Vec<[Lanes; 3]>, u64) {
+    let Motion { force, most_steps } = motion;
     let zeros = [[0.0; LANES]; ORDER + 1];
     let mut series = Series { x1: zeros, x2: zeros, s: zeros, p: zeros, slope: zeros };
     let mut peak = [0.0; LANES];
@@ -81,8 +89,8 @@ fn follow_bundle(force: Force, starts: &[[f64; 2]], times: &[f64]) -> (Vec<[Lane
             let reach = series.reach();
             let step = if now + 1.000_001 * reach < end { reach } else { end - now };
             steps += 1;
-            let hopeless = steps == FIRST_LOOK && now * (MOST_STEPS as f64) < last * (FIRST_LOOK as f64) / 5.0;
-            if !(reach > 0.0) || steps > MOST_STEPS || hopeless {
+            let hopeless = steps == FIRST_LOOK && now * (most_steps as f64) < last * (FIRST_LOOK as f64) / 5.0;
+            if !(reach > 0.0) || steps > most_steps || hopeless {
                 records.resize(times.len(), [[f64::NAN; LANES]; 3]);
                 return (records, steps);
             }
