@@ -12,7 +12,8 @@ use density::first_passage::exact::exact_curve;
 use density::first_passage::times::first_passage_times;
 use density::flow::{Flow, Passages};
 use density::grid::Grid;
-use density::mesh::{CarriedMesh, MeshDiagnostics, Placement, initial_points, point_weights};
+use density::mesh::passage::passage_curve;
+use density::mesh::{CarriedMesh, MeshDiagnostics, Placement, initial_points};
 use density::mixture::{self, linearity};
 use density::orbits::Orbits;
 use density::problem::Problem;
@@ -199,12 +200,8 @@ fn mesh(problem: &Problem, grids: &[Grid], points: usize) -> Result<Parts, Strin
 
 fn mesh_curve(problem: &Problem, flow: &Flow, start: &density::mesh::Points, degree: usize) -> Result<Curve, String> {
     let times = times_of_curve(problem);
-    let weights = point_weights(&problem.initial, start, degree).map_err(text)?;
-    let at_start = Orbits::from_polar(*flow, &start.phi, &start.e);
-    let end = times.last().copied().unwrap_or(0.0);
-    let passages = first_passage_times(flow, &at_start.x1, &at_start.x2, problem.critical_e, end).map_err(text)?;
-    let curve = empirical_curve(&passages, weights.as_deref(), &times);
-    Ok(Curve { points: curve.probability.into_iter().map(|p| (p, TOLERANCE)).collect(), times })
+    let curve = passage_curve(problem, flow, start, degree, &times).map_err(text)?;
+    Ok(Curve { points: curve.probability.into_iter().zip(curve.error).collect(), times })
 }
 
 fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> {
