@@ -80,7 +80,8 @@ pub fn passage_curve(
         let [fine, coarse] = lattices[0].passed();
         let other = lattices.get(1).map_or(fine, |lattice| lattice.passed()[0]);
         let hurried = if walk.hurried { 1.0 } else { 0.0 };
-        curve.probability.push(fine);
+        // Rounding must not let it fall.
+        curve.probability.push(curve.probability.last().map_or(fine, |last| fine.max(*last)));
         curve.error.push((fine - coarse).abs() + (fine - other).abs() + outside + hurried);
     }
     Ok(curve)
@@ -106,7 +107,7 @@ impl Walk<'_> {
         }
         let reached = lattices.iter().map(|lattice| (lattice.excess.clone(), lattice.highest.clone()));
         let (before, reached) = ((self.x1.clone(), self.x2.clone()), reached.collect::<Vec<_>>());
-        let mut count = self.steps.max(self.needed(years));
+        let mut count = self.steps.max(self.needed(years)).min(MOST_STEPS);
         loop {
             let (step, mut needed) = (years / count as f64, 1);
             for _ in 0..count {

@@ -103,6 +103,11 @@ pub fn lattice_points(problem: &Problem, side: usize, reach: f64) -> Result<Poin
         ));
     }
     let (low, high) = (initial.point(-reach, -reach), initial.point(reach, reach));
+    if (high.0 - low.0) / (side - 1) as f64 >= TAU {
+        return Err(MeshError::Initial(
+            "it spans so many turns that the lines of the lattice lie a turn apart; take more points",
+        ));
+    }
     let (e_low, e_high) = (low.1.max(E_RANGE.0), high.1.min(E_RANGE.1));
     let between = |low: f64, high: f64, i: usize| low + (high - low) * (i as f64 / (side - 1) as f64);
     let points = (0..side * side).map(|row| (between(low.0, high.0, row / side), between(e_low, e_high, row % side)));

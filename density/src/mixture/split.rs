@@ -53,8 +53,8 @@ impl Axes {
     }
 }
 
-/// Standard deviations from `e = 0` beyond which a component is not cut there: the tail left is 3e-7 of it.
-const UNCUT: f64 = 5.0;
+/// Standard deviations from `e = 0` beyond which a component is not cut there: the tail left is 1e-3 of it.
+const UNCUT: f64 = 3.0;
 /// Standard deviations below `e = 0` beyond which a component is left out.
 const OUT: f64 = 4.0;
 

@@ -15,14 +15,16 @@
 //! The points are placed in standardised coordinates and moved in the plane `(e sin(phi), e cos(phi))`. A point placed at
 //! `e < 0` is the point at `phi + π, |e|`: the straight line through the origin of that plane, the smooth continuation of the
 //! flow map to negative `e`. At the end, each point's `phi` is taken on the branch nearest to that of the component's centre, and a
-//! point that lies more than a quarter turn from it, on a line that runs across the origin, counts as one at negative `e`.
+//! point that lies more than 3/8 of a turn from it, on a line that runs across the origin, counts as one at negative `e`.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use super::{Component, MixtureError};
 use crate::angle::nearest;
 use crate::dynamics::State;
 
+/// Angle \[rad\] from a component's centre beyond which a point on a line through it lies across the origin.
+const ACROSS: f64 = 0.75 * PI;
 /// Dimensions of the `(phi, e)` plane.
 const DIMENSIONS: f64 = 2.0;
 
@@ -130,7 +132,7 @@ impl Offsets {
         let offset = |k: usize| {
             let point = &points[k + 1];
             let (turn, height) = (nearest(point.solar_angle(), phi) - phi, point.eccentricity());
-            match straight[k / 2] && turn.abs() > FRAC_PI_2 {
+            match straight[k / 2] && turn.abs() > ACROSS {
                 true => [nearest(turn + PI, 0.0), -height - e],
                 false => [turn, height - e],
             }
