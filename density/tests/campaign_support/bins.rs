@@ -12,15 +12,13 @@ use super::paths::Paths;
 const STENCIL: usize = 6;
 /// Most pieces between two nodes.
 const MOST_PIECES: usize = 64;
-/// Lines that there are at least.
-const LINES: usize = 2400;
 /// Lines that a thread takes at a time.
 const CHUNK: usize = 64;
 
-/// Mean density in each bin at time `k` \[1/rad\].
-pub fn joint(lattice: &Lattice, paths: &Paths, k: usize, grid: &Grid) -> Vec<f64> {
+/// Mean density in each bin at time `k` \[1/rad\], from `least_lines` lines or more.
+pub fn joint(lattice: &Lattice, paths: &Paths, k: usize, grid: &Grid, least_lines: usize) -> Vec<f64> {
     let (lines, nodes) = (lattice.phi.len(), lattice.e.len());
-    let parts = LINES.div_ceil(lines);
+    let parts = least_lines.div_ceil(lines);
     let along = Pieces::new(lattice);
     let intervals = if lattice.periodic { lines } else { lines - 1 };
     let count = intervals * parts;

@@ -30,6 +30,8 @@ pub struct Effort {
     pub samples: usize,
     /// Steps of an orbit after which it is given up.
     pub most_orbit_steps: u64,
+    /// Lines, interpolated ones included, that fill the bins of the joint density.
+    pub joint_lines: usize,
 }
 
 impl Effort {
@@ -37,8 +39,14 @@ impl Effort {
     pub const THOROUGH: Self =
         Self { first: (48, 96), most_levels: 4, most_steps: 1_500_000, samples: 20_000, most_orbit_steps: 20_000 };
     /// For the gate.
-    pub const QUICK: Self =
-        Self { first: (40, 80), most_levels: 3, most_steps: 100_000, samples: 3_000, most_orbit_steps: 2_000 };
+    pub const QUICK: Self = Self {
+        first: (40, 80),
+        most_levels: 3,
+        most_steps: 100_000,
+        samples: 3_000,
+        most_orbit_steps: 2_000,
+        joint_lines: 500,
+    };
 }
 
 /// Errors below which no finer lattice is needed: of moments and probabilities, and of the joint density.
@@ -125,7 +133,7 @@ fn level(problem: &Problem, grids: &[Grid], effort: &Effort, (lines, nodes): (us
         cloud: cloud(&lattice, &paths, k),
         above: read(k, Reading::Now),
         ever: read(k, Reading::Ever),
-        joint: joint(&lattice, &paths, k, grid),
+        joint: joint(&lattice, &paths, k, grid, effort.joint_lines),
         error: unknown,
     };
     (grids.iter().enumerate().map(truth).collect(), paths.steps)
