@@ -51,8 +51,8 @@ fn what_the_first_reference_withholds_is_compared_with_the_next_and_that_is_said
     assert_eq!(references(&moments, "dee", |_| true), ["exact"]);
     assert_eq!(references(&distances, "dee", |_| true), ["mc"]);
     assert_eq!(references(&distances, "exact", |_| true), [""; 0], "what is withheld is not compared");
-    let at_start = distances.iter().filter(|row| row["method"] == "dee" && row["t_yr"] == "0.0");
-    assert!(at_start.into_iter().all(|row| row["reference"] == "exact"));
+    let at_start = |row: &&HashMap<String, String>| row["method"] == "dee" && row["t_yr"] == "0.0";
+    assert!(distances.iter().filter(at_start).all(|row| row["reference"] == "exact"));
     let first = bench.table("part/notes.csv").remove(0);
     let words = "fallback: the reference exact withholds the joint density (error estimate 3.0e-1): that is above what it stands \
         behind; mc is the reference there";
