@@ -113,7 +113,7 @@ fn an_exact_method_that_lies_is_contradicted_by_the_samples_of_the_same_run_or_b
         let samples = MC.replace("4_000", "20_000");
         let (code, out, errors) = run(&bench, lie, &format!("{}{samples}", liar(lie)));
         assert_eq!(code, Some(1), "{lie}: {errors}");
-        assert!(errors.contains("error: scenario-1, at t = ") && errors.contains(words), "{lie}: {errors}");
+        assert!(errors.contains("error: scenario-1, exact: at t = ") && errors.contains(words), "{lie}: {errors}");
         assert!(out.contains(&format!("error: {words}")), "{lie}: {out}");
         let notes = bench.table(&format!("{lie}/notes.csv"));
         assert!(notes[0]["note"].starts_with("error: "), "{lie}: {notes:?}");
