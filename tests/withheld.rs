@@ -51,8 +51,8 @@ fn what_the_first_reference_withholds_is_compared_with_the_next_and_that_is_said
     assert_eq!(references(&moments, "dee", |_| true), ["exact"]);
     assert_eq!(references(&distances, "dee", |_| true), ["mc"]);
     assert_eq!(references(&distances, "exact", |_| true), [""; 0], "what is withheld is not compared");
-    let at_start = distances.iter().filter(|row| row["method"] == "dee" && row["t_yr"] == "0.0");
-    assert!(at_start.into_iter().all(|row| row["reference"] == "exact"));
+    let at_start = |row: &&HashMap<String, String>| row["method"] == "dee" && row["t_yr"] == "0.0";
+    assert!(distances.iter().filter(at_start).all(|row| row["reference"] == "exact"));
     let first = bench.table("part/notes.csv").remove(0);
     let words = "fallback: the reference exact withholds the joint density (error estimate 3.0e-1): that is above what it stands \
         behind; mc is the reference there";
@@ -113,7 +113,7 @@ fn an_exact_method_that_lies_is_contradicted_by_the_samples_of_the_same_run_or_b
         let samples = MC.replace("4_000", "20_000");
         let (code, out, errors) = run(&bench, lie, &format!("{}{samples}", liar(lie)));
         assert_eq!(code, Some(1), "{lie}: {errors}");
-        assert!(errors.contains("error: scenario-1, at t = ") && errors.contains(words), "{lie}: {errors}");
+        assert!(errors.contains("error: scenario-1, exact: at t = ") && errors.contains(words), "{lie}: {errors}");
         assert!(out.contains(&format!("error: {words}")), "{lie}: {out}");
         let notes = bench.table(&format!("{lie}/notes.csv"));
         assert!(notes[0]["note"].starts_with("error: "), "{lie}: {notes:?}");

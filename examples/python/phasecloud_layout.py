@@ -26,8 +26,8 @@ CARRIED_MESH, HULL_MESH = 0, 1
 READY, WORKING, DONE, FAILED = 1, 2, 3, 4
 
 SCENARIO_COLUMNS = 5  # time [yr], lowest and highest phi [rad], lowest and highest e of the comparison grid
-# Time [yr], probability, lower and upper end of its interval (NaN without one). No column falls; a probability that is NaN
-# between two ends is withheld.
+# Time [yr], probability, lower and upper end of its interval (NaN without one). Probabilities do not
+# fall; one that is NaN between two ends is withheld.
 PASSAGE_COLUMNS = 4
 PASSAGE_TIMES = 65
 

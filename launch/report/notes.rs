@@ -57,9 +57,9 @@ fn lines(notes: &[Note]) -> Vec<String> {
 pub fn errors(notes: &[Note]) -> Vec<String> {
     let errors = notes.iter().filter(|note| severity(&note.note) == ERROR);
     let in_words = |group: &Group<'_>| {
-        let Note { scenario, note, .. } = group.first;
+        let Note { scenario, method, note, .. } = group.first;
         let text = note.trim_start_matches(SEVERITIES[ERROR]);
-        format!("{scenario}, {}{text}{}", group.when(), group.more())
+        format!("{scenario}, {method}: {}{text}{}", group.when(), group.more())
     };
     groups(errors).iter().map(in_words).collect()
 }
@@ -126,6 +126,6 @@ mod tests {
                 "s, mc: no curve",
             ]
         );
-        assert_eq!(errors(&notes), ["s, at t = 3 yr exact and mc disagree"]);
+        assert_eq!(errors(&notes), ["s, exact: at t = 3 yr exact and mc disagree"]);
     }
 }

@@ -112,7 +112,7 @@ fn payloads() -> String {
     row("comparison of effort", "one row", &payload::EFFORT);
     row("status", "one row", &payload::STATUS);
     let _ = writeln!(text, "\nA snapshot of kind `DENSITY` has {DENSITY_HEAD} numbers before its joint density.");
-    text += "\nIn a first-passage curve `0 <= low <= probability <= high <= 1`, and no column falls; without an interval both ends are NaN. A \
+    text += "\nIn a first-passage curve `0 <= low <= probability <= high <= 1`, and probabilities do not fall; without an interval both ends are NaN. A \
         probability that is NaN between two ends is withheld: the truth lies between them.\n";
     text
 }

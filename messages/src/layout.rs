@@ -256,8 +256,8 @@ header! {
 }
 
 /// Numbers in a row of a first-passage curve: time \[yr\], probability, lower and upper end of its 95 % interval or, for an
-/// exact method, of its error estimate; both NaN where a method has neither. `0 <= low <= probability <= high <= 1`, and no
-/// column falls. A probability that is NaN between a lower and an upper end is withheld: the truth lies between them.
+/// exact method, of its error estimate; both NaN where a method has neither. `0 <= low <= probability <= high <= 1`, and
+/// probabilities do not fall. One that is NaN between a lower and an upper end is withheld: the truth lies between them.
 pub const PASSAGE_COLUMNS: usize = payload::PASSAGE.len();
 /// Times of a first-passage curve.
 pub const PASSAGE_TIMES: usize = 65;

@@ -285,8 +285,12 @@ fn send_passage(
         Passage::Cannot(reason) => (Vec::new(), 0, reason),
     };
     // The true curve never falls; rounding and quadrature may make an estimate do so.
-    for k in 1..rows.len() {
-        rows[k][1] = rows[k][1].max(rows[k - 1][1]);
+    let mut least = 0.0f64;
+    for row in rows.iter_mut().filter(|row| !row[1].is_nan()) {
+        least = least.max(row[1]);
+        row[1] = least;
+        // An estimate that was raised stays within its interval; one that is withheld has only that.
+        row[3] = if row[3].is_nan() { row[3] } else { row[3].max(least) };
     }
     let header = PassageHeader {
         run_id: assignment.run_id,

@@ -47,8 +47,7 @@ pub fn rows(items: &[f64]) -> Vec<Row> {
 /// The first thing that makes a curve impossible, if there is one: the row, and what would be right.
 pub fn breach(items: &[f64]) -> Option<String> {
     let rows = rows(items);
-    let alone = rows.iter().find_map(breach_of_row);
-    alone.or_else(|| rows.windows(2).find_map(|pair| falls(pair[0], pair[1])))
+    rows.iter().find_map(breach_of_row).or_else(|| falls(&rows))
 }
 
 fn breach_of_row(Row { time, probability, low, high }: &Row) -> Option<String> {
@@ -76,19 +75,31 @@ fn breach_of_row(Row { time, probability, low, high }: &Row) -> Option<String> {
     Some(format!("the probability at {time} yr {what}"))
 }
 
-fn falls(before: Row, after: Row) -> Option<String> {
-    if after.time <= before.time {
-        return Some(format!("a row at {} yr follows one at {} yr; times ascend", after.time, before.time));
+/// Whether a curve falls: less has passed by a row than by an earlier one, even at the ends of their intervals.
+fn falls(rows: &[Row]) -> Option<String> {
+    if let Some(pair) = rows.windows(2).find(|pair| pair[1].time <= pair[0].time) {
+        return Some(format!("a row at {} yr follows one at {} yr; times ascend", pair[1].time, pair[0].time));
     }
-    let columns = [
-        ("the probability", before.probability, after.probability),
-        ("the lower end of the interval", before.low, after.low),
-        ("the upper end of the interval", before.high, after.high),
-    ];
-    columns.into_iter().find(|(_, first, second)| *second < first - ROUNDING).map(|(what, first, second)| {
-        let (t0, t1) = (before.time, after.time);
-        format!("{what} falls from {first} at {t0} yr to {second} at {t1} yr; who has passed has passed")
-    })
+    // The most that has certainly passed, and what is claimed to have, with their times.
+    let (mut certain, mut claimed) = ((0.0, 0.0), (0.0, 0.0));
+    for row in rows {
+        let (low, high) = row.ends();
+        let Row { time, probability, .. } = *row;
+        for ((least, since), most) in [(claimed, probability), (certain, high)] {
+            if most < least - ROUNDING {
+                return Some(format!(
+                    "the probability falls from {least} at {since} yr to {most} at {time} yr; who has passed has passed"
+                ));
+            }
+        }
+        if low > certain.0 {
+            certain = (low, time);
+        }
+        if probability > claimed.0 {
+            claimed = (probability, time);
+        }
+    }
+    None
 }
 
 /// A curve that breaks no rule, without what rounding adds to or takes from probabilities.
@@ -180,6 +191,7 @@ mod tests {
             &[[0.0, NAN, NAN], [0.3, NAN, NAN], [0.3, NAN, NAN]][..],
             &[[0.0, 0.0, 0.1], [NAN, 0.0, 0.9], [1.0, 0.9, 1.0]],
             &[[0.0, 0.0, 0.0], [1.000_000_3, 1.0, 1.000_000_3]],
+            &[[0.5, 0.5, 0.5], [0.5, 0.4, 0.6]], // less certain, not less
             &[],
         ] {
             assert_eq!(breach(&curve(good)), None);
@@ -193,7 +205,8 @@ mod tests {
             (&[[f64::INFINITY, NAN, NAN]], "is inf"),
             (&[[NAN, NAN, NAN]], "is NaN without an interval"),
             (&[[0.1, NAN, 0.2]], "both ends or none"),
-            (&[[NAN, 0.1, 0.5], [NAN, 0.0, 0.6]], "the lower end of the interval falls"),
+            (&[[NAN, 0.4, 0.5], [NAN, 0.0, 0.3]], "falls from 0.4 at 0 yr to 0.3 at 0.5 yr"),
+            (&[[0.5, NAN, NAN], [NAN, 0.0, 1.0], [0.2, NAN, NAN]], "falls from 0.5 at 0 yr to 0.2 at 1 yr"),
         ] {
             let what = breach(&curve(bad)).unwrap();
             assert!(what.contains(words), "{what}");

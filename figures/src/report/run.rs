@@ -17,7 +17,7 @@ pub fn summary(drawn: &Drawn<'_>) -> Markup {
             p.warning { "In " (group.first.scenario) ": " (group.when()) (group.first.note.trim_start_matches(FALLBACK)) "." }
         }
         @for group in groups(&drawn.results.notes).iter().filter(|group| group.starts_with(ERROR)) {
-            p.warning { "In " (group.first.scenario) ": " (group.when()) (group.first.note.trim_start_matches(ERROR)) "." }
+            p.warning { "In " (group.first.scenario) ", " (group.first.method) ": " (group.when()) (group.first.note.trim_start_matches(ERROR)) "." }
         }
         p {
             "This run propagated the density of (φ, e) in " (listed(&scenarios)) " with " (manifest.cases.len())
