@@ -122,7 +122,8 @@ impl SvgBackend<'_> {
             data.push_str(glyph);
         }
         let ink = stroke.ink;
-        let classes = format!("{}{}", ink.stroke_class(), if filled { ink.fill_class() } else { "" });
+        let filling = if filled { format!(" {}", ink.fill_class()) } else { String::new() };
+        let classes = format!("{}{filling}", ink.stroke_class());
         let fill = if filled { ink.hex() } else { "none".into() };
         self.add(&html! {
             path class=(classes) d=(data) fill=(fill) stroke=(ink.hex()) stroke-width=(stroke.width) {}
@@ -248,7 +249,7 @@ impl DrawingBackend for SvgBackend<'_> {
         self.add(&html! {
             text class=(ink.fill_class()) x=(px(x)) y=(Px(f64::from(y) + down * f64::from(SCALE))) fill=(ink.hex())
                 font-size=(size) text-anchor=(anchor) font-weight=[bold.then_some("bold")] transform=[turn] {
-                (with_subscripts(text))
+                (with_subscripts(text, size))
             }
         });
         Ok(())
