@@ -17,6 +17,12 @@ pub fn text_width(text: &str, size: f64) -> f64 {
     size * text.chars().map(em).sum::<f64>()
 }
 
+/// Width of `text` at font size `size` with its subscripts, about as it will be.
+pub fn drawn_width(text: &str, size: f64) -> f64 {
+    let parts = text.split(SUBSCRIPT).enumerate();
+    0.95 * parts.map(|(i, part)| text_width(part, if i % 2 == 1 { SUBSCRIPT_SIZE * size } else { size })).sum::<f64>()
+}
+
 /// Marks `text` as a subscript of `base`.
 pub fn subscript(base: &str, text: &str) -> String {
     format!("{base}{}{text}{}", SUBSCRIPT[0], SUBSCRIPT[1])

@@ -129,12 +129,18 @@ fn residual(snapshot: &Snapshot<'_>, of: Variable) -> Option<Residual> {
     };
     let sampled = snapshot.sampled.filter(|(mc, _)| values.is_ok() && of.bins(mc) == of.bins(own));
     let errors = sampled.map_or(Vec::new(), |(mc, n)| of.counting_errors(mc, n));
-    let sizes = values.iter().flatten().chain(&errors).map(|value| value.abs());
-    let limit = Some(1.1 * sizes.fold(0.0, f64::max)).filter(|limit| *limit > 0.0).unwrap_or(1.0);
+    // The residual sets the scale; one far below the counting error or the peak is not blown up to noise.
+    let largest = |values: &mut dyn Iterator<Item = &f64>| values.map(|value| value.abs()).fold(0.0, f64::max);
+    let least = (0.15 * largest(&mut errors.iter())).max(1e-4 * largest(&mut of.values(own).iter()));
+    let limit = (1.1 * largest(&mut values.iter().flatten())).max(least);
+    let limit = if limit > 0.0 { limit } else { 1.0 };
     let mut axis = Axis::linear("residual", -limit..limit, 5);
     // The panel is low: 0 and both ends.
     let last = axis.ticks.len().saturating_sub(1);
     axis.ticks = [0, last / 2, last].into_iter().filter_map(|k| axis.ticks.get(k).copied()).collect();
+    if values.is_err() {
+        axis.ticks.clear();
+    }
     Some(Residual { axis, values, errors })
 }
 
