@@ -29,6 +29,7 @@ fn a_run_has_every_figure_as_svg_and_a_page_with_every_moment() {
         "phase-portrait",
         "cloud-evolution",
         "first-passage",
+        "probability-above",
         "moment-errors",
         "accuracy-against-effort",
         "effort-shares",

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::drawings::{
     accuracy, cloud_evolution, difference, effort, first_passage, joint_density, marginals, moment_errors,
-    phase_portrait,
+    phase_portrait, probability_above,
 };
 use crate::figure::{DrawError, Figure};
 use crate::scene::Scene;
@@ -59,7 +59,12 @@ fn plans<'a>(scene: &'a Scene<'a>) -> Vec<Plan<'a>> {
     let plan = |key, heading, text, jobs| Plan { key, heading, text, jobs };
     vec![
         plan("dynamics", "The flow and the cloud", "", vec![job(phase_portrait::draw), job(cloud_evolution::draw)]),
-        plan("passage", "First passage", "", passage.into_iter().collect()),
+        plan(
+            "passage",
+            "Critical eccentricity",
+            "",
+            passage.into_iter().chain([job(probability_above::draw)]).collect(),
+        ),
         plan("moment-errors", "Errors of the moments", "", compared(moment_errors::draw)),
         plan("accuracy", "Accuracy against effort", "", compared(accuracy::draw)),
         plan("effort-shares", "Where the effort goes", "", vec![job(effort::draw_shares)]),

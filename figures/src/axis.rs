@@ -26,6 +26,8 @@ pub enum Labels {
     Decimals(usize),
     /// As powers of ten.
     Powers,
+    /// As powers of ten from this place on; with these words below.
+    PowersFrom(f64, String),
     /// With these names, one a tick.
     Names(Vec<String>),
     /// Not at all: the neighbouring panel has them.
@@ -84,6 +86,11 @@ impl Axis {
             }
             Labels::Powers => {
                 let is_plain = self.ticks.iter().all(|tick| (-2.01..4.0).contains(tick));
+                power_label(tick, is_plain)
+            }
+            Labels::PowersFrom(first, words) if tick < *first => words.clone(),
+            Labels::PowersFrom(first, _) => {
+                let is_plain = self.ticks.iter().filter(|tick| *tick >= first).all(|tick| (-2.01..4.0).contains(tick));
                 power_label(tick, is_plain)
             }
             Labels::Names(names) => names.get(tick.round().max(0.0) as usize).cloned().unwrap_or_default(),

@@ -16,7 +16,7 @@ use plotters_backend::{
 };
 
 use crate::palette::Ink;
-use crate::text::{text_width, with_subscripts};
+use crate::text::{SUBSCRIPT, drawn_width, text_width, with_subscripts};
 
 /// Backend units a pixel.
 pub const SCALE: u32 = 10;
@@ -122,7 +122,8 @@ impl SvgBackend<'_> {
             data.push_str(glyph);
         }
         let ink = stroke.ink;
-        let classes = format!("{}{}", ink.stroke_class(), if filled { ink.fill_class() } else { "" });
+        let filling = if filled { format!(" {}", ink.fill_class()) } else { String::new() };
+        let classes = format!("{}{filling}", ink.stroke_class());
         let fill = if filled { ink.hex() } else { "none".into() };
         self.add(&html! {
             path class=(classes) d=(data) fill=(fill) stroke=(ink.hex()) stroke-width=(stroke.width) {}
@@ -224,11 +225,15 @@ impl DrawingBackend for SvgBackend<'_> {
 
     fn draw_text<T: BackendTextStyle>(&mut self, text: &str, style: &T, (x, y): BackendCoord) -> Drawn {
         let size = style.size().round() / f64::from(SCALE);
-        let anchor = match style.anchor().h_pos {
-            HPos::Left => "start",
-            HPos::Center => "middle",
-            HPos::Right => "end",
+        // Programs disagree on what is centred where a text has parts, so such a text is placed by its left end.
+        let (anchor, shift) = match (style.anchor().h_pos, text.contains(SUBSCRIPT)) {
+            (HPos::Left, _) => ("start", 0.0),
+            (HPos::Center, false) => ("middle", 0.0),
+            (HPos::Right, false) => ("end", 0.0),
+            (HPos::Center, true) => ("start", -0.5 * drawn_width(text, size)),
+            (HPos::Right, true) => ("start", -drawn_width(text, size)),
         };
+        let left = Px(f64::from(x) + shift * f64::from(SCALE));
         // From the named edge of the letters to their base line.
         let down = size
             * match style.anchor().v_pos {
@@ -246,9 +251,9 @@ impl DrawingBackend for SvgBackend<'_> {
         let ink = ink(style.color());
         let bold = style.style().as_str() == "bold";
         self.add(&html! {
-            text class=(ink.fill_class()) x=(px(x)) y=(Px(f64::from(y) + down * f64::from(SCALE))) fill=(ink.hex())
+            text class=(ink.fill_class()) x=(left) y=(Px(f64::from(y) + down * f64::from(SCALE))) fill=(ink.hex())
                 font-size=(size) text-anchor=(anchor) font-weight=[bold.then_some("bold")] transform=[turn] {
-                (with_subscripts(text))
+                (with_subscripts(text, size))
             }
         });
         Ok(())

@@ -2,7 +2,8 @@
 //!
 //! The densities of a scenario come each on the branch that keeps its own cloud whole. In a figure of several snapshots the
 //! clouds share an axis: `[0, 2π)` as in the paper if no cloud crosses 0, else `[-π, π)`, else the circle cut open in the
-//! middle of the widest gap between clouds. If the clouds together cover the circle, the axis is as long as they need.
+//! middle of the widest gap between clouds. If the clouds together cover the circle, the axis is as long as they need; if one
+//! of them does, it is `[0, 2π)`.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -21,6 +22,27 @@ pub fn visible(axis: &Axis, marginal: &[f64]) -> Range<f64> {
     axis.edge(first)..axis.edge(last + 1)
 }
 
+/// The same for a solar angle: a cloud that reaches over the ends of an axis of a whole turn is joined there, and cut open in
+/// the widest stretch that it leaves free.
+pub fn visible_angle(axis: &Axis, marginal: &[f64]) -> Range<f64> {
+    let plain = visible(axis, marginal);
+    let is_turn = (axis.high - axis.low - TAU).abs() < 1e-6;
+    let is_across = plain.start <= axis.low + 0.5 * axis.width() && plain.end >= axis.high - 0.5 * axis.width();
+    if !(is_turn && is_across) {
+        return plain;
+    }
+    let least = VISIBLE * marginal.iter().copied().fold(0.0, f64::max);
+    let mut widest = 0..0;
+    let mut free = 0;
+    for (i, &p) in marginal.iter().enumerate() {
+        free = if p >= least { 0 } else { free + 1 };
+        if free > widest.len() {
+            widest = i + 1 - free..i + 1;
+        }
+    }
+    if widest.is_empty() { plain } else { axis.edge(widest.end)..axis.edge(widest.start) + TAU }
+}
+
 /// The axis that keeps all `clouds` (intervals of the solar angle, on any branch) whole.
 pub fn common(clouds: &[Range<f64>]) -> Range<f64> {
     let is_free =
@@ -32,6 +54,10 @@ pub fn common(clouds: &[Range<f64>]) -> Range<f64> {
     };
     let gaps = ends.filter(|&end| is_free(end)).map(gap_after);
     let widest = gaps.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(end, width)| fold(end + 0.5 * width, -PI));
+    // A ring has no gap to be cut in, and can be followed over the ends of the axis.
+    if clouds.iter().any(|cloud| cloud.end - cloud.start >= TAU - 1e-6) {
+        return 0.0..TAU;
+    }
     match [Some(0.0), Some(-PI), widest].into_iter().flatten().find(|&cut| is_free(cut)) {
         Some(cut) => cut..cut + TAU,
         None => {
@@ -75,6 +101,21 @@ mod tests {
             let shift = shift_into(&axis, &cloud);
             assert!(cloud.start + shift >= axis.start && cloud.end + shift <= axis.end, "{axis:?} {cloud:?}");
         }
+    }
+
+    #[test]
+    fn a_ring_is_drawn_once_round() {
+        assert_eq!(common(&[-1.0..-1.0 + TAU, 3.0..7.0]), 0.0..TAU);
+    }
+
+    #[test]
+    fn a_cloud_across_the_ends_of_a_whole_turn_is_joined_there() {
+        let axis = Axis { low: 0.0, high: TAU, bins: 8 };
+        let quarter = TAU / 8.0;
+        let cloud = visible_angle(&axis, &[1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0]);
+        assert!((cloud.start - 5.0 * quarter).abs() < 1e-9 && (cloud.end - 10.0 * quarter).abs() < 1e-9, "{cloud:?}");
+        assert_eq!(visible_angle(&axis, &[1.0; 8]), 0.0..TAU, "a whole ring stays as it is");
+        assert_eq!(visible_angle(&axis, &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), quarter..2.0 * quarter);
     }
 
     #[test]

@@ -25,9 +25,9 @@ pub struct Density {
 }
 
 impl Density {
-    /// Whether its method does not stand behind it: then it is NaN everywhere.
+    /// Whether the case gives no density here: it says so by values that are not numbers.
     pub fn is_withheld(&self) -> bool {
-        self.joint.iter().all(|density| density.is_nan())
+        [&self.joint, &self.marginal_phi, &self.marginal_e].iter().any(|values| values.iter().any(|v| !v.is_finite()))
     }
 
     /// The highest joint density \[1/rad\].
@@ -54,11 +54,15 @@ pub fn read(path: &Path, moments: &[MomentsRow]) -> Result<Densities, FolderErro
         let joint = array::<Ix2>(&mut archive, &format!("{group}/joint")).map_err(failed)?;
         let mut vector = |name: &str| array::<Ix1>(&mut archive, &format!("{group}/{name}")).map_err(failed);
         let (phi_edges, e_edges) = (vector("phi_edges")?, vector("e_edges")?);
+        // A density that is withheld may come with edges that are: any will do then, nothing is drawn on them.
+        let is_withheld = joint.iter().all(|p| p.is_nan());
+        let stand_in =
+            |edges: &[f64]| is_withheld.then_some(Axis { low: 0.0, high: 1.0, bins: edges.len().max(2) - 1 });
+        let axis = |name: &str, edges: &[f64]| {
+            axis(edges).or(stand_in(edges)).ok_or_else(|| failed(format!("{group}/{name} do not ascend")))
+        };
         let density = Density {
-            grid: Grid {
-                phi: axis(&phi_edges).ok_or_else(|| failed(format!("{group}/phi_edges do not ascend")))?,
-                e: axis(&e_edges).ok_or_else(|| failed(format!("{group}/e_edges do not ascend")))?,
-            },
+            grid: Grid { phi: axis("phi_edges", &phi_edges)?, e: axis("e_edges", &e_edges)? },
             joint,
             marginal_phi: vector("marginal_phi")?,
             marginal_e: vector("marginal_e")?,

@@ -1,4 +1,4 @@
-//! Contours of the Hamiltonian in the `(phi, e)` plane, its stationary points and sub-domains.
+//! Contours of the Hamiltonian in the `(phi, e)` plane, and its stationary points.
 //!
 //! On a contour `H = h` the solar angle follows from the eccentricity in closed form,
 //!
@@ -22,6 +22,9 @@ const POINTS: usize = 40;
 /// Eccentricities drawn at most.
 const HIGHEST: f64 = 0.995;
 
+/// Radiation parameters below this leave the eccentricity as it is.
+pub const STILL: f64 = 1e-9;
+
 /// The Hamiltonian at `(phi, e)`.
 pub fn at(force: Force, phi: f64, e: f64) -> f64 {
     force.hamiltonian(State::from_polar(phi, e))
@@ -29,7 +32,7 @@ pub fn at(force: Force, phi: f64, e: f64) -> f64 {
 
 /// The pieces of the contour `H = level` with `phi` in `[0, π]`; its mirror images in `phi` belong to it too.
 pub fn contour(force: Force, level: f64) -> Vec<Vec<Point>> {
-    if force.radiation < 1e-9 {
+    if force.radiation < STILL {
         return level_circles(force, level);
     }
     let cosine = |e: f64| {
@@ -71,7 +74,7 @@ pub fn contour(force: Force, level: f64) -> Vec<Vec<Point>> {
 }
 
 /// The last place towards `outside` where `is_on` still holds; it holds at `inside`.
-fn border(is_on: impl Fn(f64) -> bool, outside: f64, inside: f64) -> f64 {
+pub(crate) fn border(is_on: impl Fn(f64) -> bool, outside: f64, inside: f64) -> f64 {
     let (mut outside, mut inside) = (outside, inside);
     for _ in 0..48 {
         let middle = outside.midpoint(inside);
@@ -101,8 +104,16 @@ pub struct Stationary {
     pub level: f64,
 }
 
-/// The stationary points of the flow.
+/// Without radiation pressure: the eccentricity of the circle on which every point stands still, if there is one.
+pub fn still_circle(force: Force) -> Option<f64> {
+    let s = force.oblateness.sqrt().sqrt();
+    let e = (1.0 - s * s).sqrt();
+    (force.radiation < STILL && e > 0.0 && e < HIGHEST).then_some(e)
+}
+
+/// The single stationary points of the flow; without radiation pressure that is `e = 0` alone.
 pub fn stationary_points(force: Force) -> Vec<Stationary> {
+    let is_single = |state: &State| force.radiation >= STILL || state.eccentricity() < 1e-6;
     let point = |state: State| {
         let curvature = |x1: f64, x2: f64| {
             let h = 1e-4;
@@ -120,17 +131,8 @@ pub fn stationary_points(force: Force) -> Vec<Stationary> {
             level: force.hamiltonian(state),
         }
     };
-    force.stationary_points().into_iter().filter(|state| state.eccentricity() < HIGHEST).map(point).collect()
-}
-
-/// Levels of the Hamiltonian that divide the plane into sub-domains, ascending: of `e = 0`, where the `(phi, e)` plane has a
-/// kink, and of the saddles.
-pub fn dividing_levels(force: Force) -> Vec<f64> {
-    let saddles = stationary_points(force).into_iter().filter(|point| !point.is_centre).map(|point| point.level);
-    let mut levels: Vec<f64> = saddles.chain([at(force, 0.0, 0.0)]).filter(|level| level.is_finite()).collect();
-    levels.sort_by(f64::total_cmp);
-    levels.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
-    levels
+    let states = force.stationary_points().into_iter().filter(is_single);
+    states.filter(|state| state.eccentricity() < HIGHEST).map(point).collect()
 }
 
 #[cfg(test)]
@@ -151,11 +153,19 @@ mod tests {
     }
 
     #[test]
-    fn the_papers_portrait_has_two_centres_a_saddle_and_three_sub_domains() {
+    fn the_papers_portrait_has_two_centres_and_a_saddle() {
         let points = stationary_points(PAPER);
         assert_eq!(points.iter().map(|p| p.is_centre).collect::<Vec<_>>(), [true, true, false]);
-        let levels = dividing_levels(PAPER);
-        assert!((levels[0] - 1.1364033).abs() < 1e-6 && (levels[1] - 1.150996).abs() < 1e-6, "{levels:?}");
+        assert!((points[2].level - 1.150996).abs() < 1e-6, "{points:?}");
+    }
+
+    #[test]
+    fn without_radiation_pressure_a_circle_stands_still_and_e_0_is_the_only_single_point() {
+        let force = Force { radiation: 0.0, oblateness: 0.40921 };
+        let points = stationary_points(force);
+        assert!(points.iter().all(|p| p.e < 1e-6 && p.is_centre) && points.len() == 1, "{points:?}");
+        assert!((still_circle(force).unwrap() - (1.0 - 0.40921f64.sqrt()).sqrt()).abs() < 1e-12);
+        assert_eq!(still_circle(Force { radiation: 0.0, oblateness: 2.0 }), None);
     }
 
     #[test]

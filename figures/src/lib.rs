@@ -20,4 +20,5 @@ pub mod panel;
 pub mod report;
 pub mod results;
 pub mod scene;
+pub mod sub_domains;
 pub mod text;

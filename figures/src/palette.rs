@@ -3,6 +3,8 @@
 //! The hues of the curves are those of Okabe & Ito (*Color Universal Design*, 2008), darkened where they would be too pale
 //! on white. A case is told by its colour, its dashes and its marker together, so colour is never the only cue.
 
+use std::borrow::Cow;
+
 use maud::{Markup, PreEscaped, html};
 
 use crate::backend::Stroke;
@@ -20,6 +22,25 @@ pub enum Ink {
     Paper,
     /// The colour of a series.
     Series(usize),
+    /// A place between 0 and [`LAST_SHADE`] on a scale from early to late.
+    Shade(u8),
+}
+
+/// The last place on the scale from early to late; a run has at most as many snapshots as the scale has places.
+pub const LAST_SHADE: u8 = 63;
+
+impl Ink {
+    /// The `index`-th of `count` colours from early to late.
+    pub fn of_many(index: usize, count: usize) -> Self {
+        let share = index as f64 / (count.max(2) - 1) as f64;
+        Self::Shade((share.min(1.0) * f64::from(LAST_SHADE)).round() as u8)
+    }
+}
+
+/// The scale from early to late on white and on dark, each without the end that would vanish there.
+fn shade(place: u8) -> [(u8, u8, u8); 2] {
+    let share = f64::from(place.min(LAST_SHADE)) / f64::from(LAST_SHADE);
+    [0.76 * share, 0.3 + 0.7 * share].map(|at| colorous::PLASMA.eval_continuous(at).as_tuple())
 }
 
 /// Light and dark of text, faint, grid and paper, then of the series.
@@ -42,32 +63,42 @@ const FIRST_SERIES: usize = 4;
 pub const PAPER_DARK: (u8, u8, u8) = (0x15, 0x19, 0x1e);
 
 const CLASSES: [[&str; 2]; COLOURS.len()] = [
-    ["s-text ", "f-text"],
-    ["s-faint ", "f-faint"],
-    ["s-grid ", "f-grid"],
-    ["s-paper ", "f-paper"],
-    ["s-0 ", "f-0"],
-    ["s-1 ", "f-1"],
-    ["s-2 ", "f-2"],
-    ["s-3 ", "f-3"],
-    ["s-4 ", "f-4"],
-    ["s-5 ", "f-5"],
+    ["s-text", "f-text"],
+    ["s-faint", "f-faint"],
+    ["s-grid", "f-grid"],
+    ["s-paper", "f-paper"],
+    ["s-0", "f-0"],
+    ["s-1", "f-1"],
+    ["s-2", "f-2"],
+    ["s-3", "f-3"],
+    ["s-4", "f-4"],
+    ["s-5", "f-5"],
 ];
 
 impl Ink {
-    fn position(self) -> usize {
+    /// Its place in the table of colours; a shade has none.
+    fn position(self) -> Option<usize> {
         match self {
-            Self::Text => 0,
-            Self::Faint => 1,
-            Self::Grid => 2,
-            Self::Paper => 3,
-            Self::Series(series) => FIRST_SERIES + series % SERIES,
+            Self::Text => Some(0),
+            Self::Faint => Some(1),
+            Self::Grid => Some(2),
+            Self::Paper => Some(3),
+            Self::Series(series) => Some(FIRST_SERIES + series % SERIES),
+            Self::Shade(_) => None,
+        }
+    }
+
+    /// Red, green and blue on white and on dark.
+    fn colours(self) -> [(u8, u8, u8); 2] {
+        match (self, self.position()) {
+            (Self::Shade(place), _) => shade(place),
+            (_, position) => COLOURS[position.unwrap_or(0)],
         }
     }
 
     /// Red, green and blue on white.
     pub fn rgb(self) -> (u8, u8, u8) {
-        COLOURS[self.position()][0]
+        self.colours()[0]
     }
 
     /// As SVG writes it.
@@ -82,18 +113,26 @@ impl Ink {
             Some(2) => Self::Grid,
             Some(3) => Self::Paper,
             Some(series @ FIRST_SERIES..) => Self::Series(series - FIRST_SERIES),
-            _ => Self::Text,
+            Some(_) => Self::Text,
+            None => (0..=LAST_SHADE).find(|place| shade(*place)[0] == rgb).map_or(Self::Text, Self::Shade),
         }
     }
 
-    /// Class of what is stroked with it, with a blank after it.
-    pub fn stroke_class(self) -> &'static str {
-        CLASSES[self.position()][0]
+    /// Class of what is stroked with it.
+    pub fn stroke_class(self) -> Cow<'static, str> {
+        self.class(0)
     }
 
     /// Class of what is filled with it.
-    pub fn fill_class(self) -> &'static str {
-        CLASSES[self.position()][1]
+    pub fn fill_class(self) -> Cow<'static, str> {
+        self.class(1)
+    }
+
+    fn class(self, part: usize) -> Cow<'static, str> {
+        match (self, self.position()) {
+            (Self::Shade(place), _) => format!("{}{place}", ["s-t", "f-t"][part]).into(),
+            (_, position) => CLASSES[position.unwrap_or(0)][part].into(),
+        }
     }
 }
 
@@ -103,8 +142,11 @@ fn hex((r, g, b): (u8, u8, u8)) -> String {
 
 /// Style rules that recolour inline figures for a dark screen.
 pub fn dark_rules() -> Markup {
-    let rules = COLOURS.iter().zip(CLASSES).map(|([_, dark], [stroke, fill])| {
-        format!(".{}{{stroke:{dark}}}.{fill}{{fill:{dark}}}", stroke.trim(), dark = hex(*dark))
+    let named = [Ink::Text, Ink::Faint, Ink::Grid, Ink::Paper].into_iter();
+    let inks = named.chain((0..SERIES).map(Ink::Series)).chain((0..=LAST_SHADE).map(Ink::Shade));
+    let rules = inks.map(|ink| {
+        let (stroke, fill, [_, dark]) = (ink.stroke_class(), ink.fill_class(), ink.colours());
+        format!(".{stroke}{{stroke:{dark}}}.{fill}{{fill:{dark}}}", dark = hex(dark))
     });
     html! { (PreEscaped(rules.collect::<String>())) }
 }
@@ -188,10 +230,17 @@ mod tests {
     fn every_colour_is_recognised_and_recoloured_in_the_dark() {
         let rules = dark_rules().0;
         let series = (0..SERIES).map(Ink::Series);
-        for ink in [Ink::Text, Ink::Faint, Ink::Grid, Ink::Paper].into_iter().chain(series) {
+        let shades = (0..=LAST_SHADE).map(Ink::Shade);
+        for ink in [Ink::Text, Ink::Faint, Ink::Grid, Ink::Paper].into_iter().chain(series).chain(shades) {
             assert_eq!(Ink::from_rgb(ink.rgb()), ink);
             assert!(rules.contains(&format!(".{}{{fill:", ink.fill_class())), "{ink:?}");
         }
+    }
+
+    #[test]
+    fn no_two_of_as_many_snapshots_as_a_run_may_have_share_a_colour() {
+        let colours: std::collections::BTreeSet<_> = (0..64).map(|index| Ink::of_many(index, 64).rgb()).collect();
+        assert_eq!(colours.len(), 64);
     }
 
     #[test]

@@ -39,6 +39,9 @@ pub struct Surroundings<'t> {
     pub is_bar: bool,
     /// Whether to leave the lines of the grid out.
     pub without_grid: bool,
+    /// Room on the left for the words of the axis \[px\], so that panels below one another begin at the same place; what they
+    /// need if 0.
+    pub beside: f64,
 }
 
 /// A line width or a length in backend units.
@@ -67,13 +70,18 @@ pub fn line(ink: Ink, width: f64) -> ShapeStyle {
     ShapeStyle { color: colour(ink).to_rgba(), filled: false, stroke_width: units(width) }
 }
 
+/// How much room the words of an axis need on the left \[px\].
+pub fn room_beside(y: &Axis) -> f64 {
+    match y.labels {
+        Labels::None => 4.0,
+        _ => 10.0 + text_width(&y.longest_label(), SMALL) + if y.label.is_empty() { 0.0 } else { TEXT + 8.0 },
+    }
+}
+
 impl<'a, 'b> Panel<'a, 'b> {
     /// Draws the axes into `area`.
     pub fn new(area: &'a Area<'b>, x: &Axis, y: &Axis, around: Surroundings<'_>) -> Result<Self, DrawError> {
-        let beside = match y.labels {
-            Labels::None => 4.0,
-            _ => 10.0 + text_width(&y.longest_label(), SMALL) + if y.label.is_empty() { 0.0 } else { TEXT + 8.0 },
-        };
+        let beside = if around.beside > 0.0 { around.beside } else { room_beside(y) };
         let below = match x.labels {
             Labels::None => 4.0,
             _ => 10.0 + SMALL + if x.label.is_empty() { 0.0 } else { TEXT + 1.0 },

@@ -36,6 +36,12 @@ pub struct Method<'a> {
 }
 
 impl Method<'_> {
+    /// Times \[yr\] at which the case withholds its density.
+    pub fn withheld(&self, times: &[f64]) -> Vec<f64> {
+        let snapshots = self.densities.iter().zip(times);
+        snapshots.filter(|(density, _)| density.is_withheld()).map(|(_, &t)| t).collect()
+    }
+
     /// Number of samples if it is a Monte Carlo method, one whose moments have standard errors.
     pub fn samples(&self) -> Option<f64> {
         let has_errors = self.moments.first().is_some_and(|row| row.se_mean_e.is_finite());
@@ -144,15 +150,35 @@ impl<'a> Scene<'a> {
         self.methods.iter().find_map(|method| Some((method, method.samples()?)))
     }
 
-    /// Where the cloud is visible at each snapshot: ranges of `phi` \[rad\] and of `e`.
-    pub fn clouds(&self) -> Vec<(Range<f64>, Range<f64>)> {
-        let range =
-            |d: &Density| (branch::visible(&d.grid.phi, &d.marginal_phi), branch::visible(&d.grid.e, &d.marginal_e));
-        self.yardstick_densities().map(range).collect()
+    /// Where the cloud is visible at each snapshot, by the density of the yardstick or of the first case that gives one; none
+    /// where every case withholds it.
+    pub fn clouds(&self) -> Vec<Option<Cloud>> {
+        let cases = || self.yardstick().into_iter().chain(&self.methods);
+        let density = |index: usize| cases().filter_map(|m| m.densities.get(index)).find(|d| !d.is_withheld());
+        (0..self.times.len()).map(|index| density(index).map(Cloud::of)).collect()
     }
 
     /// The branch of the solar angle on which all clouds are whole.
     pub fn phi_range(&self) -> Range<f64> {
-        branch::common(&self.clouds().into_iter().map(|(phi, _)| phi).collect::<Vec<_>>())
+        branch::common(&self.clouds().into_iter().flatten().map(|cloud| cloud.phi).collect::<Vec<_>>())
+    }
+}
+
+/// Where a cloud is visible.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cloud {
+    /// Its solar angles \[rad\].
+    pub phi: Range<f64>,
+    /// Its eccentricities.
+    pub e: Range<f64>,
+}
+
+impl Cloud {
+    /// That of a density.
+    pub fn of(density: &Density) -> Self {
+        Self {
+            phi: branch::visible_angle(&density.grid.phi, &density.marginal_phi),
+            e: branch::visible(&density.grid.e, &density.marginal_e),
+        }
     }
 }

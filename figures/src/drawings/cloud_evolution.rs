@@ -1,11 +1,16 @@
 //! How the cloud moves (Fig. 2): samples at every snapshot between the contours of their lowest and highest Hamiltonian.
 
+use std::ops::Range;
+
 use density::dynamics::State;
 use density::flow::{Accuracy, Flow};
 use density::orbits::Orbits;
 use density::sampling::draw as draw_samples;
 
-use super::{CRITICAL, at_time, critical, e_axis, mirrored, phi_axis, snapshot_marker};
+use super::time_bar::{TIME_BAR, time_bar};
+use super::{
+    CRITICAL, at_time, beside_bar, critical, e_axis, mirrored, on_axis, phi_axis, snapshot_marker, snapshots_of_many,
+};
 use crate::backend::Stroke;
 use crate::branch::shift_into;
 use crate::elements::{Element, Point};
@@ -15,7 +20,7 @@ use crate::labels::{self, Label};
 use crate::legend::{Entry, Sample};
 use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings};
-use crate::scene::Scene;
+use crate::scene::{Cloud, Scene};
 
 /// Samples drawn, as in the paper.
 const SAMPLES: usize = 961;
@@ -25,14 +30,15 @@ const BOUND: Stroke = Stroke { ink: Ink::Faint, width: 1.6, dashes: &[] };
 /// Draws it.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let phi = scene.phi_range();
-    let clouds = scene.clouds();
     let (samples, levels) = snapshots(scene)?;
     let highest = samples.iter().flatten().map(|(_, e)| *e).chain([scene.problem.critical_e]).fold(0.0, f64::max);
     let (line, line_name) = critical(scene, &phi);
-    let times = scene.times.iter().enumerate();
+    let count = scene.times.len();
+    let has_bar = snapshots_of_many(count);
+    let times = scene.times.iter().enumerate().filter(|_| !has_bar);
     let mut key: Vec<Entry> = times
         .map(|(index, &t)| {
-            let (marker, stroke) = snapshot_marker(index);
+            let (marker, stroke) = snapshot_marker(index, count);
             (Sample::Marker(marker, stroke, false), at_time(t))
         })
         .collect();
@@ -43,30 +49,49 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
          the contours of the lowest and the highest Hamiltonian among them, which the cloud never leaves. φ runs over a branch \
          on which every cloud is whole. Corresponds to Fig. 2 of Sun et al. (2022)."
     );
+    let clouds = placed(&samples, &scene.clouds(), &phi);
     Figure::draw(&scene.figure_name("cloud-evolution"), "Evolution of the cloud", &caption, (760, 430), &key, |area| {
+        let (left, right) = if has_bar { beside_bar(area, TIME_BAR) } else { (area.clone(), area.clone()) };
         let e = e_axis(0.0..(1.08 * highest).min(1.0), 8);
-        let panel = Panel::new(area, &phi_axis(phi.clone(), 7), &e, Surroundings::default())?;
+        let panel = Panel::new(&left, &phi_axis(phi.clone(), 7), &e, Surroundings::default())?;
         let bounds =
             levels.iter().flat_map(|level| mirrored(&hamiltonian::contour(scene.problem.force, *level), &phi, BOUND));
         panel.draw(&bounds.chain([line]).collect::<Vec<_>>())?;
-        let markers = samples.iter().zip(&clouds).enumerate().map(|(index, (points, (cloud, _)))| {
-            let centre = 0.5 * (cloud.start + cloud.end) + shift_into(&phi, cloud);
-            let near = |&(x, e): &Point| (density::angle::nearest(x, centre), e);
-            let (marker, stroke) = snapshot_marker(index);
-            Element::markers(points.iter().map(near).collect(), marker, 1.6, Stroke { width: 0.8, ..stroke }, false)
+        let markers = clouds.iter().enumerate().map(|(index, points)| {
+            let (marker, stroke) = snapshot_marker(index, count);
+            Element::markers(points.clone(), marker, 1.6, Stroke { width: 0.8, ..stroke }, false)
         });
         panel.draw(&markers.collect::<Vec<_>>())?;
-        labels::write(&panel, &cloud_labels(scene, &phi))
+        if has_bar {
+            time_bar(&right, &scene.times)?;
+        }
+        labels::write(&panel, &cloud_labels(&scene.times, clouds))
     })
 }
 
-/// The times beside the clouds.
-pub fn cloud_labels(scene: &Scene<'_>, phi: &std::ops::Range<f64>) -> Vec<Label> {
-    let label = |(t, (cloud, e)): (&f64, (std::ops::Range<f64>, std::ops::Range<f64>))| {
-        let shift = shift_into(phi, &cloud);
-        Label { words: at_time(*t), low: (cloud.start + shift, e.start), high: (cloud.end + shift, e.end) }
+/// The samples at each snapshot on the branch where their cloud is whole.
+fn placed(samples: &[Vec<Point>], clouds: &[Option<Cloud>], phi: &Range<f64>) -> Vec<Vec<Point>> {
+    let place = |(points, cloud): (&Vec<Point>, &Option<Cloud>)| {
+        let axis_middle = 0.5 * (phi.start + phi.end);
+        let centre = cloud.as_ref().map_or(axis_middle, |c| 0.5 * (c.phi.start + c.phi.end) + shift_into(phi, &c.phi));
+        points.iter().map(|&(x, e)| (on_axis(x, centre, phi), e)).collect()
     };
-    scene.times.iter().zip(scene.clouds()).map(label).collect()
+    samples.iter().zip(clouds).map(place).collect()
+}
+
+/// Labels that are written where there are many snapshots, at most.
+const LABELS: usize = 16;
+
+/// The times beside the clouds; every second, third, ... if there are very many.
+pub fn cloud_labels(times: &[f64], clouds: Vec<Vec<Point>>) -> Vec<Label> {
+    let (stride, count) = (times.len().div_ceil(LABELS).max(1), times.len());
+    let label = |(index, points): (usize, Vec<Point>)| {
+        let ink = if snapshots_of_many(count) { Ink::of_many(index, count) } else { Ink::Text };
+        // Without a label a cloud still is what others keep clear of.
+        let words = times.get(index).filter(|_| index % stride == 0).map_or(String::new(), |&t| at_time(t));
+        Label { words, points, ink }
+    };
+    clouds.into_iter().enumerate().map(label).collect()
 }
 
 type Snapshots = (Vec<Vec<Point>>, [f64; 2]);

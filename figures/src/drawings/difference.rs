@@ -1,7 +1,7 @@
 //! Where a case is off: its joint density minus the exact one.
 
-use super::at_time;
-use super::joint_density::{map, snapshot};
+use super::joint_density::{Map, snapshot, yardstick};
+use super::{at_time, withheld_words};
 use crate::colour_map::Scale;
 use crate::figure::{DrawError, Figure};
 use crate::scene::{Method, Scene};
@@ -21,7 +21,7 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figu
         return Err(DrawError(format!("{} is the reference itself at {}", method.label, at_time(t))));
     }
     let (other, _) = snapshot(scene, subtrahend, index)?;
-    if density.grid != other.grid {
+    if density.grid != other.grid && !density.is_withheld() && !other.is_withheld() {
         return Err(DrawError(format!(
             "{} and {} have different bins at {}",
             method.label,
@@ -29,16 +29,24 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figu
             at_time(t)
         )));
     }
-    let difference: Vec<f64> = density.joint.iter().zip(&other.joint).map(|(p, q)| p - q).collect();
-    let limit = difference.iter().map(|d| d.abs()).fold(0.0, f64::max);
     let name = scene.figure_name(&format!("difference-{}-{index}", method.label));
     let heading = format!("{} − {}, {}", method.label, subtrahend.label, at_time(t));
     let title = format!("Joint density of {} minus {} at {}", method.label, subtrahend.label, at_time(t));
+    let difference: Vec<f64> = density.joint.iter().zip(&other.joint).map(|(p, q)| p - q).collect();
+    let limit = difference.iter().map(|d| d.abs()).fold(0.0, f64::max);
     let share = if other.peak() > 0.0 { 100.0 * limit / other.peak() } else { f64::NAN };
-    let caption = format!(
-        "Orange: too high, purple: too low. Each map has a scale of its own; the largest difference here is {share:.2} % of the \
-         peak of {}.",
-        subtrahend.label
-    );
-    map(&name, [&title, &heading, &caption], density, &difference, Scale::Difference(limit), "difference")
+    let withheld = [(method.label, density), (subtrahend.label, other)].into_iter().filter(|(_, d)| d.is_withheld());
+    let withheld: String = withheld.map(|(label, _)| withheld_words(label, &[t])).collect();
+    let caption = if withheld.is_empty() {
+        format!(
+            "Orange: too high, purple: too low. Each map has a scale of its own; the largest difference here is {share:.2} % of the \
+             peak of {}.",
+            subtrahend.label
+        )
+    } else {
+        withheld.trim_start().to_owned()
+    };
+    let yardstick = yardstick(scene, density, index);
+    let map = Map { density, values: &difference, yardstick, scale: Scale::Difference(limit) };
+    map.draw(&name, [&title, &heading, &caption], "difference")
 }

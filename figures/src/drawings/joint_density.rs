@@ -1,19 +1,28 @@
 //! Joint densities (Figs. 3 and 4, 10 and 11, 14 and 15): all snapshots of a case in one frame, and each by itself.
 
-use super::{CRITICAL, at_time, critical, e_axis, phi_axis};
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use super::{
+    CRITICAL, TURN, at_time, beside_bar, critical, e_axis, on_axis, phi_axis, withheld_words, write_absent, zoom,
+};
 use crate::axis::{Axis, Labels, power_label};
 use crate::backend::Area;
 use crate::branch::shift_into;
 use crate::colour_map::{LEAST, Scale, picture, ramp};
 use crate::densities::Density;
 use crate::drawings::cloud_evolution::cloud_labels;
-use crate::elements::Element;
+use crate::elements::{Element, Point};
 use crate::figure::{DrawError, Figure};
-use crate::labels;
+use crate::labels::{self, Label};
 use crate::legend::Sample;
+use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings, units};
-use crate::scene::{Method, Scene};
+use crate::scene::{Cloud, Method, Scene};
 
+/// Size of the frame of all snapshots \[px\].
+const WIDTH: u32 = 620;
+const HEIGHT: u32 = 360;
 /// Width of a colour bar with its labels \[px\].
 const BAR: f64 = 92.0;
 /// The same of a small map.
@@ -23,50 +32,88 @@ const SMALL_BAR: f64 = 78.0;
 pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError> {
     let phi = scene.phi_range();
     // The scale of the yardstick, so that the figures of all cases can be compared.
-    let peaks = scene.yardstick_densities().map(Density::peak);
-    let scale = Scale::Logarithmic(peaks.fold(0.0, f64::max));
+    let densities = scene.yardstick().map_or(&[][..], |yardstick| yardstick.densities);
+    let given = || densities.iter().filter(|density| !density.is_withheld());
+    let peaks = if given().next().is_some() { densities } else { method.densities };
+    let scale = Scale::Logarithmic(peaks.iter().map(Density::peak).fold(0.0, f64::max));
     let (line, line_name) = critical(scene, &phi);
+    let clouds = scene.clouds();
+    let tops = clouds.iter().flatten().map(|cloud| cloud.e.end);
     let highest =
-        scene.yardstick_densities().map(|d| d.grid.e.high).chain([1.05 * scene.problem.critical_e]).fold(0.0, f64::max);
-    let pictures: Vec<Element> = method
-        .densities
-        .iter()
-        .zip(scene.clouds())
-        .filter(|(density, _)| !density.is_withheld())
-        .map(|(density, (cloud, _))| placed(density, shift_into(&phi, &cloud), &density.joint, scale))
-        .collect::<Result<_, _>>()?;
-    if pictures.is_empty() {
-        return Err(DrawError(format!("{} withholds its joint density at all snapshots", method.label)));
+        given().map(|d| d.grid.e.high).chain(tops).chain([1.05 * scene.problem.critical_e]).fold(0.0, f64::max);
+    let shown = || method.densities.iter().zip(&clouds).filter(|(density, _)| !density.is_withheld());
+    let mut pictures: Vec<Element> = Vec::new();
+    for (density, cloud) in shown() {
+        let shift = cloud.as_ref().map_or(0.0, |cloud| shift_into(&phi, &cloud.phi));
+        pictures.extend(placed(density, shift, &phi, &density.joint, scale)?);
     }
+    let insets = zoom::insets(scene, method, scale, [&phi, &(0.0..highest.min(1.0))])?;
     let name = scene.figure_name(&format!("joint-density-{}-all", method.label));
     let title = format!("Joint density of {} at all snapshots", method.label);
     let caption = format!(
         "Logarithmic colour scale over three decades, the same for all cases; below {LEAST} of the highest peak of {} nothing is \
-         drawn. Corresponds to Figs. 3, 10 and 14 of Sun et al. (2022).",
-        scene.yardstick().map_or("the reference", |yardstick| yardstick.label)
+         drawn.{} Corresponds to Figs. 3, 10 and 14 of Sun et al. (2022).{}",
+        scene.yardstick().map_or("the reference", |yardstick| yardstick.label),
+        if insets.is_empty() {
+            ""
+        } else {
+            " Below, on axes of their own: clouds that are small here, and the part of thin ones about their peak."
+        },
+        withheld_words(method.label, &method.withheld(&scene.times))
     );
     let key = [(Sample::Line(CRITICAL), line_name)];
-    Figure::draw(&name, &title, &caption, (620, 360), &key, |area| {
-        let (left, right) = beside_bar(area, BAR);
+    let size = (WIDTH, HEIGHT + zoom::height(&insets));
+    Figure::draw(&name, &title, &caption, size, &key, |area| {
+        let (area, below) = area.split_vertically(units(f64::from(HEIGHT)) as i32);
+        let (left, right) = beside_bar(&area, BAR);
         let around = Surroundings { title: method.label, ..Surroundings::default() };
         let panel = Panel::new(&left, &phi_axis(phi.clone(), 6), &e_axis(0.0..highest.min(1.0), 7), around)?;
         panel.draw(&pictures)?;
         panel.draw(&[line])?;
-        labels::write(&panel, &cloud_labels(scene, &phi))?;
-        colour_bar(&right, "joint density", scale)
+        let points =
+            method.densities.iter().zip(&clouds).map(|(density, cloud)| cloud_points(density, cloud.as_ref(), &phi));
+        let labels = cloud_labels(&scene.times, points.collect());
+        labels::write(&panel, &labels.into_iter().map(|label| Label { ink: Ink::Text, ..label }).collect::<Vec<_>>())?;
+        colour_bar(&right, "joint density", scale)?;
+        zoom::draw(&below, &insets)
     })
+}
+
+/// Middles of the bins in which a density is visible, on the branch that keeps the cloud whole; none if it is withheld.
+fn cloud_points(density: &Density, cloud: Option<&Cloud>, phi: &Range<f64>) -> Vec<Point> {
+    let least = LEAST * density.peak();
+    let Some(cloud) = cloud.filter(|_| !density.is_withheld() && least > 0.0) else { return Vec::new() };
+    let centre = 0.5 * (cloud.phi.start + cloud.phi.end) + shift_into(phi, &cloud.phi);
+    let grid = &density.grid;
+    let middle = |axis: &density::grid::Axis, i: usize| axis.edge(i) + 0.5 * axis.width();
+    let bins = density.joint.iter().enumerate().filter(|(_, p)| **p >= least);
+    bins.map(|(k, _)| {
+        let (x, e) = (middle(&grid.phi, k / grid.e.bins), middle(&grid.e, k % grid.e.bins));
+        (on_axis(x, centre, phi), e)
+    })
+    .collect()
 }
 
 /// One snapshot of a case.
 pub fn draw_one(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figure, DrawError> {
     let (density, t) = snapshot(scene, method, index)?;
-    let yardstick = scene.yardstick_at(index).and_then(|yardstick| yardstick.densities.get(index)).unwrap_or(density);
+    let yardstick = yardstick(scene, density, index);
     let name = scene.figure_name(&format!("joint-density-{}-{index}", method.label));
     let title = format!("Joint density of {} at {}", method.label, at_time(t));
-    let caption = "Axes and colour scale are the same for all cases at this time; values above the scale's end have its last \
-         colour. Corresponds to Figs. 4, 11 and 15 of Sun et al. (2022).";
+    let caption = format!(
+        "Axes and colour scale are the same for all cases at this time; values above the scale's end have its last colour. An \
+         inset magnifies the framed bins of a thin cloud. Corresponds to Figs. 4, 11 and 15 of Sun et al. (2022).{}",
+        if density.is_withheld() { withheld_words(method.label, &[t]) } else { String::new() }
+    );
     let heading = format!("{}, {}", method.label, at_time(t));
-    map(&name, [&title, &heading, caption], density, &density.joint, Scale::Linear(yardstick.peak()), "density")
+    let map = Map { density, values: &density.joint, yardstick, scale: Scale::Linear(yardstick.peak()) };
+    map.draw(&name, [&title, &heading, &caption], "density")
+}
+
+/// The density that sets the axes of a snapshot: that of the yardstick, or `own` where it withholds its own.
+pub(super) fn yardstick<'s>(scene: &'s Scene<'_>, own: &'s Density, index: usize) -> &'s Density {
+    let given = scene.yardstick().and_then(|yardstick| yardstick.densities.get(index));
+    given.filter(|density| !density.is_withheld()).unwrap_or(own)
 }
 
 /// The density of a case at a snapshot, and its time.
@@ -84,37 +131,65 @@ pub(super) fn snapshot<'s>(
     }
 }
 
-/// A small map of `values` over the grid of `density`; `words` are its title, its heading and its caption.
-pub(super) fn map(
-    name: &str,
-    [title, heading, caption]: [&str; 3],
+/// A small map.
+pub(super) struct Map<'s> {
+    /// The density whose bins it has.
+    pub density: &'s Density,
+    /// What it shows of each bin.
+    pub values: &'s [f64],
+    /// The density that sets the axes.
+    pub yardstick: &'s Density,
+    /// The colours.
+    pub scale: Scale,
+}
+
+impl Map<'_> {
+    /// Draws it; `words` are its title, its heading and its caption.
+    pub fn draw(&self, name: &str, [title, heading, caption]: [&str; 3], unit: &str) -> Result<Figure, DrawError> {
+        let is_withheld = self.values.iter().any(|value| !value.is_finite());
+        let Cloud { phi, e } = whole(self.yardstick);
+        let pictures = if is_withheld { Vec::new() } else { placed(self.density, 0.0, &phi, self.values, self.scale)? };
+        Figure::draw(name, title, caption, (264, 206), &[], |area| {
+            let (left, right) = beside_bar(area, SMALL_BAR);
+            let around = Surroundings { title: heading, ..Surroundings::default() };
+            let (x, y) = (Axis::linear("φ [rad]", phi, 4), Axis::linear("e", e, 5));
+            let panel = Panel::new(&left, &x, &y, around)?;
+            panel.draw(&pictures)?;
+            if is_withheld {
+                return write_absent(&panel, "withheld");
+            }
+            zoom::draw_inset(&panel, self)?;
+            colour_bar(&right, unit, self.scale)
+        })
+    }
+}
+
+/// All bins of a density; those of a whole turn from where they keep a cloud whole that reaches over their ends.
+fn whole(density: &Density) -> Cloud {
+    let (phi, e) = (density.grid.phi, density.grid.e);
+    let cloud = Cloud::of(density);
+    let start = if cloud.phi.end > phi.high + 1e-9 { cloud.phi.start.midpoint(cloud.phi.end) - PI } else { phi.low };
+    Cloud { phi: start..start + (phi.high - phi.low), e: e.low..e.high }
+}
+
+/// Values over the grid of `density` as pictures, moved by `shift` in `phi`, on every turn that meets an `axis` of
+/// one turn; a longer axis has room for each grid as a whole.
+fn placed(
     density: &Density,
+    shift: f64,
+    axis: &Range<f64>,
     values: &[f64],
     scale: Scale,
-    unit: &str,
-) -> Result<Figure, DrawError> {
-    let picture = placed(density, 0.0, values, scale)?;
-    let (phi, e) = (density.grid.phi, density.grid.e);
-    Figure::draw(name, title, caption, (264, 206), &[], |area| {
-        let (left, right) = beside_bar(area, SMALL_BAR);
-        let around = Surroundings { title: heading, ..Surroundings::default() };
-        let (x, y) = (Axis::linear("φ [rad]", phi.low..phi.high, 4), Axis::linear("e", e.low..e.high, 5));
-        Panel::new(&left, &x, &y, around)?.draw(&[picture])?;
-        colour_bar(&right, unit, scale)
-    })
-}
-
-/// Values over the grid of `density` as a picture, moved by `shift` in `phi`.
-fn placed(density: &Density, shift: f64, values: &[f64], scale: Scale) -> Result<Element, DrawError> {
+) -> Result<Vec<Element>, DrawError> {
     let (phi, e) = (density.grid.phi, density.grid.e);
     let address = picture(values, phi.bins, e.bins, scale)?;
-    Ok(Element::picture((phi.low + shift, e.low), (phi.high + shift, e.high), address))
-}
-
-/// Room for a map and for its colour bar.
-fn beside_bar<'b>(area: &Area<'b>, bar: f64) -> (Area<'b>, Area<'b>) {
-    let (width, _) = area.dim_in_pixel();
-    area.split_horizontally(width.saturating_sub(units(bar)) as i32)
+    let at = |shift: f64| Element::picture((phi.low + shift, e.low), (phi.high + shift, e.high), address.clone());
+    if axis.end - axis.start > TURN + 1e-6 {
+        return Ok(vec![at(shift)]);
+    }
+    let first = ((axis.start - phi.high - shift) / TURN + 1e-9).ceil() as i32;
+    let shifts = (first..).map(|turn| shift + f64::from(turn) * TURN);
+    Ok(shifts.take_while(|shift| phi.low + shift < axis.end - 1e-9).map(at).collect())
 }
 
 /// A scale with its numbers. `label` ends in the unit 1/rad; numbers that would be long are given in powers of ten of it.

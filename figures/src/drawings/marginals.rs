@@ -2,37 +2,53 @@
 
 use density::grid::Axis as Bins;
 
-use super::{at_time, e_axis, phi_axis, steps};
+use super::{at_time, e_axis, phi_axis, steps, withheld_words, write_absent};
 use crate::axis::Axis;
+use crate::backend::{Area, Stroke};
 use crate::densities::Density;
 use crate::elements::{Element, Point};
 use crate::figure::{DrawError, Figure};
 use crate::legend::{Entry, Sample};
-use crate::palette::Ink;
-use crate::panel::{Panel, Surroundings};
+use crate::palette::{Ink, Pen};
+use crate::panel::{Panel, Surroundings, room_beside, units};
 use crate::scene::{Method, Scene};
 
 /// Half width of a 95 % interval in standard deviations.
 const SIGMAS: f64 = 1.96;
-/// Height of a row of panels \[px\].
-const ROW: u32 = 165;
+/// Height of a row of panels, and of the densities in it; residuals have the rest \[px\].
+const ROW: u32 = 236;
+const UPPER: f64 = 134.0;
 const BAND: Ink = Ink::Series(0);
+const ZERO: Stroke = Stroke { ink: Ink::Faint, width: 0.8, dashes: &[] };
 
-/// Draws both marginals of a case at every snapshot.
+/// What is drawn of a snapshot.
+struct Snapshot<'s> {
+    title: String,
+    own: &'s Density,
+    pen: Pen,
+    reference: Option<(&'s Density, Pen)>,
+    sampled: Option<(&'s Density, f64)>,
+}
+
+/// Draws both marginals of a case at every snapshot, and below each what is left when the reference is taken away.
 pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError> {
     let reference = scene.yardstick().filter(|yardstick| yardstick.label != method.label);
     let band = scene.monte_carlo();
     let mut key: Vec<Entry> = vec![(Sample::Line(method.pen.stroke), method.label.to_owned())];
     key.extend(reference.map(|reference| (Sample::Line(reference.pen.stroke), reference.label.to_owned())));
     key.extend(band.map(|(mc, n)| (Sample::Band(BAND), format!("95 % counting error of {} ({n} samples)", mc.label))));
+    let residuals = reference.map_or(String::new(), |r| format!(" Below each, {} minus {}.", method.label, r.label));
+    let counted = band.map_or(String::new(), |(mc, _)| {
+        format!(" The band is {SIGMAS} binomial standard deviations of a bin's count about {}.", mc.label)
+    });
+    let withheld: String = [Some(method), reference]
+        .into_iter()
+        .flatten()
+        .map(|case| withheld_words(case.label, &case.withheld(&scene.times)))
+        .collect();
     let caption = format!(
-        "Left the solar angle, on the branch that keeps the cloud whole, right the eccentricity; a row a snapshot.{} Corresponds \
-         to Figs. 5, 12 and 16 of Sun et al. (2022).",
-        match band {
-            Some((mc, _)) =>
-                format!(" The band is {SIGMAS} binomial standard deviations of a bin's count about {}.", mc.label),
-            None => String::new(),
-        }
+        "Left the solar angle, on the branch that keeps the cloud whole, right the eccentricity; a row a snapshot.{residuals}\
+         {counted} Corresponds to Figs. 5, 12 and 16 of Sun et al. (2022).{withheld}"
     );
     let name = scene.figure_name(&format!("marginals-{}", method.label));
     let title = match reference {
@@ -42,26 +58,122 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError>
     let rows = method.densities.len();
     Figure::draw(&name, &title, &caption, (760, ROW * rows as u32), &key, |area| {
         let areas = area.split_evenly((rows, 2));
-        for (index, (pair, density)) in areas.chunks_exact(2).zip(method.densities).enumerate() {
-            let title = scene.times.get(index).map_or(String::new(), |&t| at_time(t));
-            let stated = |other: &Method<'_>| other.densities.get(index).filter(|d| !d.is_withheld()).cloned();
-            let at = |other: &Method<'_>| stated(other).map(|density| (density, other.pen));
-            let (other, mc) = (reference.and_then(at), band.and_then(|(mc, n)| Some((at(mc)?.0, n))));
+        for (index, (pair, own)) in areas.chunks_exact(2).zip(method.densities).enumerate() {
+            let snapshot = Snapshot {
+                title: scene.times.get(index).map_or(String::new(), |&t| at_time(t)),
+                own,
+                pen: method.pen,
+                reference: reference.and_then(|r| Some((r.densities.get(index)?, r.pen))),
+                sampled: band.and_then(|(mc, n)| Some((mc.densities.get(index)?, n))).filter(|(d, _)| !d.is_withheld()),
+            };
             for (area, of) in pair.iter().zip([Variable::Phi, Variable::E]) {
-                let mut elements = Vec::new();
-                elements.extend(mc.as_ref().map(|(mc, n)| of.band(mc, *n)));
-                elements.extend(other.as_ref().map(|(other, pen)| Element::curve(of.curve(other), pen.stroke)));
-                let own = Some(density).filter(|density| !density.is_withheld());
-                elements.extend(own.map(|density| Element::curve(of.curve(density), method.pen.stroke)));
-                let highest = [own, other.as_ref().map(|(other, _)| other), mc.as_ref().map(|(mc, _)| mc)];
-                let highest = highest.into_iter().flatten().flat_map(|d| of.values(d)).copied().fold(0.0, f64::max);
-                let around = Surroundings { title: &title, ..Surroundings::default() };
-                let y = Axis::linear(of.label(), 0.0..if highest > 0.0 { 1.06 * highest } else { 1.0 }, 3);
-                Panel::new(area, &of.axis(density), &y, around)?.draw(&elements)?;
+                let (upper, lower) = area.split_vertically(units(UPPER) as i32);
+                let (y, residual) = (density_axis(&snapshot, of), residual(&snapshot, of));
+                let beside = residual.as_ref().map_or(0.0, |residual| room_beside(&residual.axis)).max(room_beside(&y));
+                draw_densities(&upper, &snapshot, of, &y, beside)?;
+                if let Some(residual) = residual {
+                    draw_residual(&lower, &snapshot, of, &residual, beside)?;
+                }
             }
         }
         Ok(())
     })
+}
+
+/// The axis of the densities of a snapshot.
+fn density_axis(snapshot: &Snapshot<'_>, of: Variable) -> Axis {
+    let shown =
+        [Some(snapshot.own), snapshot.reference.map(|(density, _)| density), snapshot.sampled.map(|(mc, _)| mc)];
+    let highest = shown.into_iter().flatten().flat_map(|d| of.values(d)).copied().fold(0.0, f64::max);
+    Axis::linear(of.label(), 0.0..1.06 * if highest > 0.0 { highest } else { 1.0 }, 3)
+}
+
+fn draw_densities(
+    area: &Area<'_>,
+    snapshot: &Snapshot<'_>,
+    of: Variable,
+    y: &Axis,
+    beside: f64,
+) -> Result<(), DrawError> {
+    let Snapshot { own, sampled, .. } = snapshot;
+    let reference = snapshot.reference.filter(|(density, _)| !density.is_withheld());
+    let mut elements = Vec::new();
+    elements.extend(sampled.map(|(mc, n)| of.band(mc, n)));
+    elements.extend(reference.map(|(density, pen)| Element::curve(of.curve(density), pen.stroke)));
+    if !own.is_withheld() {
+        elements.push(Element::curve(of.curve(own), snapshot.pen.stroke));
+    }
+    let around = Surroundings { title: &snapshot.title, beside, ..Surroundings::default() };
+    let panel = Panel::new(area, &snapshot.axis(of).bare(), y, around)?;
+    panel.draw(&elements)?;
+    if own.is_withheld() { write_absent(&panel, "withheld") } else { Ok(()) }
+}
+
+/// What is left of a case when the reference is taken away.
+struct Residual {
+    axis: Axis,
+    /// A value a bin, or why there is none.
+    values: Result<Vec<f64>, &'static str>,
+    /// Half widths of the counting error about 0; none if no Monte Carlo has the same bins.
+    errors: Vec<f64>,
+}
+
+/// The residual of a snapshot, if there is a reference.
+fn residual(snapshot: &Snapshot<'_>, of: Variable) -> Option<Residual> {
+    let ((reference, _), own) = (snapshot.reference?, snapshot.own);
+    let values = match (own.is_withheld(), reference.is_withheld()) {
+        (true, _) => Err("withheld"),
+        (_, true) => Err("reference withheld"),
+        _ if of.bins(own) != of.bins(reference) => Err("different bins"),
+        _ => Ok(of.values(own).iter().zip(of.values(reference)).map(|(p, q)| p - q).collect::<Vec<f64>>()),
+    };
+    let sampled = snapshot.sampled.filter(|(mc, _)| values.is_ok() && of.bins(mc) == of.bins(own));
+    let errors = sampled.map_or(Vec::new(), |(mc, n)| of.counting_errors(mc, n));
+    // The residual sets the scale; one far below the counting error or the peak is not blown up to noise.
+    let largest = |values: &mut dyn Iterator<Item = &f64>| values.map(|value| value.abs()).fold(0.0, f64::max);
+    let least = (0.15 * largest(&mut errors.iter())).max(1e-4 * largest(&mut of.values(own).iter()));
+    let limit = (1.1 * largest(&mut values.iter().flatten())).max(least);
+    let limit = if limit > 0.0 { limit } else { 1.0 };
+    let mut axis = Axis::linear("residual", -limit..limit, 5);
+    // The panel is low: 0 and both ends.
+    let last = axis.ticks.len().saturating_sub(1);
+    axis.ticks = [0, last / 2, last].into_iter().filter_map(|k| axis.ticks.get(k).copied()).collect();
+    if values.is_err() {
+        axis.ticks.clear();
+    }
+    Some(Residual { axis, values, errors })
+}
+
+fn draw_residual(
+    area: &Area<'_>,
+    snapshot: &Snapshot<'_>,
+    of: Variable,
+    residual: &Residual,
+    beside: f64,
+) -> Result<(), DrawError> {
+    let x = snapshot.axis(of);
+    let panel = Panel::new(area, &x, &residual.axis, Surroundings { beside, ..Surroundings::default() })?;
+    let values = match &residual.values {
+        Ok(values) => values,
+        Err(words) => return write_absent(&panel, words),
+    };
+    let bins = of.bins(snapshot.own);
+    let limits = |(i, &half): (usize, &f64)| [bins.edge(i), bins.edge(i + 1)].map(|x| (x, -half, half));
+    let limits: Vec<(f64, f64, f64)> = residual.errors.iter().enumerate().flat_map(limits).collect();
+    let band = (!limits.is_empty()).then(|| Element::band(&limits, BAND));
+    let zero = Element::curve(vec![(x.range.start, 0.0), (x.range.end, 0.0)], ZERO);
+    let curve = Element::curve(steps(bins, values), Stroke { dashes: &[], ..snapshot.pen.stroke });
+    panel.draw(&band.into_iter().chain([zero, curve]).collect::<Vec<_>>())
+}
+
+impl Snapshot<'_> {
+    /// The axis of the case's bins, or of the reference's where the case has none.
+    fn axis(&self, of: Variable) -> Axis {
+        match self.reference {
+            Some((reference, _)) if self.own.is_withheld() => of.axis(reference),
+            _ => of.axis(self.own),
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -104,11 +216,17 @@ impl Variable {
         steps(self.bins(density), self.values(density))
     }
 
+    /// Half widths of the 95 % intervals of `n` samples' counts.
+    fn counting_errors(self, density: &Density, n: f64) -> Vec<f64> {
+        let width = self.bins(density).width();
+        self.values(density).iter().map(|&value| SIGMAS * counting_error(value, n, width)).collect()
+    }
+
     /// The counting error of `n` samples.
     fn band(self, density: &Density, n: f64) -> Element {
         let bins = self.bins(density);
-        let limits = self.values(density).iter().enumerate().flat_map(|(i, &value)| {
-            let half = SIGMAS * counting_error(value, n, bins.width());
+        let halves = self.counting_errors(density, n);
+        let limits = self.values(density).iter().zip(halves).enumerate().flat_map(|(i, (&value, half))| {
             [bins.edge(i), bins.edge(i + 1)].map(|x| (x, (value - half).max(0.0), value + half))
         });
         Element::band(&limits.collect::<Vec<_>>(), BAND)

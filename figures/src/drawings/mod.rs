@@ -4,10 +4,14 @@ use std::ops::Range;
 
 use density::grid::Axis as Bins;
 
+use plotters::style::text_anchor::{HPos, VPos};
+
 use crate::axis::Axis;
-use crate::backend::Stroke;
+use crate::backend::{Area, Stroke};
 use crate::elements::{Element, Point};
+use crate::figure::DrawError;
 use crate::palette::{Ink, Marker};
+use crate::panel::{Panel, SMALL, text_style, units};
 use crate::scene::Scene;
 use crate::text::subscript;
 
@@ -20,6 +24,10 @@ pub mod joint_density;
 pub mod marginals;
 pub mod moment_errors;
 pub mod phase_portrait;
+pub mod probability_above;
+mod probability_axis;
+mod time_bar;
+mod zoom;
 
 /// A full turn.
 const TURN: f64 = std::f64::consts::TAU;
@@ -60,9 +68,52 @@ fn steps(bins: &Bins, values: &[f64]) -> Vec<Point> {
     values.iter().enumerate().flat_map(|(i, &v)| [(bins.edge(i), v), (bins.edge(i + 1), v)]).collect()
 }
 
-/// The marker of a snapshot in figures of several.
-fn snapshot_marker(index: usize) -> (Marker, Stroke) {
-    (Marker::of(index), Stroke { ink: Ink::Series(index), width: 0.9, dashes: &[] })
+/// Whether there are more snapshots than colours that are easily told apart: they then follow a scale from early to late.
+fn snapshots_of_many(count: usize) -> bool {
+    count > 6
+}
+
+/// The marker of a snapshot in figures of `count`.
+fn snapshot_marker(index: usize, count: usize) -> (Marker, Stroke) {
+    let ink = if snapshots_of_many(count) { Ink::of_many(index, count) } else { Ink::Series(index) };
+    (Marker::of(index), Stroke { ink, width: 0.9, dashes: &[] })
+}
+
+/// The representative of an angle near the middle of its cloud; on an axis of one turn the one that lies on it.
+fn on_axis(angle: f64, centre: f64, axis: &Range<f64>) -> f64 {
+    let near = density::angle::nearest(angle, centre);
+    if axis.contains(&near) {
+        near
+    } else {
+        Some(density::angle::fold(angle, axis.start)).filter(|_| axis.end - axis.start < TURN + 1e-6).unwrap_or(near)
+    }
+}
+
+/// Room for a panel and for its colour bar, `bar` pixels wide.
+fn beside_bar<'b>(area: &Area<'b>, bar: f64) -> (Area<'b>, Area<'b>) {
+    let (width, _) = area.dim_in_pixel();
+    area.split_horizontally(width.saturating_sub(units(bar)) as i32)
+}
+
+/// Words in the middle of a panel in which nothing can be drawn.
+fn write_absent(panel: &Panel<'_, '_>, words: &str) -> Result<(), DrawError> {
+    let [left, top, right, bottom] = panel.frame();
+    let style = text_style(SMALL, Ink::Faint, HPos::Center, VPos::Center);
+    panel.write(words, panel.point(0.5 * (left + right), 0.5 * (top + bottom)), style)
+}
+
+/// `t = 0.5, 1 yr`.
+fn at_times(times: &[f64]) -> String {
+    format!("t = {} yr", times.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
+}
+
+/// What a figure says of the densities that a case withholds; nothing if there are none.
+fn withheld_words(label: &str, times: &[f64]) -> String {
+    if times.is_empty() {
+        String::new()
+    } else {
+        format!(" {label} withholds its density at {}: not drawn.", at_times(times))
+    }
 }
 
 /// `t = 0.5 yr`.

@@ -1,5 +1,6 @@
 //! Relative errors of means and standard deviations against time (Figs. 6, 13, 17), with the sampling error of Monte Carlo.
 
+use super::at_times;
 use crate::axis::Axis;
 use crate::elements::{Element, Point};
 use crate::figure::{DrawError, Figure};
@@ -25,12 +26,13 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     key.extend(sampled.map(|(mc, _)| (Sample::Band(BAND), format!("below the 95 % sampling error of {}", mc.label))));
     let caption = format!(
         "Errors of means and standard deviations, relative to {}; on a logarithmic axis, without errors below {ROUNDING:e}.{} \
-         Corresponds to Figs. 6, 13 and 17 of Sun et al. (2022), which are relative to Monte Carlo.",
+         Corresponds to Figs. 6, 13 and 17 of Sun et al. (2022), which are relative to Monte Carlo.{}",
         scene.reference,
         match sampled {
             Some((mc, _)) => format!(" The band ends at {SIGMAS} standard errors of {}.", mc.label),
             None => String::new(),
-        }
+        },
+        withheld(scene)
     );
     let curves: Vec<Vec<Vec<Point>>> =
         QUANTITIES.iter().map(|(name, ..)| scene.others().map(|m| errors(scene, m, name)).collect()).collect();
@@ -66,6 +68,19 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         }
         Ok(())
     })
+}
+
+/// Which cases withhold moments, and when.
+fn withheld(scene: &Scene<'_>) -> String {
+    let is_missing = |row: &&&MomentsRow| {
+        [row.mean_phi_rad, row.std_phi_rad, row.mean_e, row.std_e].iter().any(|value| value.is_nan())
+    };
+    let of =
+        |method: &Method<'_>| -> Vec<f64> { method.moments.iter().filter(is_missing).map(|row| row.t_yr).collect() };
+    let cases = scene.methods.iter().map(|method| (method.label, of(method))).filter(|(_, times)| !times.is_empty());
+    cases
+        .map(|(label, times)| format!(" {label} withholds moments at {}: no errors there.", at_times(&times)))
+        .collect()
 }
 
 /// Time and relative error, where there is one above rounding.

@@ -1,5 +1,6 @@
 //! The phase portrait (Fig. 1): contours of the Hamiltonian, stationary points, sub-domains, the critical eccentricity.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use density::dynamics::Force;
@@ -14,11 +15,13 @@ use crate::legend::Sample;
 use crate::palette::{Ink, Marker};
 use crate::panel::{Panel, Surroundings, TEXT, bold, text_style};
 use crate::scene::Scene;
+use crate::sub_domains::{self, Motion};
 use crate::text::{subscript, text_width};
 
 const DIVIDING: Stroke = Stroke { ink: Ink::Text, width: 1.6, dashes: &[] };
 const POINT: Stroke = Stroke { ink: Ink::Series(0), width: 1.8, dashes: &[] };
 const MEAN: Stroke = Stroke { ink: Ink::Series(3), width: 2.0, dashes: &[] };
+const STANDING: Stroke = Stroke { ink: Ink::Series(0), width: 1.8, dashes: &[2.0, 3.0] };
 /// Contours drawn.
 const LEVELS: usize = 15;
 
@@ -26,37 +29,44 @@ const LEVELS: usize = 15;
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let force = scene.problem.force;
     let phi = scene.phi_range();
-    let highest = scene.clouds().iter().map(|(_, e)| e.end).fold(0.9, f64::max).min(0.99);
-    let e = 0.0..highest;
-    let dividing = hamiltonian::dividing_levels(force);
     let points = hamiltonian::stationary_points(force);
+    let cloudy = scene.clouds().into_iter().flatten().map(|cloud| cloud.e.end);
+    let highest = cloudy.chain(points.iter().map(|point| point.e + 0.03)).fold(0.9, f64::max).min(0.99);
+    let still = hamiltonian::still_circle(force).filter(|e| *e < highest);
+    let borders = sub_domains::borders(force, &points);
     let (line, line_name) = critical(scene, &phi);
-    let key = [
-        (Sample::Line(CONTOUR), "constant Hamiltonian H".to_owned()),
-        (Sample::Line(DIVIDING), "border of a sub-domain (SubD)".to_owned()),
-        (Sample::Line(super::CRITICAL), line_name),
-        (Sample::Marker(Marker::Circle, POINT, true), "centre".to_owned()),
-        (Sample::Marker(Marker::Cross, POINT, false), "saddle".to_owned()),
-        (Sample::Marker(Marker::Plus, MEAN, false), "initial mean".to_owned()),
-    ];
     let mean = &scene.problem.initial;
     let start = mean.mean_phi + crate::branch::shift_into(&phi, &(mean.mean_phi..mean.mean_phi));
     let of_kind = |is_centre: bool| -> Vec<Point> {
-        points.iter().filter(|p| p.is_centre == is_centre).flat_map(|p| copies(p, &phi)).collect()
+        let shown = points.iter().filter(|p| p.is_centre == is_centre && p.e <= highest);
+        shown.flat_map(|p| copies(p, &phi)).collect()
     };
+    let entries = [
+        (true, Sample::Line(CONTOUR), "constant Hamiltonian H".to_owned()),
+        (!borders.is_empty(), Sample::Line(DIVIDING), "border of a sub-domain (SubD)".to_owned()),
+        (true, Sample::Line(super::CRITICAL), line_name),
+        (!of_kind(true).is_empty(), Sample::Marker(Marker::Circle, POINT, true), "centre".to_owned()),
+        (!of_kind(false).is_empty(), Sample::Marker(Marker::Cross, POINT, false), "saddle".to_owned()),
+        (still.is_some(), Sample::Line(STANDING), "every point stands still".to_owned()),
+        (true, Sample::Marker(Marker::Plus, MEAN, false), "initial mean".to_owned()),
+    ];
+    let key: Vec<_> =
+        entries.into_iter().filter(|(exists, ..)| *exists).map(|(_, sample, words)| (sample, words)).collect();
     let levels = levels(force, highest);
     let contours = |level: &f64, stroke| mirrored(&hamiltonian::contour(force, *level), &phi, stroke);
     let caption = format!(
-        "Contours of the Hamiltonian for C = {} and W = {}; satellites move along them. Thick contours pass through e = 0 and \
-         through the saddles and divide the plane into sub-domains, numbered by ascending H. φ and φ + 2π are the same. \
+        "Contours of the Hamiltonian for C = {} and W = {}; satellites move along them. {} φ and φ + 2π are the same. \
          Corresponds to Fig. 1 of Sun et al. (2022), whose points P1 and P4 are e = 0 and the saddle.",
-        force.radiation, force.oblateness
+        force.radiation,
+        force.oblateness,
+        sub_domains_in_words(&sub_domains::present(force, &points, highest), !borders.is_empty())
     );
     Figure::draw(&scene.figure_name("phase-portrait"), "Phase portrait", &caption, (760, 430), &key, |area| {
-        let panel = Panel::new(area, &phi_axis(phi.clone(), 7), &e_axis(e.clone(), 9), Surroundings::default())?;
+        let panel = Panel::new(area, &phi_axis(phi.clone(), 7), &e_axis(0.0..highest, 9), Surroundings::default())?;
         let thin = levels.iter().flat_map(|level| contours(level, CONTOUR));
-        let thick = dividing.iter().flat_map(|level| contours(level, DIVIDING));
-        panel.draw(&thin.chain(thick).chain([line]).collect::<Vec<_>>())?;
+        let thick = mirrored(&borders, &phi, DIVIDING);
+        let standing = still.map(|e| Element::curve(vec![(phi.start, e), (phi.end, e)], STANDING));
+        panel.draw(&thin.chain(thick).chain(standing).chain([line]).collect::<Vec<_>>())?;
         let markers = [
             Element::markers(of_kind(true), Marker::Circle, 4.0, POINT, true),
             Element::markers(of_kind(false), Marker::Cross, 4.5, POINT, false),
@@ -65,7 +75,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         panel.draw_over(&markers)?;
         let obstacles: Vec<Point> =
             of_kind(true).into_iter().chain(of_kind(false)).chain([(start, mean.mean_e)]).collect();
-        for (number, place) in sub_domain_labels(scene, &panel, &dividing, &obstacles) {
+        for (number, place) in sub_domain_labels(scene, &panel, &points, &obstacles) {
             let text = subscript("SubD", &number.to_string());
             let (x, y) = panel.pixels(place);
             let half = 0.5 * text_width(&text, TEXT) + 2.0;
@@ -75,6 +85,26 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         }
         Ok(())
     })
+}
+
+/// What each sub-domain is, and which are not there.
+fn sub_domains_in_words(present: &BTreeSet<Motion>, has_borders: bool) -> String {
+    let named = present.iter().map(|motion| match motion.number() {
+        Some(number) => format!("in sub-domain {number} {}", motion.words()),
+        None => format!("without a number: {}", motion.words()),
+    });
+    let named = named.collect::<Vec<_>>().join("; ");
+    let absent: Vec<String> = [Motion::AboutPi, Motion::Round, Motion::AboutZero]
+        .into_iter()
+        .filter(|motion| !present.contains(motion))
+        .filter_map(|motion| motion.number().map(|number| number.to_string()))
+        .collect();
+    let absent = match absent.as_slice() {
+        [] => String::new(),
+        numbers => format!(" This portrait has no sub-domain {}.", numbers.join(" and no sub-domain ")),
+    };
+    let borders = if has_borders { "Thick contours pass through e = 0 and through the saddles: " } else { "Here, " };
+    format!("{borders}{named}.{absent}")
 }
 
 /// A stationary point on every turn that the axis shows.
@@ -95,12 +125,12 @@ fn levels(force: Force, highest: f64) -> Vec<f64> {
     (0..LEVELS).filter_map(|k| values.get((2 * k + 1) * values.len() / (2 * LEVELS)).copied()).collect()
 }
 
-/// A number for each sub-domain and the place in each of its closed parts that is farthest from its borders, from the marked
-/// points and from the frame. Parts that reach the upper end of the axis go on to e = 1 and are not numbered.
+/// A number for each sub-domain that has one and the place in each of its parts that is farthest from its borders, from the
+/// marked points and from the frame.
 fn sub_domain_labels(
     scene: &Scene<'_>,
     panel: &Panel<'_, '_>,
-    dividing: &[f64],
+    points: &[Stationary],
     marked: &[Point],
 ) -> Vec<(usize, Point)> {
     /// Letters need this much room above and below, and twice as much on either side \[px\].
@@ -114,10 +144,9 @@ fn sub_domain_labels(
     let domain = |k: usize| {
         let (x, y) = place(k);
         let (phi, e) = panel.point(x, y);
-        let level = hamiltonian::at(scene.problem.force, phi, e);
-        dividing.iter().filter(|divider| level > **divider).count()
+        sub_domains::motion(scene.problem.force, points, phi, e)
     };
-    let domains: Vec<usize> = (0..COLUMNS * ROWS).map(domain).collect();
+    let domains: Vec<Motion> = (0..COLUMNS * ROWS).map(domain).collect();
     let marked: Vec<(f64, f64)> = marked.iter().map(|point| panel.pixels(*point)).collect();
     let critical = panel.pixels((0.0, scene.problem.critical_e)).1;
     // Words are wider than high: distances along x count half.
@@ -131,9 +160,10 @@ fn sub_domain_labels(
     };
     let best = |part: Vec<usize>| {
         let roomiest = part.into_iter().map(|k| (k, room(k))).max_by(|a, b| a.1.total_cmp(&b.1));
-        roomiest.filter(|(_, room)| *room > ROOM).map(|(k, _)| (domains[k] + 1, panel.point(place(k).0, place(k).1)))
+        let (k, _) = roomiest.filter(|(_, room)| *room > ROOM)?;
+        Some((domains[k].number()?, panel.point(place(k).0, place(k).1)))
     };
-    parts(&domains).into_iter().filter(|part| part.iter().all(|k| k % ROWS > 0)).filter_map(best).collect()
+    parts(&domains).into_iter().filter_map(best).collect()
 }
 
 /// Columns of the lattice on which places for labels are looked for.
@@ -142,7 +172,7 @@ const COLUMNS: usize = 48;
 const ROWS: usize = 36;
 
 /// The connected parts of equal numbers on the lattice.
-fn parts(domains: &[usize]) -> Vec<Vec<usize>> {
+fn parts(domains: &[Motion]) -> Vec<Vec<usize>> {
     let mut is_taken = vec![false; domains.len()];
     let mut parts = Vec::new();
     for seed in 0..domains.len() {

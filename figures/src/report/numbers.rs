@@ -11,12 +11,12 @@ pub fn plain(value: f64) -> Markup {
     }
 }
 
-/// A value that a method may withhold.
-pub fn stated(value: f64) -> Markup {
+/// As `number` prints a value that a case was to give; in words if it withholds it.
+pub fn given(value: f64, number: impl Fn(f64) -> Markup) -> Markup {
     if value.is_nan() {
         html! { "withheld" }
     } else {
-        plain(value)
+        number(value)
     }
 }
 
@@ -39,7 +39,7 @@ pub fn small(value: f64) -> Markup {
 
 /// A probability: five decimals, or a power of ten where they would all be 0; a method may withhold it.
 pub fn probability(p: f64) -> Markup {
-    if p == 0.0 || p >= 1e-5 || p.is_nan() { stated(p) } else { small(p) }
+    if p == 0.0 || p >= 1e-5 || p.is_nan() { given(p, plain) } else { small(p) }
 }
 
 /// Seconds of CPU time.
@@ -76,6 +76,8 @@ mod tests {
         assert_eq!(small(2.71e-4).0, "2.7 × 10<sup>−4</sup>");
         assert_eq!(small(0.271).0, "0.27");
         assert_eq!(small(f64::NAN).0, "–");
+        assert_eq!(given(f64::NAN, plain).0, "withheld");
+        assert_eq!(given(0.0, plain).0, "0.00000");
         assert_eq!(count(99_856.0).0, "99\u{2009}856");
         assert_eq!(count(f64::NAN).0, "–");
     }

@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::numbers::{count, plain, probability, seconds, small, stated};
+use super::numbers::{count, given, plain, probability, seconds, small};
+use crate::densities::Density;
 use crate::drawings::moment_errors::QUANTITIES;
 use crate::results::{ErrorRow, MomentsRow, PassageRow};
 use crate::scene::{Method, Scene};
@@ -38,7 +39,7 @@ pub fn moments(scene: &Scene<'_>) -> Markup {
                     @if k == 0 { th scope="rowgroup" rowspan=(QUANTITIES.len()) { (method.label) } }
                     th scope="row" { i { (letter) } sub { (index) } }
                     @for row in &method.moments { @let (value, error) = of(row, k); td {
-                        (stated(value))
+                        (given(value, plain))
                         @if error.is_finite() { " " span.uncertainty { "± " (small(error)) } }
                         @if method.label != scene.reference { span.error { "δ " (small(relative_error(scene, method, row.t_yr, name))) } }
                     } }
@@ -70,11 +71,11 @@ pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
             tbody { @for method in &scene.methods { @let last = method.passage.last().copied(); tr {
                 th scope="row" { (method.label) }
                 @for row in &method.moments { td {
-                    (probability(row.prob_above_critical_e))
+                    (given(row.prob_above_critical_e, probability))
                     @if row.se_prob_above_critical_e.is_finite() { " " span.uncertainty { "± " (small(row.se_prob_above_critical_e)) } }
                 } }
                 @if has_passages {
-                    td { @if let Some(row) = last { (probability(row.prob_reached_critical_e)) } @else { "–" } }
+                    td { @if let Some(row) = last { (given(row.prob_reached_critical_e, probability)) } @else { "–" } }
                     td { @if let Some(row) = last.filter(|row| has_interval(row)) { (plain(row.low)) " to " (plain(row.high)) } @else { "–" } }
                 }
             } } }
@@ -91,6 +92,10 @@ pub fn distances(scene: &Scene<'_>) -> Markup {
         let mut rows = rows.filter(|row| row.t_yr == t && row.density == density && row.measure == measure);
         rows.next().map_or(f64::NAN, |row| row.value)
     };
+    let is_withheld = |method: &Method<'_>, index: usize| {
+        let cases = [Some(method), scene.method(scene.reference)];
+        cases.into_iter().flatten().any(|case| case.densities.get(index).is_some_and(Density::is_withheld))
+    };
     let measures = [
         ("joint", "total_variation", "total variation, joint"),
         ("joint", "hellinger", "Hellinger, joint"),
@@ -106,7 +111,9 @@ pub fn distances(scene: &Scene<'_>) -> Markup {
                 @for (k, (density, measure, name)) in measures.iter().enumerate() { tr {
                     @if k == 0 { th scope="rowgroup" rowspan=(measures.len()) { (method.label) } }
                     th scope="row" { (name) }
-                    @for &t in &scene.times { td { (small(value(method, t, density, measure))) } }
+                    @for (index, &t) in scene.times.iter().enumerate() { @let value = value(method, t, density, measure); td {
+                        @if value.is_nan() && is_withheld(method, index) { "withheld" } @else { (small(value)) }
+                    } }
                 } }
             } }
         }

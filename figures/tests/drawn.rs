@@ -1,0 +1,378 @@
+//! What the figures of a made-up run say, read back from their SVG.
+#![allow(missing_docs)]
+
+use std::collections::BTreeMap;
+
+use density::dynamics::Force;
+use density::grid::{Axis, Grid};
+use density::problem::{InitialGaussian, Problem};
+use figures::atlas;
+use figures::densities::{Densities, Density};
+use figures::results::{Manifest, MomentsRow, PassageRow, Results};
+use figures::scene::{Scenario, Scene};
+
+const BINS: usize = 40;
+const NAN: f64 = f64::NAN;
+
+/// A run of `exact` (the reference) and `mc` whose clouds and probabilities are made up.
+struct Run {
+    scenario: Scenario,
+    results: Results,
+}
+
+fn manifest() -> Manifest {
+    let text = r#"{"run_id": "1", "started": "2026-01-01T00:00:00Z", "versions": {}, "scenarios": {}, "reference": "exact",
+        "cases": {"exact": {"runs": ["exact"], "settings": []}, "mc": {"runs": ["mc"], "settings": []}}, "failures": {}}"#;
+    serde_json::from_str(text).unwrap()
+}
+
+/// A density of blocks, where `cloud(phi, e)` says so.
+fn density(grid: Grid, cloud: impl Fn(f64, f64) -> bool) -> Density {
+    let middle = |axis: &Axis, i: usize| axis.edge(i) + 0.5 * axis.width();
+    let bin = |k: usize| f64::from(u8::from(cloud(middle(&grid.phi, k / BINS), middle(&grid.e, k % BINS))));
+    let joint: Vec<f64> = (0..BINS * BINS).map(bin).collect();
+    let marginal_phi = joint.chunks(BINS).map(|row| row.iter().sum()).collect();
+    let marginal_e = (0..BINS).map(|j| joint.iter().skip(j).step_by(BINS).sum()).collect();
+    Density { grid, joint, marginal_phi, marginal_e }
+}
+
+fn withheld(grid: Grid) -> Density {
+    Density { grid, joint: vec![NAN; BINS * BINS], marginal_phi: vec![NAN; BINS], marginal_e: vec![NAN; BINS] }
+}
+
+fn grid() -> Grid {
+    Grid { phi: Axis { low: 1.0, high: 5.0, bins: BINS }, e: Axis { low: 0.1, high: 0.7, bins: BINS } }
+}
+
+/// A ring: nothing is in its middle.
+fn ring() -> Density {
+    density(grid(), |phi, e| (0.75..1.0).contains(&((phi - 3.0) / 2.0).hypot((e - 0.4) / 0.3)))
+}
+
+fn row(method: &str, t_yr: f64, above: f64) -> MomentsRow {
+    let se = if method == "mc" { 0.01 } else { NAN };
+    MomentsRow {
+        scenario: "made-up".into(),
+        method: method.into(),
+        t_yr,
+        mean_phi_rad: 3.0,
+        std_phi_rad: 0.5,
+        mean_e: 0.4,
+        std_e: 0.1,
+        prob_above_critical_e: above,
+        se_mean_phi_rad: se,
+        se_std_phi_rad: se,
+        se_mean_e: se,
+        se_std_e: se,
+        se_prob_above_critical_e: NAN,
+        mass_on_grid: 1.0,
+    }
+}
+
+impl Run {
+    /// `count` snapshots of a ring.
+    fn new(count: usize) -> Self {
+        let times: Vec<f64> = (0..count).map(|k| 0.25 * k as f64).collect();
+        let mut densities = Densities::new();
+        let of = densities.entry("made-up".into()).or_default();
+        for method in ["exact", "mc"] {
+            of.insert(method.into(), vec![ring(); count]);
+        }
+        let rows = |method: &'static str| times.iter().map(move |&t| row(method, t, 0.5)).collect::<Vec<_>>();
+        let moments = [rows("exact"), rows("mc")].concat();
+        let problem = Problem {
+            force: Force { radiation: 0.15, oblateness: 0.40921 },
+            initial: InitialGaussian { mean_phi: 2.2, mean_e: 0.2, sigma_phi: 0.2, sigma_e: 0.02 },
+            times,
+            critical_e: 0.6,
+        };
+        let results = Results {
+            verdicts: Vec::new(),
+            manifest: manifest(),
+            moments,
+            errors: Vec::new(),
+            distances: Vec::new(),
+            effort: Vec::new(),
+            passages: Vec::new(),
+            diagnostics: Vec::new(),
+            notes: Vec::new(),
+            densities,
+        };
+        Self { scenario: Scenario { name: "made-up".into(), problem }, results }
+    }
+
+    fn of(mut self, radiation: f64, oblateness: f64) -> Self {
+        self.scenario.problem.force = Force { radiation, oblateness };
+        self
+    }
+
+    fn density(&mut self, method: &str, index: usize) -> &mut Density {
+        &mut self.results.densities.get_mut("made-up").unwrap().get_mut(method).unwrap()[index]
+    }
+
+    /// Curves of first passage, a value at each snapshot.
+    fn passages(&mut self, method: &str, values: &[f64]) {
+        for (&p, &t_yr) in values.iter().zip(&self.scenario.problem.times) {
+            let [scenario, method] = ["made-up", method].map(str::to_owned);
+            self.results.passages.push(PassageRow {
+                scenario,
+                method,
+                t_yr,
+                prob_reached_critical_e: p,
+                low: p,
+                high: p,
+            });
+        }
+    }
+
+    /// All figures as files, by name.
+    fn figures(&self) -> BTreeMap<String, String> {
+        let groups = atlas::of_scene(&Scene::new(&self.scenario, &self.results, false));
+        let missing: Vec<&String> = groups.iter().flat_map(|group| &group.missing).collect();
+        assert!(missing.is_empty(), "{missing:?}");
+        let figures = groups.iter().flat_map(|group| &group.figures);
+        figures.map(|figure| (figure.name.clone(), figure.to_file())).collect()
+    }
+
+    /// The figure with this name as a file.
+    fn figure(&self, name: &str) -> String {
+        self.figures().remove(name).unwrap_or_else(|| panic!("no {name}"))
+    }
+}
+
+/// All words of a figure with where they are, and its description.
+struct Drawn {
+    words: Vec<(String, f64, f64)>,
+    description: String,
+    images: usize,
+}
+
+impl Drawn {
+    fn of(svg: &str) -> Self {
+        let document = roxmltree::Document::parse(svg).unwrap();
+        let named = |name: &'static str| document.descendants().filter(move |node| node.tag_name().name() == name);
+        let all = |node: roxmltree::Node<'_, '_>| node.descendants().filter_map(|n| n.text()).collect::<String>();
+        // The text of an element is also that of its first child.
+        let own = |node: roxmltree::Node<'_, '_>| {
+            node.descendants().filter(roxmltree::Node::is_text).filter_map(|n| n.text()).collect::<String>()
+        };
+        let number = |node: roxmltree::Node<'_, '_>, name: &str| node.attribute(name).unwrap().parse::<f64>().unwrap();
+        Self {
+            words: named("text").map(|node| (own(node), number(node, "x"), number(node, "y"))).collect(),
+            description: named("desc").map(all).next().unwrap(),
+            images: named("image").count(),
+        }
+    }
+
+    fn has(&self, words: &str) -> bool {
+        self.words.iter().any(|(text, ..)| text == words)
+    }
+
+    fn count(&self, words: &str) -> usize {
+        self.words.iter().filter(|(text, ..)| text == words).count()
+    }
+}
+
+/// Whether no word and no place of a figure is "NaN"; pictures are encoded in letters that may spell anything.
+fn has_numbers_only(svg: &str) -> bool {
+    let document = roxmltree::Document::parse(svg).unwrap();
+    let is_good = |node: roxmltree::Node<'_, '_>| {
+        let mut attributes = node.attributes().filter(|attribute| attribute.name() != "href");
+        !node.text().unwrap_or("").contains("NaN") && attributes.all(|attribute| !attribute.value().contains("NaN"))
+    };
+    document.descendants().all(is_good)
+}
+
+#[test]
+fn the_label_of_a_ring_is_at_the_ring_and_not_in_its_empty_middle() {
+    let drawn = Drawn::of(&Run::new(2).figure("joint-density-exact-all"));
+    let place = |words: &str| {
+        let (_, x, y) = drawn.words.iter().find(|(text, ..)| text == words).unwrap_or_else(|| panic!("no {words}"));
+        (*x, *y)
+    };
+    // The scale of the figure by its numbers on the axes.
+    let ticks = |horizontal: bool| {
+        let number = |(text, x, y): &(String, f64, f64)| Some((text.parse::<f64>().ok()?, *x, *y));
+        let all: Vec<(f64, f64, f64)> = drawn.words.iter().filter_map(number).filter(|(_, x, _)| *x < 530.0).collect();
+        let lowest = all.iter().map(|(.., y)| *y).fold(0.0, f64::max);
+        let on_axis = |(_, _, y): &&(f64, f64, f64)| (*y > lowest - 1.0) == horizontal;
+        let chosen: Vec<_> = all.iter().filter(on_axis).copied().collect();
+        let (a, b) = (chosen[0], *chosen.last().unwrap());
+        let pixel = move |tick: (f64, f64, f64)| if horizontal { tick.1 } else { tick.2 };
+        move |at: f64| a.0 + (at - pixel(a)) / (pixel(b) - pixel(a)) * (b.0 - a.0)
+    };
+    for words in ["t = 0 yr", "t = 0.25 yr"] {
+        let (x, y) = place(words);
+        let (phi, e) = (ticks(true)(x + 20.0), ticks(false)(y));
+        let radius = ((phi - 3.0) / 2.0).hypot((e - 0.4) / 0.3);
+        assert!((0.5..1.4).contains(&radius), "{words} at phi = {phi}, e = {e}, {radius} of the ring");
+    }
+}
+
+#[test]
+fn thirteen_snapshots_have_thirteen_colours_and_a_bar_that_says_which_is_when() {
+    let svg = Run::new(13).figure("cloud-evolution");
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let clouds = document.descendants().filter(|node| node.attribute("stroke-width") == Some("0.8"));
+    let shades = clouds
+        .filter_map(|node| node.attribute("class"))
+        .filter(|class| class.starts_with("s-t") && *class != "s-text");
+    assert_eq!(shades.collect::<std::collections::BTreeSet<_>>().len(), 13);
+    let drawn = Drawn::of(&svg);
+    assert!(drawn.has("time t [yr]") && drawn.has("2.75"));
+    assert!(
+        drawn.words.iter().filter(|(text, ..)| text.starts_with("t = ")).count() >= 6,
+        "labels stand at their clouds"
+    );
+}
+
+#[test]
+fn sub_domains_are_named_where_the_portrait_has_them() {
+    for (radiation, oblateness, present, absent) in [
+        (0.15, 0.40921, vec![1, 2, 3], vec![]),
+        (0.15, 0.2, vec![1, 2, 3], vec![]),
+        (0.15, 0.0, vec![2, 3], vec![1]),
+        (1.0, 0.40921, vec![1, 2], vec![3]),
+        (0.0, 0.40921, vec![2], vec![1, 3]),
+    ] {
+        let drawn = Drawn::of(&Run::new(2).of(radiation, oblateness).figure("phase-portrait"));
+        for number in present {
+            assert!(drawn.has(&format!("SubD{number}")), "C = {radiation}, W = {oblateness}: no {number}");
+            assert!(drawn.description.contains(&format!("in sub-domain {number}")), "{}", drawn.description);
+        }
+        for number in absent {
+            assert!(!drawn.has(&format!("SubD{number}")), "C = {radiation}, W = {oblateness}: {number}");
+            assert!(drawn.description.contains(&format!("no sub-domain {number}")), "{}", drawn.description);
+        }
+        assert_eq!(drawn.has("saddle"), radiation == 0.15 && oblateness > 0.0, "C = {radiation}, W = {oblateness}");
+    }
+}
+
+#[test]
+fn rare_probabilities_are_told_apart_on_a_logarithmic_axis_that_has_a_line_for_0() {
+    let mut run = Run::new(4);
+    run.passages("exact", &[0.0, 2e-6, 3e-5, 4e-4]);
+    let drawn = Drawn::of(&run.figure("first-passage"));
+    for tick in ["0", "10⁻⁶", "10⁻⁵", "10⁻⁴"] {
+        assert!(drawn.has(tick), "{tick} of {:?}", drawn.words);
+    }
+    assert!(drawn.description.contains("logarithmic") && drawn.description.contains("No curve: mc"));
+    let likely = Drawn::of(&{
+        let mut run = Run::new(4);
+        run.passages("exact", &[0.0, 0.2, 0.5, 1.0]);
+        run.figure("first-passage")
+    });
+    assert!(!likely.description.contains("logarithmic") && likely.has("1.0"));
+}
+
+#[test]
+fn the_probability_above_has_a_logarithmic_panel_beside_the_linear_one_if_it_spans_decades() {
+    let mut run = Run::new(3);
+    for (row, p) in run.results.moments.iter_mut().zip([0.9, 1e-5, 0.0]) {
+        row.prob_above_critical_e = p;
+    }
+    let drawn = Drawn::of(&run.figure("probability-above"));
+    assert_eq!(drawn.count("time t [yr]"), 2);
+    assert!(drawn.has("10⁻⁴") && drawn.has("0"), "{:?}", drawn.words);
+}
+
+#[test]
+fn a_thin_cloud_is_magnified_and_a_thick_one_is_not() {
+    let thin = || density(grid(), |phi, e| (e - 0.1 - 0.15 * (phi - 1.0)).abs() < 0.0076);
+    let mut run = Run::new(2);
+    *run.density("exact", 1) = thin();
+    *run.density("mc", 1) = thin();
+    let figures = run.figures();
+    let images = |name: &str| Drawn::of(&figures[name]).images;
+    // A map and its colour bar, and the inset.
+    assert_eq!([images("joint-density-mc-0"), images("joint-density-mc-1")], [2, 3]);
+    // Two clouds and the colour bar, and the inset.
+    assert_eq!(images("joint-density-mc-all"), 4);
+    assert!(Drawn::of(&figures["joint-density-mc-1"]).words.iter().any(|(text, ..)| text.starts_with('×')));
+}
+
+#[test]
+fn marginals_have_a_residual_below_that_is_method_minus_reference() {
+    let drawn = Drawn::of(&Run::new(2).figure("marginals-mc"));
+    assert_eq!(drawn.count("residual"), 4, "two a snapshot");
+    assert!(drawn.description.contains("mc minus exact"));
+}
+
+#[test]
+fn what_is_withheld_is_absent_and_called_so_and_never_0() {
+    let mut run = Run::new(3);
+    *run.density("exact", 1) = withheld(grid());
+    run.results.moments[1].prob_above_critical_e = NAN;
+    run.results.moments[1].mean_e = NAN;
+    run.passages("exact", &[0.1, NAN, NAN]);
+    run.passages("mc", &[NAN, NAN, NAN]);
+    let figures = run.figures();
+    let said = |name: &str, words: &str| {
+        let drawn = Drawn::of(&figures[name]);
+        assert!(drawn.description.contains(words), "{name}: {}", drawn.description);
+        drawn
+    };
+    assert_eq!(said("joint-density-exact-all", "exact withholds its density at t = 0.25 yr").images, 3);
+    let map = said("joint-density-exact-1", "exact withholds its density at t = 0.25 yr");
+    assert!(map.images == 0 && map.has("withheld"));
+    assert_eq!(said("joint-density-mc-1", "").images, 2, "another case is drawn as ever");
+    assert!(said("difference-mc-1", "exact withholds its density").has("withheld"));
+    assert_eq!(said("marginals-mc", "exact withholds its density at t = 0.25 yr").count("reference withheld"), 2);
+    assert!(figures.values().all(|svg| has_numbers_only(svg)));
+    said("probability-above", "exact withholds its value at t = 0.25 yr");
+    let passage = said("first-passage", "Withheld: mc.");
+    assert!(passage.description.contains("Withheld in part, and not drawn there: exact."));
+    said("moment-errors", "exact withholds moments at t = 0.25 yr");
+    said("cloud-evolution", "");
+    said("phase-portrait", "");
+}
+
+#[test]
+fn a_run_whose_every_density_is_withheld_still_has_its_figures() {
+    for count in [1, 2, 13] {
+        let mut run = Run::new(count);
+        for index in 0..count {
+            *run.density("exact", index) = withheld(grid());
+            *run.density("mc", index) = withheld(grid());
+        }
+        assert!(run.figures().values().all(|svg| has_numbers_only(svg)));
+    }
+}
+
+#[test]
+fn a_single_snapshot_and_sixty_four_are_drawn() {
+    for count in [1, 64] {
+        let figures = Run::new(count).figures();
+        let drawn = Drawn::of(&figures["cloud-evolution"]);
+        assert!(drawn.words.iter().any(|(text, ..)| text.starts_with("t = ")));
+        assert!(figures.values().all(|svg| has_numbers_only(svg)));
+    }
+}
+
+#[test]
+fn a_cloud_round_the_whole_circle_is_drawn_once_on_one_turn() {
+    let mut run = Run::new(2);
+    let turn = Grid { phi: Axis { low: -1.0, high: -1.0 + std::f64::consts::TAU, bins: BINS }, ..grid() };
+    for method in ["exact", "mc"] {
+        *run.density(method, 1) = density(turn, |_, e| (0.3..0.4).contains(&e));
+    }
+    let scene = Scene::new(&run.scenario, &run.results, false);
+    let phi = scene.phi_range();
+    assert!((phi.end - phi.start - std::f64::consts::TAU).abs() < 1e-9, "{phi:?}");
+    // The first cloud, the ring from both sides, and the colour bar.
+    assert_eq!(Drawn::of(&run.figure("joint-density-exact-all")).images, 4);
+}
+
+#[test]
+fn subscripts_are_shifted_by_numbers_that_every_program_understands() {
+    let svg = Run::new(2).figure("phase-portrait");
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let spans: Vec<_> = document.descendants().filter(|node| node.tag_name().name() == "tspan").collect();
+    assert!(!spans.is_empty());
+    for span in spans {
+        for name in ["dy", "font-size"] {
+            assert!(span.attribute(name).unwrap().parse::<f64>().is_ok(), "{span:?}");
+        }
+        assert_eq!(span.parent().unwrap().attribute("text-anchor"), Some("start"), "parts are not centred one by one");
+    }
+}
