@@ -8,6 +8,8 @@ use sha2::{Digest, Sha256};
 
 /// The manifest's name.
 pub const MANIFEST: &str = "manifest.json";
+/// A folder that file systems have from the start, which is nobody's result.
+pub const LOST_AND_FOUND: &str = "lost+found";
 
 /// What a file of the folder must be.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,6 +36,9 @@ fn collect(folder: &Path, prefix: &str, files: &mut BTreeMap<String, FileRecord>
     for entry in std::fs::read_dir(folder).map_err(|e| failed(folder, e))? {
         let path = entry.map_err(|e| failed(folder, e))?.path();
         let name = format!("{prefix}{}", path.file_name().unwrap_or_default().to_string_lossy());
+        if prefix.is_empty() && name == LOST_AND_FOUND {
+            continue;
+        }
         if path.is_dir() {
             collect(&path, &format!("{name}/"), files)?;
         } else {

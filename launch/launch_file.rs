@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use bridge::endpoint::End;
 use bridge::plan::HOME;
 use nodes::accuracy::AccuracySetting;
+use nodes::file_kind::FileKind;
 use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use nodes::scenario_file::{self, ScenarioFile};
 use nodes::screen::MOST_BINS;
@@ -71,14 +72,13 @@ struct Raw {
     name: Spanned<String>,
     scenarios: Spanned<Vec<Spanned<PathBuf>>>,
     reference: Spanned<String>,
-    bins: Option<Spanned<(i64, i64)>>,
+    bins: Option<Spanned<toml::Value>>,
     patience: Option<Spanned<f64>>,
     #[serde(default)]
     restart: Restart,
     hosts: Option<RawHosts>,
     /// Of the built-in cases that do not set their own.
-    #[serde(default)]
-    accuracy: AccuracySetting,
+    accuracy: Option<Spanned<AccuracySetting>>,
 }
 
 impl Launch {
@@ -148,17 +148,15 @@ impl Launch {
         file: &InputFile,
         scenarios: impl FnOnce(&Raw) -> Result<Vec<ScenarioInput>, InputError>,
     ) -> Result<Self, InputError> {
+        FileKind::Launch.expect(file)?;
         let mut top = file.table()?;
         let propagators = top.get_mut().remove("propagator");
         let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;
         let folder = file.path().parent().unwrap_or(Path::new("."));
         let hosts = raw.hosts.as_ref().map(|raw| Hosts::check(file, raw, folder)).transpose()?;
-        let mut cases = cases::cases(file, propagators, hosts.as_ref())?;
-        for case in &mut cases {
-            if let Runs::BuiltIn { settings, .. } = &mut case.runs {
-                settings.accuracy_mut().get_or_insert(raw.accuracy);
-            }
-        }
+        let bins = raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(file, bins))?;
+        let mut cases = cases::cases(file, propagators, hosts.as_ref(), bins)?;
+        set_accuracy(file, raw.accuracy.as_ref(), &mut cases)?;
         check_name(file, &raw.name)?;
         let reference = raw.reference.get_ref();
         if !cases.iter().any(|case| case.label == *reference) {
@@ -171,7 +169,7 @@ impl Launch {
             name: raw.name.get_ref().clone(),
             scenarios: scenarios(&raw)?,
             reference: reference.clone(),
-            bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(file, bins))?,
+            bins,
             patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(file, patience))?,
             restart: raw.restart,
             cases,
@@ -188,13 +186,42 @@ pub(crate) fn check_name(file: &InputFile, name: &Spanned<String>) -> Result<(),
     Err(file.error(name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", name.get_ref())))
 }
 
-fn checked_bins(file: &InputFile, bins: &Spanned<(i64, i64)>) -> Result<(usize, usize), InputError> {
+fn checked_bins(file: &InputFile, bins: &Spanned<toml::Value>) -> Result<(usize, usize), InputError> {
+    let numbers: Option<Vec<i64>> = match bins.get_ref() {
+        toml::Value::Array(values) => values.iter().map(toml::Value::as_integer).collect(),
+        _ => None,
+    };
+    let Some([phi, e]) = numbers.as_deref() else {
+        let problem = format!("{} is not allowed, it must be two whole numbers, the bins in phi and in e: bins = [100, 100]", bins.get_ref());
+        return Err(file.error(bins, &problem));
+    };
     let allowed = 1..=MOST_BINS as i64;
-    let (phi, e) = *bins.get_ref();
-    if allowed.contains(&phi) && allowed.contains(&e) {
-        return Ok((phi as usize, e as usize));
+    if allowed.contains(phi) && allowed.contains(e) {
+        return Ok((*phi as usize, *e as usize));
     }
     Err(file.error(bins, &format!("[{phi}, {e}] is not allowed, both must be between 1 and {MOST_BINS}")))
+}
+
+/// Gives the file's accuracy to the built-in cases that do not set their own.
+fn set_accuracy(
+    file: &InputFile,
+    accuracy: Option<&Spanned<AccuracySetting>>,
+    cases: &mut [Case],
+) -> Result<(), InputError> {
+    let mut has_effect = false;
+    for case in cases {
+        if let Runs::BuiltIn { settings, .. } = &mut case.runs {
+            has_effect |= settings.accuracy_mut().is_none();
+            settings.accuracy_mut().get_or_insert(accuracy.map_or_else(AccuracySetting::default, |set| *set.get_ref()));
+        }
+    }
+    match accuracy {
+        Some(accuracy) if !has_effect => {
+            let problem = "has no effect: no case runs a built-in propagator without an accuracy of its own; leave it out";
+            Err(file.error(accuracy, problem))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn checked_patience(file: &InputFile, patience: &Spanned<f64>) -> Result<f64, InputError> {
@@ -281,6 +308,15 @@ mod tests {
         assert_eq!(accuracy(GOOD), Accuracy::Fine);
         assert_eq!(accuracy(&of_file), Accuracy::Medium);
         assert_eq!(accuracy(&of_file.replace("samples = 10", "accuracy = 1e-6")), Accuracy::Coarse);
+    }
+
+    #[test]
+    fn an_accuracy_that_no_case_uses_is_refused() {
+        let own = GOOD.replace("samples = 10", "samples = 10\naccuracy = 1e-6");
+        let error = load(&own.replace("reference = \"mc\"", "reference = \"mc\"\naccuracy = 1e-9")).unwrap_err();
+        assert_eq!((error.line, error.key.as_str()), (4, "accuracy"), "{error}");
+        assert!(error.to_string().contains("has no effect"), "{error}");
+        load(&own).unwrap();
     }
 
     #[test]

@@ -19,7 +19,7 @@ use crate::launch_file::{Launch, Restart};
 use crate::live::json;
 use crate::log_sink::{LogSink, View};
 use crate::recording::Draft;
-use crate::results_folder::ResultsFolder;
+use crate::results_folder::{self, ResultsFolder};
 use crate::run::{Abort, Failures, Run};
 use crate::{attach, manifest, plans, preflight, report, report_command};
 
@@ -74,7 +74,7 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
         launch.open_to_hosts(order.insecure)?;
         preflight::check_shared_memory(&launch)?;
         preflight::check_descriptors(launch.propagators())?;
-        let folder = ResultsFolder::prepare(order.out, &launch.name, run_id)?;
+        let folder = ResultsFolder::prepare(order.out, results_folder::name_of(&launch), run_id)?;
         let tape = order.record.map(|path| Draft::begin(path, &launch, run_id)).transpose();
         let tape = tape.inspect_err(|_| folder.discard())?;
         let log = start_log(&folder.draft, run_id, order.shown, order.logged).inspect_err(|_| folder.discard())?;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
+use crate::builtin::Misfit;
 use crate::failure::Failure;
 use crate::kit::{Form, Passage, Propagator};
 
@@ -34,12 +35,17 @@ impl Default for Settings {
 
 impl Settings {
     /// Whether the settings can be met at all.
-    pub(crate) fn check(&self) -> Result<(), String> {
-        let tolerances = [self.moment_error, self.joint_error];
-        if tolerances.iter().all(|tolerance| tolerance.is_finite() && *tolerance > 0.0) && self.most_orbits > 0 {
-            return Ok(());
+    pub(crate) fn check(&self) -> Result<(), Misfit> {
+        for (key, tolerance) in [("moment_error", self.moment_error), ("joint_error", self.joint_error)] {
+            if !(tolerance.is_finite() && tolerance > 0.0) {
+                let problem = format!("{tolerance} is not allowed, it must be a number greater than 0");
+                return Err(Misfit::new(key, problem));
+            }
         }
-        Err("moment_error, joint_error and most_orbits must be greater than 0".into())
+        match self.most_orbits {
+            0 => Err(Misfit::new("most_orbits", "0 is not allowed, it must be at least 1")),
+            _ => Ok(()),
+        }
     }
 }
 

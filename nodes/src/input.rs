@@ -188,10 +188,13 @@ pub(crate) fn positive_option<'de, D: Deserializer<'de>>(deserializer: D) -> Res
 
 /// Whether `name` can be a label or a name: it becomes part of file names, so it is short and plain.
 pub fn is_plain_name(name: &str) -> bool {
-    (1..=31).contains(&name.len())
+    (1..=LONGEST_PLAIN_NAME).contains(&name.len())
         && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_.".contains(&b))
         && name.starts_with(|c: char| c.is_ascii_alphanumeric())
 }
+
+/// Longest name that [`is_plain_name`] allows \[characters\].
+pub const LONGEST_PLAIN_NAME: usize = 31;
 
 /// What [`is_plain_name`] asks for, in words.
 pub const PLAIN_NAME: &str = "it must be 1 to 31 letters, digits, '-', '_' or '.', starting with a letter or digit";
