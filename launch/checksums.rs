@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use messages::text::printable;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -71,9 +72,9 @@ pub fn verify(folder: &Path) -> Result<(usize, Vec<String>), String> {
     let names = manifest.files.keys().chain(found.keys().filter(|name| !manifest.files.contains_key(*name)));
     let differ = names.filter_map(|name| match (manifest.files.get(name), found.get(name)) {
         (Some(recorded), Some(file)) if recorded == file => None,
-        (Some(_), Some(_)) => Some(format!("{name} has been changed")),
-        (Some(_), None) => Some(format!("{name} is missing")),
-        (None, _) => Some(format!("{name} does not belong to the results")),
+        (Some(_), Some(_)) => Some(format!("{} has been changed", printable(name))),
+        (Some(_), None) => Some(format!("{} is missing", printable(name))),
+        (None, _) => Some(format!("{} does not belong to the results", printable(name))),
     });
     Ok((found.len(), differ.collect()))
 }

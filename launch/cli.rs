@@ -62,9 +62,11 @@ pub enum Command {
     /// Make the report and the figures of a results folder anew, or lay several runs side by side
     Report(ReportArguments),
     /// Check launch files, scenario files and sweep files without starting anything
-    #[command(after_help = "Example:\n  phasecloud validate launch/paper.toml my-scenario.toml launch/sweeps/initial-e.toml\n\n\
+    #[command(
+        after_help = "Example:\n  phasecloud validate launch/paper.toml my-scenario.toml launch/sweeps/initial-e.toml\n\n\
         Programs that a launch file names must be there and executable; a relative path counts from the current folder.\n\n\
-        Exit codes: 0 all good; 2 something is wrong.")]
+        Exit codes: 0 all good; 2 something is wrong."
+    )]
     Validate {
         /// Launch, scenario and sweep files; which of them a file is follows from its keys
         #[arg(required = true)]

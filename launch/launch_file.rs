@@ -97,6 +97,11 @@ impl Launch {
         self.cases.iter().flat_map(hosts).filter(|(_, host)| host != HOME).collect()
     }
 
+    /// The most snapshots of any of its scenarios.
+    pub fn most_snapshots(&self) -> usize {
+        self.scenarios.iter().map(|scenario| scenario.content.problem.times.len()).max().unwrap_or(1)
+    }
+
     /// How many processes propagate.
     pub fn propagators(&self) -> usize {
         self.cases.iter().map(|case| case.shards as usize).sum()
@@ -192,7 +197,10 @@ fn checked_bins(file: &InputFile, bins: &Spanned<toml::Value>) -> Result<(usize,
         _ => None,
     };
     let Some([phi, e]) = numbers.as_deref() else {
-        let problem = format!("{} is not allowed, it must be two whole numbers, the bins in phi and in e: bins = [100, 100]", bins.get_ref());
+        let problem = format!(
+            "{} is not allowed, it must be two whole numbers, the bins in phi and in e: bins = [100, 100]",
+            bins.get_ref()
+        );
         return Err(file.error(bins, &problem));
     };
     let allowed = 1..=MOST_BINS as i64;
@@ -217,7 +225,8 @@ fn set_accuracy(
     }
     match accuracy {
         Some(accuracy) if !has_effect => {
-            let problem = "has no effect: no case runs a built-in propagator without an accuracy of its own; leave it out";
+            let problem =
+                "has no effect: no case runs a built-in propagator without an accuracy of its own; leave it out";
             Err(file.error(accuracy, problem))
         }
         _ => Ok(()),

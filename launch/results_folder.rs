@@ -73,6 +73,11 @@ impl ResultsFolder {
         })
     }
 
+    /// Where the results lie that could not be sealed, in words.
+    pub fn remains(&self) -> String {
+        format!("the tables are whole, but not sealed, in {}", self.draft.display())
+    }
+
     /// Removes what has been written.
     pub fn discard(&self) {
         let _ = fs::remove_dir_all(&self.draft);

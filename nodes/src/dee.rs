@@ -93,7 +93,10 @@ impl Settings {
         self.check_effects()?;
         let (side, resolution, degree) = (self.samples.isqrt(), self.resolution(), self.degree());
         if self.samples < 4 {
-            return Err(Misfit::new("samples", format!("{} are too few for a mesh; it needs at least 4", self.samples)));
+            return Err(Misfit::new(
+                "samples",
+                format!("{} are too few for a mesh; it needs at least 4", self.samples),
+            ));
         }
         if resolution > MOST_RESOLUTION {
             let problem = format!("{resolution} is too fine; it must be at most {MOST_RESOLUTION}");
@@ -133,7 +136,8 @@ impl Settings {
         if self.mesh() == MeshChoice::Carried || resolution >= bins {
             return Ok(());
         }
-        let problem = format!("{resolution} is coarser than the {bins} bins of the comparison grid; it must be at least {bins}");
+        let problem =
+            format!("{resolution} is coarser than the {bins} bins of the comparison grid; it must be at least {bins}");
         Err(Misfit::new("resolution", problem))
     }
 
@@ -304,7 +308,11 @@ mod tests {
             let misfit = settings(text).check().unwrap_err();
             assert!(misfit.key == key && misfit.problem.contains("has no effect"), "{text}: {misfit}");
         }
-        for good in ["placement = \"random\"\nseed = 2", "mesh = \"hull\"\nresolution = 500\ndegree = 3", "mode = \"as-printed\""] {
+        for good in [
+            "placement = \"random\"\nseed = 2",
+            "mesh = \"hull\"\nresolution = 500\ndegree = 3",
+            "mode = \"as-printed\"",
+        ] {
             settings(good).check().unwrap();
         }
     }

@@ -23,7 +23,9 @@ impl FileKind {
     /// Keys at the top of the file that no other kind has.
     fn keys(self) -> &'static [&'static str] {
         match self {
-            Self::Launch => &["propagator", "scenarios", "reference", "bins", "patience", "restart", "hosts", "accuracy"],
+            Self::Launch => {
+                &["propagator", "scenarios", "reference", "bins", "patience", "restart", "hosts", "accuracy"]
+            }
             Self::Scenario => &["orbit", "initial", "times", "disposal"],
             Self::Sweep => &["vary", "scenario"],
         }
@@ -67,11 +69,12 @@ impl FileKind {
         let path = file.path().display();
         let advice = match (found, self) {
             (Self::Scenario, Self::Launch) => format!(
-                "`phasecloud run --scenario {path}` runs the default cases on it, `phasecloud run LAUNCH_FILE --scenario {path}` \
-                 those of a launch file, and `phasecloud submit {path}` gives it to a running service"
+                "`phasecloud run --scenario {path}` runs the default cases on it, with a launch file before --scenario those of the \
+                 file; `phasecloud submit` gives it to a running service"
             ),
             (Self::Scenario, _) => {
-                "a sweep file names it as scenario = \"...\" and says under [vary] which of its values are varied".to_string()
+                "a sweep file names it as scenario = \"...\" and says under [vary] which of its values are varied"
+                    .to_string()
             }
             (Self::Launch, Self::Scenario) => format!("`phasecloud run {path}` runs it on the scenarios that it names"),
             (Self::Launch, _) => format!("`phasecloud serve {path} --sweep SWEEP_FILE` runs its cases on a sweep"),
@@ -112,9 +115,21 @@ mod tests {
     #[test]
     fn every_other_kind_is_recognised_with_what_to_do() {
         for (expected, text, words) in [
-            (FileKind::Launch, SCENARIO, "x.toml:2: orbit: this is a scenario file, but a launch file belongs here; `phasecloud run --scenario x.toml`"),
-            (FileKind::Launch, SWEEP, "x.toml:1: scenario: this is a sweep file, but a launch file belongs here; `phasecloud serve LAUNCH_FILE --sweep x.toml`"),
-            (FileKind::Scenario, LAUNCH, "x.toml:2: scenarios: this is a launch file, but a scenario file belongs here; `phasecloud run x.toml`"),
+            (
+                FileKind::Launch,
+                SCENARIO,
+                "x.toml:2: orbit: this is a scenario file, but a launch file belongs here; `phasecloud run --scenario x.toml`",
+            ),
+            (
+                FileKind::Launch,
+                SWEEP,
+                "x.toml:1: scenario: this is a sweep file, but a launch file belongs here; `phasecloud serve LAUNCH_FILE --sweep x.toml`",
+            ),
+            (
+                FileKind::Scenario,
+                LAUNCH,
+                "x.toml:2: scenarios: this is a launch file, but a scenario file belongs here; `phasecloud run x.toml`",
+            ),
             (FileKind::Scenario, SWEEP, "`phasecloud serve LAUNCH_FILE --sweep x.toml`"),
             (FileKind::Sweep, LAUNCH, "`phasecloud serve x.toml --sweep SWEEP_FILE`"),
             (FileKind::Sweep, SCENARIO, "names it as scenario"),

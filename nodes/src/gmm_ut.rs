@@ -87,7 +87,8 @@ impl Settings {
             ("keep_variance", self.keep_variance.is_some()),
         ];
         if let Some((key, _)) = of_library.into_iter().find(|(_, is_set)| adaptive && *is_set) {
-            let because = "beside split = \"adaptive\", which plans its components itself; set sigma_points, or another split";
+            let because =
+                "beside split = \"adaptive\", which plans its components itself; set sigma_points, or another split";
             return Err(Misfit::no_effect(key, because));
         }
         if self.sigma_points.is_some() && !adaptive {
@@ -270,7 +271,8 @@ mod tests {
             ("", format!("split = \"adaptive\"\nsigma_points = {most}\nmode = \"corrected\"\n")),
             (
                 "mode = \"as-printed\"",
-                "split = \"eccentricity\"\ncomponents = 39\nacross = 1\nkeep_variance = false\nmode = \"as-printed\"\n".into(),
+                "split = \"eccentricity\"\ncomponents = 39\nacross = 1\nkeep_variance = false\nmode = \"as-printed\"\n"
+                    .into(),
             ),
         ] {
             let resolved = settings(text).resolved();

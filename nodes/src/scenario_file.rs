@@ -120,7 +120,12 @@ fn number(
 const TURN: f64 = TAU + 1e-5;
 
 /// As [`number`], of an angle in radians; one that is too large for that may be meant in degrees.
-fn angle(file: &InputFile, value: &Spanned<f64>, range: &str, is_right: impl Fn(f64) -> bool) -> Result<f64, InputError> {
+fn angle(
+    file: &InputFile,
+    value: &Spanned<f64>,
+    range: &str,
+    is_right: impl Fn(f64) -> bool,
+) -> Result<f64, InputError> {
     let x = *value.get_ref();
     let hint = match x.to_radians() {
         radians if x.abs() > TURN && is_right(radians) => format!("; if {x} degrees are meant, write {radians:.7}"),
@@ -269,7 +274,13 @@ mod tests {
             ("phi = 2.2069", "phi = \"x\"", 6, "initial.phi", "expected f64"),
             ("phi = 2.2069", "phi = nan", 6, "initial.phi", "an angle in radians"),
             ("phi = 2.2069", "phi = 100", 6, "initial.phi", "if 100 degrees are meant, write 1.7453293"),
-            ("phi = 2.2069", "phi = 7.0", 6, "initial.phi", "between -2π and 2π; if 7 degrees are meant, write 0.1221730"),
+            (
+                "phi = 2.2069",
+                "phi = 7.0",
+                6,
+                "initial.phi",
+                "between -2π and 2π; if 7 degrees are meant, write 0.1221730",
+            ),
             ("phi = 2.2069", "phi = 1e9", 6, "initial.phi", "between -2π and 2π"),
             ("delta_phi = 0.39", "delta_phi = 20", 8, "initial.delta_phi", "if 20 degrees are meant, write 0.3490659"),
             ("critical_e", "critical_q", 14, "disposal.critical_q", "expected `critical_e`"),

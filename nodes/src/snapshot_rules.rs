@@ -101,7 +101,10 @@ fn resolution(header: &SnapshotHeader, assignment: &Assignment) -> Result<(), St
         && [treatment::HULL_MESH, treatment::HULL_MESH_AS_PRINTED].contains(&header.treatment);
     let bins = assignment.grids.first().map_or(0, |grid| grid.phi.bins.max(grid.e.bins));
     if is_hull && (header.resolution as usize) < bins {
-        return Err(format!("its resolution is {}, less than the {bins} bins of the comparison grid", header.resolution));
+        return Err(format!(
+            "its resolution is {}, less than the {bins} bins of the comparison grid",
+            header.resolution
+        ));
     }
     Ok(())
 }

@@ -106,6 +106,13 @@ impl Sweep {
         self.count == 0
     }
 
+    /// The most snapshots of any of its scenarios.
+    pub fn most_snapshots(&self) -> usize {
+        let looked_at = if self.keys().any(|key| key.starts_with("times.")) { self.count } else { 1 };
+        let snapshots = |index| self.scenario(index).ok().map(|scenario| scenario.problem.times.len());
+        (0..looked_at).filter_map(snapshots).max().unwrap_or(1)
+    }
+
     /// The keys that are varied, as `TABLE.KEY`.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().map(|(key, _)| key.as_str())

@@ -14,7 +14,7 @@ const MOMENT_ERROR: f64 = 1e-6;
 const JOINT_ERROR: f64 = 1e-3;
 
 /// A row of `notes.csv`; `t_yr` is NaN if the note is about the whole scenario.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(super) struct Note<'a> {
     scenario: &'a str,
     method: &'a str,
