@@ -25,13 +25,15 @@ use crate::{BAD_INPUT, domains, manifest};
 const LOOK: Duration = Duration::from_millis(500);
 /// Wait between two looks at whether a results folder is there, once it is recorded.
 const LOOK_FOR_FOLDER: Duration = Duration::from_millis(20);
-/// Longest that a service may take to say that it has a request.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// A service that has not said by then that it has a request works on another; that is told.
+const WHILE: Duration = Duration::from_secs(60);
 
 /// Why no more requests can be made.
 enum Trouble {
     Interrupted,
-    /// There is no service, or it has ended, or it cannot be reached.
+    /// The service has ended.
+    Ended,
+    /// There is no service, or it cannot be reached.
     NoService(String),
 }
 
@@ -46,7 +48,9 @@ impl From<PortError> for Trouble {
 struct Tally {
     /// How many results folders there are.
     done: usize,
-    /// How many scenarios were refused, or cases of them failed.
+    /// How many scenarios were refused.
+    refused: usize,
+    /// How many cases failed of those that were done.
     failed: usize,
 }
 
@@ -62,22 +66,40 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
     };
     let mut tally = Tally::default();
     match submit(&scenarios, &arguments.target, &mut tally) {
-        Ok(()) if tally.failed == 0 => ExitCode::SUCCESS,
+        Ok(()) if tally.failed + tally.refused == 0 => ExitCode::SUCCESS,
         Ok(()) => ExitCode::FAILURE,
         Err(Trouble::Interrupted) => ExitCode::from(INTERRUPTED),
-        Err(Trouble::NoService(problem)) => {
+        Err(trouble) => {
+            let missing = scenarios.iter().skip(tally.done + tally.refused).map(|scenario| scenario.name.as_str());
+            let problem = match trouble {
+                Trouble::NoService(problem) => problem,
+                _ => format!("{}: the service has ended, there are no results", missing.collect::<Vec<_>>().join(", ")),
+            };
             eprintln!("error: {problem}");
-            ExitCode::from(if tally.done + tally.failed == 0 { BAD_INPUT } else { 1 })
+            ExitCode::from(if tally.done + tally.refused == 0 { BAD_INPUT } else { 1 })
         }
     }
 }
 
 /// Has all scenarios done, as far as there is a service that does them.
 fn submit(scenarios: &[ScenarioFile], target: &Target, tally: &mut Tally) -> Result<(), Trouble> {
-    let signals = Signals::catch(&[]).map_err(|e| Trouble::NoService(format!("cannot catch signals: {e}")))?;
     let LiveRun { place, notice } = attach::find(target).map_err(Trouble::NoService)?;
-    let domain = Domain::enter(&place, &format!("submit-{}", std::process::id()))?;
-    let results = notice.map(|notice| notice.results);
+    let asked = ask(scenarios, &place, notice.map(|notice| notice.results), tally);
+    if domains::is_live(&place) {
+        return asked;
+    }
+    // What was open here may have outlived the domain.
+    domains::remove_remains(&place);
+    match asked {
+        // Without a service its topics cannot be reached either.
+        Err(Trouble::NoService(_)) => Err(Trouble::Ended),
+        other => other,
+    }
+}
+
+fn ask(scenarios: &[ScenarioFile], place: &Place, results: Option<PathBuf>, tally: &mut Tally) -> Result<(), Trouble> {
+    let signals = Signals::catch(&[]).map_err(|e| Trouble::NoService(format!("cannot catch signals: {e}")))?;
+    let domain = Domain::enter(place, &format!("submit-{}", std::process::id()))?;
     let (reports, requests) = (domain.inlet()?, domain.outlet(MOST_SNAPSHOTS)?);
     let office = Office { signals, place, results, reports, requests };
     while office.reports.receive()?.is_some() {}
@@ -86,32 +108,32 @@ fn submit(scenarios: &[ScenarioFile], target: &Target, tally: &mut Tally) -> Res
             Ok(position) => office.conclude(position, &scenario.name, tally)?,
             Err(why) => {
                 eprintln!("error: {}: {why}", scenario.name);
-                tally.failed += 1;
+                tally.refused += 1;
             }
         }
     }
     Ok(())
 }
 
-struct Office {
+struct Office<'a> {
     signals: Signals,
-    place: Place,
+    place: &'a Place,
     /// Where the service puts its results folders; nobody knows of a domain that was made by hand.
     results: Option<PathBuf>,
     reports: Inlet<Status>,
     requests: Outlet<Request>,
 }
 
-impl Office {
+impl Office<'_> {
     /// Asks for a scenario and waits for its position, or why it was refused.
     fn have_done(&self, scenario: &ScenarioFile) -> Result<Result<u32, String>, Trouble> {
         let (header, times) = request(scenario);
         self.requests.send_items(header, &times)?;
         let asked = Instant::now();
-        let mut position = None;
+        let (mut position, mut told) = (None, false);
         loop {
             // Before looking for reports: what was said before the end is still to be heard.
-            let has_ended = !domains::is_live(&self.place);
+            let has_ended = !domains::is_live(self.place);
             while let Some(report) = self.reports.receive()? {
                 let header = report.header();
                 if is_about(header, &scenario.name) && header.phase == phase::FAILED {
@@ -126,10 +148,11 @@ impl Office {
                 }
             }
             if has_ended {
-                return Err(self.ended(&scenario.name));
+                return Err(Trouble::Ended);
             }
-            if position.is_none() && asked.elapsed() > PATIENCE {
-                return Ok(Err(format!("the service has not taken it within {} s", PATIENCE.as_secs())));
+            if position.is_none() && !told && asked.elapsed() > WHILE {
+                eprintln!("{}: not taken yet; the service works on what it was asked for before", scenario.name);
+                told = true;
             }
             self.wait(LOOK)?;
         }
@@ -145,13 +168,13 @@ impl Office {
         let folder = results.join(folder_name(position, name));
         let failures = loop {
             // Before looking for the folder: it may be the service's last one.
-            let has_ended = !domains::is_live(&self.place);
+            let has_ended = !domains::is_live(self.place);
             // It gets this name when it is whole.
             if let Some(failures) = manifest::failures(&folder) {
                 break failures;
             }
             if has_ended {
-                return Err(self.ended(name));
+                return Err(Trouble::Ended);
             }
             self.wait(LOOK_FOR_FOLDER)?;
         };
@@ -167,10 +190,6 @@ impl Office {
     fn wait(&self, longest: Duration) -> Result<(), Trouble> {
         self.signals.wait(&[&self.reports, &self.requests], longest)?;
         if self.signals.stop_requested() { Err(Trouble::Interrupted) } else { Ok(()) }
-    }
-
-    fn ended(&self, name: &str) -> Trouble {
-        Trouble::NoService(format!("{name}: the service has ended, and there are no results of it"))
     }
 }
 
