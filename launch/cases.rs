@@ -1,10 +1,10 @@
 //! The `[[propagator]]` tables of a launch file: a case each.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use bridge::plan::HOME;
-use nodes::builtin::BuiltIn;
+use nodes::builtin::{BuiltIn, Misfit};
 use nodes::input::{InputError, InputFile};
 use nodes::screen::MOST_CASES;
 use nodes::shard::{MOST_SHARDS, Shard};
@@ -71,7 +71,7 @@ struct RawCase {
     hosts: Option<Spanned<Vec<Spanned<String>>>>,
 }
 
-/// All cases, in the file's order.
+/// All cases, in the file's order; `bins` are those of the comparison grid.
 ///
 /// # Errors
 /// [`InputError`] with file, line and key.
@@ -79,6 +79,7 @@ pub(crate) fn cases(
     file: &InputFile,
     propagators: Option<Spanned<DeValue<'_>>>,
     hosts: Option<&Hosts>,
+    bins: (usize, usize),
 ) -> Result<Vec<Case>, InputError> {
     let Some(propagators) = propagators else {
         return Err(file.error_in_whole("propagator", "there is no [[propagator]] table; a run needs at least one"));
@@ -91,7 +92,7 @@ pub(crate) fn cases(
     let mut cases = Vec::new();
     let mut propagators = 0;
     for table in tables {
-        let (label, case) = case(file, table, hosts)?;
+        let (label, case) = case(file, table, hosts, bins)?;
         propagators += case.shards as usize;
         if propagators > MOST_PROPAGATORS {
             let problem = format!("more than {MOST_PROPAGATORS} processes in one run, with the shards of all cases");
@@ -123,6 +124,7 @@ fn case(
     file: &InputFile,
     table: Spanned<DeValue<'_>>,
     hosts: Option<&Hosts>,
+    bins: (usize, usize),
 ) -> Result<(Spanned<String>, Case), InputError> {
     let span = table.span();
     let DeValue::Table(mut settings) = table.into_inner() else {
@@ -142,7 +144,7 @@ fn case(
         return Err(file.error(&raw.label, &format!("\"{label}\" is the name of one of phasecloud's own processes")));
     }
     let runs = match (raw.node, raw.command) {
-        (Some(node), None) => built_in(file, &node, Spanned::new(span, DeValue::Table(settings)))?,
+        (Some(node), None) => built_in(file, &node, Spanned::new(span, settings), bins)?,
         (None, Some(command)) => {
             if let Some((key, _)) = settings.into_iter().next() {
                 let problem = "is not allowed beside command; give a program its settings as arguments";
@@ -184,11 +186,24 @@ fn checked_shards(file: &InputFile, shards: &Spanned<i64>, label: &str, runs: &R
     }
 }
 
-fn built_in(file: &InputFile, node: &Spanned<String>, settings: Spanned<DeValue<'_>>) -> Result<Runs, InputError> {
+fn built_in(
+    file: &InputFile,
+    node: &Spanned<String>,
+    settings: Spanned<DeTable<'_>>,
+    bins: (usize, usize),
+) -> Result<Runs, InputError> {
     let name = node.get_ref();
-    match BuiltIn::from_settings(name, ValueDeserializer::from(settings)) {
+    let places: BTreeMap<String, Spanned<()>> =
+        settings.get_ref().keys().map(|key| (key.get_ref().to_string(), Spanned::new(key.span(), ()))).collect();
+    let table = Spanned::new(settings.span(), DeValue::Table(settings.into_inner()));
+    match BuiltIn::from_settings(name, ValueDeserializer::from(table)) {
         Some(Ok(settings)) => {
-            settings.check().map_err(|problem| file.error(node, &problem))?;
+            // What is wrong with a default is told where the propagator is named.
+            let misfit = |Misfit { key, problem }: Misfit| match places.get(key) {
+                Some(place) => file.error(place, &problem),
+                None => file.error(node, &format!("{key}: {problem}")),
+            };
+            settings.check().and_then(|()| settings.check_bins(bins)).map_err(misfit)?;
             Ok(Runs::BuiltIn { node: name.clone(), settings })
         }
         Some(Err(error)) => Err(file.toml_error(&error)),

@@ -3,11 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use messages::text::printable;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 /// The manifest's name.
 pub const MANIFEST: &str = "manifest.json";
+/// A folder that file systems have from the start, which is nobody's result.
+pub const LOST_AND_FOUND: &str = "lost+found";
 
 /// What a file of the folder must be.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,6 +37,9 @@ fn collect(folder: &Path, prefix: &str, files: &mut BTreeMap<String, FileRecord>
     for entry in std::fs::read_dir(folder).map_err(|e| failed(folder, e))? {
         let path = entry.map_err(|e| failed(folder, e))?.path();
         let name = format!("{prefix}{}", path.file_name().unwrap_or_default().to_string_lossy());
+        if prefix.is_empty() && name == LOST_AND_FOUND {
+            continue;
+        }
         if path.is_dir() {
             collect(&path, &format!("{name}/"), files)?;
         } else {
@@ -66,9 +72,9 @@ pub fn verify(folder: &Path) -> Result<(usize, Vec<String>), String> {
     let names = manifest.files.keys().chain(found.keys().filter(|name| !manifest.files.contains_key(*name)));
     let differ = names.filter_map(|name| match (manifest.files.get(name), found.get(name)) {
         (Some(recorded), Some(file)) if recorded == file => None,
-        (Some(_), Some(_)) => Some(format!("{name} has been changed")),
-        (Some(_), None) => Some(format!("{name} is missing")),
-        (None, _) => Some(format!("{name} does not belong to the results")),
+        (Some(_), Some(_)) => Some(format!("{} has been changed", printable(name))),
+        (Some(_), None) => Some(format!("{} is missing", printable(name))),
+        (None, _) => Some(format!("{} does not belong to the results", printable(name))),
     });
     Ok((found.len(), differ.collect()))
 }

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use bridge::endpoint::Endpoint;
 use clap::{Args, Parser, Subcommand};
+use messages::layout::MOST_SNAPSHOTS;
 use nodes::input::{PLAIN_NAME, is_plain_name};
 use nodes::log::{FORMAT_VARIABLE, Format, LEVEL_VARIABLE};
 use nodes::shard::{MOST_SHARDS, SHARD_VARIABLE, SHARDS_VARIABLE};
@@ -60,10 +61,14 @@ pub enum Command {
     },
     /// Make the report and the figures of a results folder anew, or lay several runs side by side
     Report(ReportArguments),
-    /// Check launch files without starting anything
-    #[command(after_help = "Example:\n  phasecloud validate launch/paper.toml my-launch.toml")]
+    /// Check launch files, scenario files and sweep files without starting anything
+    #[command(
+        after_help = "Example:\n  phasecloud validate launch/paper.toml my-scenario.toml launch/sweeps/initial-e.toml\n\n\
+        Programs that a launch file names must be there and executable; a relative path counts from the current folder.\n\n\
+        Exit codes: 0 all good; 2 something is wrong."
+    )]
     Validate {
-        /// Launch files
+        /// Launch, scenario and sweep files; which of them a file is follows from its keys
         #[arg(required = true)]
         files: Vec<PathBuf>,
     },
@@ -101,7 +106,7 @@ pub struct RunArguments {
     /// Run on this scenario file instead of those that the launch file names
     #[arg(long, value_name = "FILE")]
     pub scenario: Option<PathBuf>,
-    /// The results folder, new or empty [default: results/NAME-TIME]
+    /// The results folder, new or empty [default: results/NAME-TIME, after the scenario; after the launch file if there are several]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Keep every message of the run in this new file, for `phasecloud replay`
@@ -212,8 +217,10 @@ pub struct CheckArguments {
 #[command(
     after_help = "Examples:\n  phasecloud serve launch/sweep.toml --sweep launch/sweeps/initial-e.toml --out results/sweep\n  \
     phasecloud serve launch/scenario-1.toml &\n  phasecloud submit launch/scenarios/scenario-2.toml\n\n\
-    Every scenario becomes a results folder of its own as soon as it is done; a sweep ends with tables of all of them. \
-    The launch file says which cases are run; its own scenarios are not."
+    Every scenario becomes a results folder of its own as soon as it is done; a sweep ends with tables of all of them, sweep.csv \
+    and report.html. The launch file says which cases are run; its own scenarios are not.\n\n\
+    Exit codes: 0 all was done, or a service was asked to end; 1 a case failed or a combination is impossible, it is named and \
+    the rest was done; 2 bad input, nothing started; 130 a sweep was stopped on request."
 )]
 pub struct ServeArguments {
     /// The launch file [default: the paper's four cases and the exact answer]
@@ -224,9 +231,9 @@ pub struct ServeArguments {
     /// The folder for the results folders, new or empty [default: results/NAME-TIME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Most snapshots that a scenario may have
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..=64))]
-    pub most_snapshots: usize,
+    /// Most snapshots that a scenario may have; one with more is refused [default: 16, of a sweep what it needs]
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..=64))]
+    pub most_snapshots: Option<usize>,
     /// Let hosts talk without encryption beyond this machine
     #[arg(long)]
     pub insecure: bool,
@@ -238,7 +245,10 @@ pub struct ServeArguments {
 
 /// Arguments of `phasecloud submit`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  phasecloud submit launch/scenarios/scenario-1.toml my-scenario.toml")]
+#[command(after_help = "Example:\n  phasecloud submit launch/scenarios/scenario-1.toml my-scenario.toml\n\n\
+    Returns when the results folders are there, whole.\n\n\
+    Exit codes: 0 all cases compared; 1 a scenario was refused or a case failed, it is named; 2 bad input, or no service that \
+    does anything; 130 stopped on request.")]
 pub struct SubmitArguments {
     /// Scenario files
     #[arg(required = true)]
@@ -355,6 +365,9 @@ pub struct NodeArguments {
     /// Position of the first scenario to publish, for the scenario node
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub first: u32,
+    /// Most snapshots of a scenario, for the scenario node
+    #[arg(long, value_name = "N", default_value_t = MOST_SNAPSHOTS)]
+    pub most_snapshots: usize,
     /// Bins of the comparison grid in phi and e, for the scenario node
     #[arg(long, num_args = 2, value_names = ["PHI", "E"], default_values_t = [100, 100])]
     pub bins: Vec<usize>,

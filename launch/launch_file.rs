@@ -7,6 +7,7 @@ use bridge::endpoint::End;
 use bridge::plan::HOME;
 use density::trust::TOLERANCE;
 use nodes::accuracy::AccuracySetting;
+use nodes::file_kind::FileKind;
 use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use nodes::scenario_file::{self, ScenarioFile};
 use nodes::screen::MOST_BINS;
@@ -107,14 +108,13 @@ struct Raw {
     scenarios: Spanned<Vec<Spanned<PathBuf>>>,
     reference: Spanned<References>,
     tolerance: Option<Spanned<f64>>,
-    bins: Option<Spanned<(i64, i64)>>,
+    bins: Option<Spanned<toml::Value>>,
     patience: Option<Spanned<f64>>,
     #[serde(default)]
     restart: Restart,
     hosts: Option<RawHosts>,
     /// Of the built-in cases that do not set their own.
-    #[serde(default)]
-    accuracy: AccuracySetting,
+    accuracy: Option<Spanned<AccuracySetting>>,
 }
 
 impl Launch {
@@ -131,6 +131,11 @@ impl Launch {
             case.members().map(of).collect::<Vec<_>>()
         };
         self.cases.iter().flat_map(hosts).filter(|(_, host)| host != HOME).collect()
+    }
+
+    /// The most snapshots of any of its scenarios.
+    pub fn most_snapshots(&self) -> usize {
+        self.scenarios.iter().map(|scenario| scenario.content.problem.times.len()).max().unwrap_or(1)
     }
 
     /// How many processes propagate.
@@ -184,17 +189,15 @@ impl Launch {
         file: &InputFile,
         scenarios: impl FnOnce(&Raw) -> Result<Vec<ScenarioInput>, InputError>,
     ) -> Result<Self, InputError> {
+        FileKind::Launch.expect(file)?;
         let mut top = file.table()?;
         let propagators = top.get_mut().remove("propagator");
         let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;
         let folder = file.path().parent().unwrap_or(Path::new("."));
         let hosts = raw.hosts.as_ref().map(|raw| Hosts::check(file, raw, folder)).transpose()?;
-        let mut cases = cases::cases(file, propagators, hosts.as_ref())?;
-        for case in &mut cases {
-            if let Runs::BuiltIn { settings, .. } = &mut case.runs {
-                settings.accuracy_mut().get_or_insert(raw.accuracy);
-            }
-        }
+        let bins = raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(file, bins))?;
+        let mut cases = cases::cases(file, propagators, hosts.as_ref(), bins)?;
+        set_accuracy(file, raw.accuracy.as_ref(), &mut cases)?;
         check_name(file, &raw.name)?;
         let references = checked_references(file, &raw.reference, &cases)?;
         Ok(Self {
@@ -203,7 +206,7 @@ impl Launch {
             scenarios: scenarios(&raw)?,
             references,
             tolerance: raw.tolerance.as_ref().map_or(Ok(TOLERANCE), |tolerance| checked_tolerance(file, tolerance))?,
-            bins: raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(file, bins))?,
+            bins,
             patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(file, patience))?,
             restart: raw.restart,
             cases,
@@ -250,13 +253,46 @@ fn checked_tolerance(file: &InputFile, tolerance: &Spanned<f64>) -> Result<f64, 
     Err(file.error(tolerance, &format!("{share} is not allowed, it must be a share greater than 0 and at most 1")))
 }
 
-fn checked_bins(file: &InputFile, bins: &Spanned<(i64, i64)>) -> Result<(usize, usize), InputError> {
+fn checked_bins(file: &InputFile, bins: &Spanned<toml::Value>) -> Result<(usize, usize), InputError> {
+    let numbers: Option<Vec<i64>> = match bins.get_ref() {
+        toml::Value::Array(values) => values.iter().map(toml::Value::as_integer).collect(),
+        _ => None,
+    };
+    let Some([phi, e]) = numbers.as_deref() else {
+        let problem = format!(
+            "{} is not allowed, it must be two whole numbers, the bins in phi and in e: bins = [100, 100]",
+            bins.get_ref()
+        );
+        return Err(file.error(bins, &problem));
+    };
     let allowed = 1..=MOST_BINS as i64;
-    let (phi, e) = *bins.get_ref();
-    if allowed.contains(&phi) && allowed.contains(&e) {
-        return Ok((phi as usize, e as usize));
+    if allowed.contains(phi) && allowed.contains(e) {
+        return Ok((*phi as usize, *e as usize));
     }
     Err(file.error(bins, &format!("[{phi}, {e}] is not allowed, both must be between 1 and {MOST_BINS}")))
+}
+
+/// Gives the file's accuracy to the built-in cases that do not set their own.
+fn set_accuracy(
+    file: &InputFile,
+    accuracy: Option<&Spanned<AccuracySetting>>,
+    cases: &mut [Case],
+) -> Result<(), InputError> {
+    let mut has_effect = false;
+    for case in cases {
+        if let Runs::BuiltIn { settings, .. } = &mut case.runs {
+            has_effect |= settings.accuracy_mut().is_none();
+            settings.accuracy_mut().get_or_insert(accuracy.map_or_else(AccuracySetting::default, |set| *set.get_ref()));
+        }
+    }
+    match accuracy {
+        Some(accuracy) if !has_effect => {
+            let problem =
+                "has no effect: no case runs a built-in propagator without an accuracy of its own; leave it out";
+            Err(file.error(accuracy, problem))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn checked_patience(file: &InputFile, patience: &Spanned<f64>) -> Result<f64, InputError> {
@@ -351,6 +387,15 @@ mod tests {
         let several = GOOD.replace("reference = \"mc\"", "reference = [\"mine\", \"mc\"]\ntolerance = 0.05");
         let several = load(&several).unwrap();
         assert_eq!((several.references, several.tolerance), (vec!["mine".to_owned(), "mc".to_owned()], 0.05));
+    }
+
+    #[test]
+    fn an_accuracy_that_no_case_uses_is_refused() {
+        let own = GOOD.replace("samples = 10", "samples = 10\naccuracy = 1e-6");
+        let error = load(&own.replace("reference = \"mc\"", "reference = \"mc\"\naccuracy = 1e-9")).unwrap_err();
+        assert_eq!((error.line, error.key.as_str()), (4, "accuracy"), "{error}");
+        assert!(error.to_string().contains("has no effect"), "{error}");
+        load(&own).unwrap();
     }
 
     #[test]

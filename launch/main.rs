@@ -37,6 +37,8 @@ mod serve_command;
 mod share;
 mod submit_command;
 mod supervisor;
+mod sweep;
+mod validate_command;
 
 use std::process::ExitCode;
 
@@ -45,7 +47,6 @@ use clap::Parser;
 use launch::{cases, hosts, launch_file};
 
 use cli::{Cli, Command, RunArguments};
-use launch_file::Launch;
 
 /// Bad input; nothing was started.
 const BAD_INPUT: u8 = 2;
@@ -65,7 +66,7 @@ fn main() -> ExitCode {
         Command::Watch(arguments) => observe::watch::run(&arguments),
         Command::Graph { launch_file } => graph::run(launch_file.as_deref()),
         Command::Report(arguments) => report_command::run(&arguments),
-        Command::Validate { files } => validate(&files),
+        Command::Validate { files } => validate_command::run(&files),
         Command::Check(arguments) => check::run(&arguments),
         Command::New(arguments) => new_command::run(&arguments),
         Command::Domain(arguments) => domain_command::run(&arguments),
@@ -96,25 +97,6 @@ fn verify(folders: &[std::path::PathBuf]) -> ExitCode {
             }
             Err(problem) => {
                 eprintln!("error: {problem}");
-                code = ExitCode::from(BAD_INPUT);
-            }
-        }
-    }
-    code
-}
-
-fn validate(files: &[std::path::PathBuf]) -> ExitCode {
-    let mut code = ExitCode::SUCCESS;
-    for file in files {
-        match Launch::load(Some(file), None) {
-            Ok(launch) => println!(
-                "{}: good, {} cases on {} scenarios",
-                file.display(),
-                launch.cases.len(),
-                launch.scenarios.len()
-            ),
-            Err(error) => {
-                eprintln!("error: {error}");
                 code = ExitCode::from(BAD_INPUT);
             }
         }

@@ -97,7 +97,13 @@ pub fn seal(folder: &Path) -> Result<(), String> {
 fn write_json(folder: &Path, manifest: &impl Serialize) -> Result<(), String> {
     let path = folder.join(checksums::MANIFEST);
     let text = serde_json::to_string_pretty(manifest).map_err(|e| format!("{}: {e}", path.display()))?;
-    std::fs::write(&path, text + "\n").map_err(|e| format!("{}: {e}", path.display()))
+    // Whole or not at all: one that was there before stays as it was if the disk is full.
+    let draft = folder.join(format!("{}.partial", checksums::MANIFEST));
+    let written = std::fs::write(&draft, text + "\n").and_then(|()| std::fs::rename(&draft, &path));
+    written.map_err(|e| {
+        let _ = std::fs::remove_file(&draft);
+        format!("{}: {e}", path.display())
+    })
 }
 
 /// What run `run_id` used and which of its cases failed, from the manifest in `folder`; `None` if it is not there.
@@ -113,6 +119,16 @@ pub fn read(folder: &Path, run_id: &str) -> Option<(Launch, BTreeMap<String, Str
     let scenarios: Vec<_> = read.scenarios.into_iter().collect();
     let launch = Launch::from_record(&read.launch_file, &scenarios).ok()?;
     (read.run_id == run_id).then_some((launch, read.failures))
+}
+
+/// Which cases of the run in `folder` failed, and why; `None` if there is no manifest.
+pub fn failures(folder: &Path) -> Option<BTreeMap<String, String>> {
+    #[derive(Deserialize)]
+    struct Read {
+        failures: BTreeMap<String, String>,
+    }
+    let read: Read = serde_json::from_slice(&std::fs::read(folder.join(checksums::MANIFEST)).ok()?).ok()?;
+    Some(read.failures)
 }
 
 fn case_record(case: &Case) -> CaseRecord {

@@ -11,6 +11,78 @@ use crate::cli::NewArguments;
 /// The checkout that this program was built from; a new crate depends on its libraries.
 const CHECKOUT: &str = env!("CARGO_MANIFEST_DIR");
 
+/// Names that cargo refuses for programs because its folders have them, keywords, crates of Rust itself, and our own libraries.
+const NOT_FOR_CRATES: [&str; 68] = [
+    "build",
+    "deps",
+    "examples",
+    "incremental", // cargo
+    "abstract",
+    "as",
+    "async",
+    "await",
+    "become",
+    "box",
+    "break",
+    "const",
+    "continue",
+    "crate",
+    "do",
+    "dyn",
+    "else",
+    "enum",
+    "extern",
+    "false",
+    "final",
+    "fn",
+    "for",
+    "gen",
+    "if",
+    "impl",
+    "in",
+    "let",
+    "loop",
+    "macro",
+    "match",
+    "mod",
+    "move",
+    "mut",
+    "override",
+    "priv",
+    "pub",
+    "ref",
+    "return",
+    "self",
+    "Self",
+    "static",
+    "struct",
+    "super",
+    "trait",
+    "true",
+    "try",
+    "type",
+    "typeof",
+    "union",
+    "unsafe",
+    "unsized",
+    "use",
+    "virtual",
+    "where",
+    "while",
+    "yield", // Rust
+    "alloc",
+    "core",
+    "proc_macro",
+    "std",
+    "test", // with Rust
+    "density",
+    "messages",
+    "nodes",
+    "phasecloud_density",
+    "phasecloud_messages",
+    "phasecloud_nodes", // here
+];
+
 const MANIFEST: &str = include_str!("new/Cargo.toml.in");
 const PROGRAM: &str = include_str!("new/main.rs");
 const PYTHON: [(&str, &str); 4] = [
@@ -65,6 +137,11 @@ fn rust_files(name: &str) -> Result<Vec<(&'static str, String)>, String> {
             "\"{name}\" is not allowed as the name of a crate; it must start with a letter and have no '.'"
         ));
     }
+    if NOT_FOR_CRATES.contains(&name.replace('-', "_").as_str()) {
+        return Err(format!(
+            "\"{name}\" is not allowed as the name of a crate, cargo, Rust or phasecloud use it themselves; take another, like my-{name}"
+        ));
+    }
     let lock = Path::new(CHECKOUT).join("Cargo.lock");
     let lock = std::fs::read_to_string(&lock).map_err(|e| {
         format!("{}: {e}; the libraries are there in the checkout that made this program", lock.display())
@@ -84,21 +161,58 @@ fn rust_files(name: &str) -> Result<Vec<(&'static str, String)>, String> {
     ])
 }
 
+/// A path as one word of a shell.
+fn word(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
+    if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
+/// Paths as the command of a launch file.
+fn command(paths: &[&Path]) -> String {
+    let texts: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    format!("command = {}", toml::Value::from(texts))
+}
+
 fn rust_next(folder: &Path, name: &str) -> String {
-    let folder = folder.display();
+    let (manifest, program) = (folder.join("Cargo.toml"), folder.join("target/release").join(name));
     format!(
-        "Written: {folder}. Next:\n  cargo build --release --manifest-path {folder}/Cargo.toml\n  \
-         phasecloud check -- {folder}/target/release/{name}\nIn a launch file:\n  [[propagator]]\n  label = \"{name}\"\n  \
-         command = [\"{folder}/target/release/{name}\"]"
+        "Written: {}. Next:\n  cargo build --release --manifest-path {}\n  phasecloud check -- {}\nIn a launch file:\n  \
+         [[propagator]]\n  label = \"{name}\"\n  {}",
+        folder.display(),
+        word(&manifest),
+        word(&program),
+        command(&[&program])
     )
 }
 
 fn python_next(folder: &Path) -> String {
-    let folder = folder.display();
+    let in_folder = |name: &str| folder.join(name);
+    let (python, program) = (in_folder("venv/bin/python"), in_folder("propagator.py"));
     format!(
-        "Written: {folder}. Next:\n  python3 -m venv {folder}/venv\n  \
-         {folder}/venv/bin/pip install -r {folder}/requirements.txt\n  \
-         phasecloud check -- {folder}/venv/bin/python {folder}/propagator.py\nIn a launch file:\n  [[propagator]]\n  \
-         label = \"mine\"\n  command = [\"{folder}/venv/bin/python\", \"{folder}/propagator.py\"]"
+        "Written: {}. Next:\n  python3 -m venv {}\n  {} install -r {}\n  phasecloud check -- {} {}\nIn a launch file:\n  \
+         [[propagator]]\n  label = \"mine\"\n  {}",
+        folder.display(),
+        word(&in_folder("venv")),
+        word(&in_folder("venv/bin/pip")),
+        word(&in_folder("requirements.txt")),
+        word(&python),
+        word(&program),
+        command(&[&python, &program])
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_to_be_done_next_can_be_pasted_whatever_the_folder_is_called() {
+        let next = rust_next(Path::new("it's \"mine\"/my-method"), "my-method");
+        assert!(next.contains(r#"--manifest-path 'it'\''s "mine"/my-method/Cargo.toml'"#), "{next}");
+        let line = next.lines().last().unwrap();
+        let table: toml::Table = toml::from_str(line).unwrap();
+        assert_eq!(table["command"][0].as_str(), Some("it's \"mine\"/my-method/target/release/my-method"));
+        assert!(rust_next(Path::new("a/b"), "b").contains("check -- a/b/target/release/b\n"));
+    }
 }

@@ -106,7 +106,8 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
                 None if arguments.requests => Source::Requests,
                 None => Source::Files(arguments.scenarios),
             };
-            scenario::run(&session, &scenario::Settings { source, first: arguments.first, bins })
+            let NodeArguments { first, most_snapshots, .. } = arguments;
+            scenario::run(&session, &scenario::Settings { source, first, bins, most_snapshots })
         }
         Kind::Propagator(settings) => settings.serve(&session),
         Kind::Estimator => estimator::run(&session),

@@ -14,14 +14,15 @@ const DESCRIPTORS_PER_PROPAGATOR: usize = 10;
 /// Room for management data, per process \[bytes\].
 const OVERHEAD: u64 = 2 << 20;
 
-/// Checks that shared memory can hold the run: a full /dev/shm kills a process by SIGBUS instead of giving an error.
+/// Checks that shared memory can hold a scenario of so many snapshots: a full /dev/shm kills a process by SIGBUS instead of giving
+/// an error.
 ///
 /// # Errors
 /// How much is needed and how much is there.
-pub fn check_shared_memory(launch: &Launch) -> Result<(), String> {
+pub fn check_shared_memory(launch: &Launch, snapshots: usize) -> Result<(), String> {
     let status = rustix::fs::statvfs(SHARED_MEMORY).map_err(|e| format!("{SHARED_MEMORY}: {e}"))?;
     let free = status.f_bavail * status.f_frsize;
-    let needed = needed_bytes(launch);
+    let needed = needed_bytes(launch, snapshots as u64);
     if needed <= free {
         return Ok(());
     }
@@ -53,8 +54,7 @@ pub fn check_descriptors(propagators: usize) -> Result<(), String> {
 }
 
 /// Every snapshot and density of a scenario is held until the scenario ends.
-fn needed_bytes(launch: &Launch) -> u64 {
-    let snapshots = launch.scenarios.iter().map(|s| s.content.problem.times.len()).max().unwrap_or(0) as u64;
+fn needed_bytes(launch: &Launch, snapshots: u64) -> u64 {
     let (phi, e) = (launch.bins.0 as u64, launch.bins.1 as u64);
     let density_numbers = phi * e + phi + e;
     let numbers = |case: &Case| match &case.runs {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use figures::report::{self, PAGE, Subject};
+use figures::report::{self, FIGURES, PAGE, Subject};
 use figures::scene::Scenario;
 use nodes::scenario_file;
 
@@ -42,6 +42,12 @@ pub fn run(arguments: &ReportArguments) -> ExitCode {
 /// What is wrong with the folder.
 pub fn make(folder: &Path) -> Result<Vec<String>, String> {
     report::write(&subject(folder)?).map_err(|e| e.to_string())
+}
+
+/// Removes a report that could not be completed.
+pub fn remove(folder: &Path) {
+    let _ = std::fs::remove_file(folder.join(PAGE));
+    let _ = std::fs::remove_dir_all(folder.join(FIGURES));
 }
 
 /// Tells which figures are missing.

@@ -19,7 +19,7 @@ use crate::launch_file::{Launch, Restart};
 use crate::live::json;
 use crate::log_sink::{LogSink, View};
 use crate::recording::Draft;
-use crate::results_folder::ResultsFolder;
+use crate::results_folder::{self, ResultsFolder};
 use crate::run::{Abort, Failures, Run};
 use crate::{attach, manifest, plans, preflight, report, report_command};
 
@@ -72,9 +72,9 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
             launch.restart = Restart::Never;
         }
         launch.open_to_hosts(order.insecure)?;
-        preflight::check_shared_memory(&launch)?;
+        preflight::check_shared_memory(&launch, launch.most_snapshots())?;
         preflight::check_descriptors(launch.propagators())?;
-        let folder = ResultsFolder::prepare(order.out, &launch.name, run_id)?;
+        let folder = ResultsFolder::prepare(order.out, results_folder::name_of(&launch), run_id)?;
         let tape = order.record.map(|path| Draft::begin(path, &launch, run_id)).transpose();
         let tape = tape.inspect_err(|_| folder.discard())?;
         let log = start_log(&folder.draft, run_id, order.shown, order.logged).inspect_err(|_| folder.discard())?;
@@ -140,7 +140,9 @@ pub fn start_log(folder: &Path, run_id: u64, shown: Shown, logged: Logged) -> Re
     let sink =
         LogSink::open(folder, run_id, View { level, format: logged.log_format, quiet: shown.quiet || shown.json })?;
     let (level, own) = (sink.level(), sink.clone());
-    log::start("launcher", run_id, level, move |line| own.record(&line));
+    log::start("launcher", run_id, level, move |line| {
+        own.record(&line);
+    });
     Ok(sink)
 }
 
@@ -160,7 +162,7 @@ fn conduct(
     let scenarios = folder.keep_scenarios(launch).map_err(Abort::Fatal)?;
     let scenarios = scenarios.iter().flat_map(|file| ["--scenario".into(), file.display().to_string()]).collect();
     let tape = tape.map(|tape| tape.draft.clone());
-    let snapshots = launch.scenarios.iter().map(|s| s.content.problem.times.len()).max().unwrap_or(1);
+    let snapshots = launch.most_snapshots();
     let post = plans::post_bridge(launch, &own.place.root, run_id, snapshots).map_err(Abort::Fatal)?;
     let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape, scenarios, post };
     let (failures, nodes) = {
@@ -172,21 +174,26 @@ fn conduct(
         (by_name(launch, run.failures(), run.strangers()), nodes)
     };
     drop(own);
-    log.close();
+    log.close().map_err(Abort::Fatal)?;
     join(&folder.draft, launch.scenarios.len() as u32).map_err(|e| Abort::Fatal(e.to_string()))?;
     let record = manifest::Record { run_id, started, nodes: &nodes, failures: &failures };
-    manifest::write(&folder.draft, launch, &record).map_err(Abort::Unpublished)?;
+    let unsealed = |problem: String| Abort::Unpublished(format!("{problem}; {}", folder.remains()));
+    manifest::write(&folder.draft, launch, &record).map_err(unsealed)?;
     if order.report {
         draw_report(&folder.draft);
     }
-    manifest::seal(&folder.draft).map_err(Abort::Unpublished)?;
+    manifest::seal(&folder.draft).map_err(unsealed)?;
     folder.publish().map_err(Abort::Unpublished)?;
     Ok(failures)
 }
 
-/// Makes the report. The results are worth keeping without one.
+/// Makes the report. The results are worth keeping without one, but not with a part of one.
 fn draw_report(draft: &Path) {
-    match report_command::make(draft) {
+    let made = report_command::make(draft);
+    if made.is_err() {
+        report_command::remove(draft);
+    }
+    match made {
         Ok(missing) => report_command::warn(&missing),
         Err(problem) => eprintln!("warning: no report: {problem}"),
     }

@@ -17,14 +17,23 @@ use crate::domains::{self, OwnDomain};
 use crate::launch_file::{Launch, ScenarioInput};
 use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
-use crate::run_command::start_log;
+use crate::run_command::{INTERRUPTED, start_log};
+use crate::sweep::{self, Done, TABLE};
 use crate::{attach, manifest, plans, preflight, report};
+
+/// Most snapshots of a scenario that a service can be asked for, unless told otherwise.
+const MOST_SNAPSHOTS_ASKED_FOR: usize = 16;
 
 /// What a service has done so far.
 #[derive(Default)]
 struct Tally {
     folders: Vec<PathBuf>,
-    failed: usize,
+    /// Cases that failed, as `SCENARIO, CASE: WHY`.
+    failed: Vec<String>,
+    /// What has been recorded of a sweep.
+    done: Vec<Done>,
+    /// Combinations of a sweep that cannot be done, and others that have no business here; by name.
+    refused: BTreeMap<String, String>,
     /// Results that contradict one another, or cannot be right.
     contradictions: usize,
 }
@@ -33,7 +42,7 @@ struct Tally {
 pub fn run(arguments: &ServeArguments) -> ExitCode {
     let run_id = domains::fresh_run_id();
     let prepared = prepare(arguments, run_id);
-    let (launch, folder) = match prepared {
+    let service = match prepared {
         Ok(prepared) => prepared,
         Err(problem) => {
             eprintln!("error: {problem}");
@@ -42,29 +51,39 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
     };
     let mut tally = Tally::default();
     let begun = Instant::now();
-    let outcome = serve(arguments, &launch, &folder, run_id, &mut tally);
+    let served = serve(arguments, &service, run_id, &mut tally);
+    let is_sweep = service.sweep.is_some();
+    let outcome = match served {
+        // What has been done of a sweep is worth its tables also if it was stopped.
+        Ok(()) | Err(Abort::Interrupted) => write_sweep(&service, &tally).map_err(Abort::Unpublished).and(served),
+        fatal => fatal,
+    };
+    let folder = &service.folder;
     folder.discard();
     let served = tally.folders.len();
+    if let Err(Abort::Fatal(problem) | Abort::Unpublished(problem)) = outcome {
+        eprintln!("error: {problem}; {served} scenarios are in {}", folder.path.display());
+        return ExitCode::FAILURE;
+    }
+    summarise(&folder.path, served, begun);
+    tally.failed.iter().for_each(|case| eprintln!("error: {case}"));
+    let refused = if is_sweep { tally.refused.len() } else { 0 };
     match outcome {
-        Ok(()) | Err(Abort::Interrupted) if tally.failed + tally.contradictions == 0 => {
-            summarise(&folder.path, served, begun);
-            ExitCode::SUCCESS
-        }
-        Ok(()) | Err(Abort::Interrupted) => {
-            summarise(&folder.path, served, begun);
-            if tally.failed > 0 {
-                eprintln!("error: {} cases failed; each manifest says which and why", tally.failed);
-            }
-            if tally.contradictions > 0 {
-                let count = tally.contradictions;
-                eprintln!(
-                    "error: {count} results contradict one another or cannot be right; each notes.csv says which"
-                );
-            }
+        Err(Abort::Interrupted) if is_sweep => ExitCode::from(INTERRUPTED),
+        _ if tally.failed.is_empty() && refused + tally.contradictions == 0 => ExitCode::SUCCESS,
+        _ if is_sweep => {
+            let failed = tally.failed.len();
+            eprintln!(
+                "error: {refused} combinations were refused and {failed} cases failed; {TABLE} says which and why"
+            );
             ExitCode::FAILURE
         }
-        Err(Abort::Fatal(problem) | Abort::Unpublished(problem)) => {
-            eprintln!("error: {problem}; {served} scenarios are in {}", folder.path.display());
+        _ => {
+            let (failed, contradictions) = (tally.failed.len(), tally.contradictions);
+            eprintln!(
+                "error: {failed} cases failed and {contradictions} results contradict one another or cannot be right; each \
+                 manifest.json and notes.csv says which and why"
+            );
             ExitCode::FAILURE
         }
     }
@@ -81,61 +100,64 @@ fn say(line: &str) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
-fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Launch, ResultsFolder), String> {
-    let mut launch = Launch::load(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
-    launch.open_to_hosts(arguments.insecure)?;
-    if let Some(sweep) = &arguments.sweep {
-        Sweep::load(sweep).map_err(|e| e.to_string())?;
-    }
-    preflight::check_shared_memory(&launch)?;
-    let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
-    std::fs::create_dir_all(&folder.path).map_err(|e| format!("{}: {e}", folder.path.display()))?;
-    Ok((launch, folder))
+/// What a service needs before it starts.
+struct Service {
+    launch: Launch,
+    sweep: Option<Sweep>,
+    folder: ResultsFolder,
+    most_snapshots: usize,
 }
 
-fn serve(
-    arguments: &ServeArguments,
-    launch: &Launch,
-    folder: &ResultsFolder,
-    run_id: u64,
-    tally: &mut Tally,
-) -> Result<(), Abort> {
+fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<Service, String> {
+    let mut launch = Launch::load(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
+    launch.open_to_hosts(arguments.insecure)?;
+    let sweep = arguments.sweep.as_deref().map(Sweep::load).transpose().map_err(|e| e.to_string())?;
+    let most_snapshots = arguments.most_snapshots.or_else(|| sweep.as_ref().map(Sweep::most_snapshots));
+    let most_snapshots = most_snapshots.unwrap_or(MOST_SNAPSHOTS_ASKED_FOR);
+    preflight::check_shared_memory(&launch, most_snapshots)?;
+    preflight::check_descriptors(launch.propagators())?;
+    let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
+    std::fs::create_dir_all(&folder.path).map_err(|e| format!("{}: {e}", folder.path.display()))?;
+    Ok(Service { launch, sweep, folder, most_snapshots })
+}
+
+/// Conducts the scenarios in a fresh domain, and publishes the folder of each.
+fn serve(arguments: &ServeArguments, service: &Service, run_id: u64, tally: &mut Tally) -> Result<(), Abort> {
+    let Service { launch, folder, most_snapshots, .. } = service;
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
     let log = start_log(&folder.path, run_id, arguments.shown, arguments.logged).map_err(Abort::Fatal)?;
     attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
-    let scenarios = match &arguments.sweep {
+    let mut scenarios = match &arguments.sweep {
         Some(file) => vec!["--sweep".into(), file.display().to_string()],
         None => vec!["--requests".into()],
     };
-    let post = plans::post_bridge(launch, &own.place.root, run_id, arguments.most_snapshots).map_err(Abort::Fatal)?;
+    scenarios.extend(["--most-snapshots".into(), most_snapshots.to_string()]);
+    let post = plans::post_bridge(launch, &own.place.root, run_id, *most_snapshots).map_err(Abort::Fatal)?;
     let draft = folder.draft.clone();
     let commands = Commands { launch, place: &own.place, run_id, draft, tape: None, scenarios, post };
-    {
-        let now = Instant::now();
-        let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.shown, &log, || now)?;
-        if arguments.sweep.is_none() {
-            say(&format!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)"));
-        }
-        let completed = run.conduct(|scenario, failures| {
-            let failures = of_scenario(failures, scenario);
-            tally.failed += failures.len();
-            let published = publish(launch, folder, run_id, scenario, &failures)?;
-            for what in report::errors(&published) {
-                eprintln!("error: {what}");
-                tally.contradictions += 1;
-            }
-            tally.folders.push(published);
-            Ok(())
-        });
-        run.end();
-        log.close();
-        completed?;
+    let now = Instant::now();
+    let mut run = Run::begin(commands, *most_snapshots, None, arguments.shown, &log, || now)?;
+    if service.sweep.is_none() {
+        say(&format!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)"));
     }
-    if arguments.sweep.is_some() {
-        join::join_all_tables(&tally.folders, &folder.path).map_err(|e| Abort::Fatal(e.to_string()))?;
-    }
-    Ok(())
+    let completed = run.conduct(|scenario, failures| {
+        let failures = of_scenario(failures, scenario);
+        publish(service, run_id, scenario, failures, tally)
+    });
+    tally.refused.clone_from(run.strangers());
+    run.end();
+    let logged = log.close();
+    completed?;
+    logged.map_err(Abort::Unpublished)
+}
+
+/// Writes the tables and the page of a sweep, as far as it has come.
+fn write_sweep(service: &Service, tally: &Tally) -> Result<(), String> {
+    let Service { launch, sweep: Some(sweep), folder, .. } = service else { return Ok(()) };
+    join::join_all_tables(&tally.folders, &folder.path).map_err(|e| e.to_string())?;
+    let cases: Vec<String> = launch.cases.iter().map(|case| case.label.clone()).collect();
+    sweep::write(sweep, &tally.done, &tally.refused, &cases, &folder.path)
 }
 
 /// Why cases failed in one scenario, by label.
@@ -144,28 +166,47 @@ fn of_scenario(failures: &Failures, scenario: u32) -> BTreeMap<String, String> {
     here.map(|((_, label), why)| (label.clone(), why.clone())).collect()
 }
 
+/// The name of the results folder of the scenario `name`, the service's number `position`.
+pub fn folder_name(position: u32, name: &str) -> String {
+    format!("{position:06}-{name}")
+}
+
 /// Makes a results folder of its own of what the recorder has written of a scenario.
 fn publish(
-    launch: &Launch,
-    folder: &ResultsFolder,
+    service: &Service,
     run_id: u64,
     scenario: u32,
-    failures: &BTreeMap<String, String>,
-) -> Result<PathBuf, String> {
+    failures: BTreeMap<String, String>,
+    tally: &mut Tally,
+) -> Result<(), String> {
+    let Service { launch, folder, .. } = service;
     let draft = part(&folder.draft, scenario);
     let file = draft.join(SCENARIO);
     let content = scenario_file::load(&file).map_err(|e| e.to_string())?;
     let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-    let path = folder.path.join(format!("{scenario:06}-{}", content.name));
+    let name = content.name.clone();
     let kept = draft.join("scenarios");
-    let moved =
-        std::fs::create_dir(&kept).and_then(|()| std::fs::rename(&file, kept.join(format!("{}.toml", content.name))));
+    let moved = std::fs::create_dir(&kept).and_then(|()| std::fs::rename(&file, kept.join(format!("{name}.toml"))));
     moved.map_err(|e| format!("{}: {e}", kept.display()))?;
+    let combination = service.sweep.as_ref().and_then(|sweep| Some((sweep, sweep.index_of(&name)?)));
+    if let Some((sweep, index)) = combination {
+        sweep::write_varied(sweep, index, &name, &draft)?;
+    }
     let alone = Launch { scenarios: vec![ScenarioInput { text, content }], ..launch.clone() };
     let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    let record = manifest::Record { run_id, started: now, nodes: &BTreeMap::new(), failures };
+    let record = manifest::Record { run_id, started: now, nodes: &BTreeMap::new(), failures: &failures };
     manifest::write(&draft, &alone, &record)?;
     manifest::seal(&draft)?;
+    let path = folder.path.join(folder_name(scenario, &name));
     std::fs::rename(&draft, &path).map_err(|e| format!("{}: {e}", path.display()))?;
-    Ok(path)
+    tally.failed.extend(failures.iter().map(|(label, why)| format!("{name}, {label}: {why}")));
+    if let Some((_, index)) = combination {
+        tally.done.push(Done { index, folder: folder_name(scenario, &name), name, failures });
+    }
+    for what in report::errors(&path) {
+        eprintln!("error: {what}");
+        tally.contradictions += 1;
+    }
+    tally.folders.push(path);
+    Ok(())
 }

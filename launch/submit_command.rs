@@ -4,37 +4,54 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use messages::domain::Domain;
+use messages::domain::{Domain, Place};
 use messages::layout::{MOST_SNAPSHOTS, StatusHeader, phase};
 use messages::port::{Inlet, Outlet, PortError};
-use messages::text::unpack;
+use messages::text::{printable, unpack};
 use messages::topic::{Request, Status};
 use messages::wait::Signals;
 use nodes::assignment::request;
 use nodes::scenario::RECORDER;
 use nodes::scenario_file::{self, ScenarioFile};
 
-use crate::BAD_INPUT;
-use crate::attach::{self, Target};
+use crate::attach::{self, LiveRun, Target};
 use crate::cli::SubmitArguments;
 use crate::commands::SCENARIO_NODE;
 use crate::run_command::INTERRUPTED;
+use crate::serve_command::folder_name;
+use crate::{BAD_INPUT, domains, manifest};
 
 /// Wait between two looks at whether the service is still there.
-const LOOK: Duration = Duration::from_secs(1);
-/// Longest that a service may take to say that it has a request.
-const PATIENCE: Duration = Duration::from_secs(60);
+const LOOK: Duration = Duration::from_millis(500);
+/// Wait between two looks at whether a results folder is there, once it is recorded.
+const LOOK_FOR_FOLDER: Duration = Duration::from_millis(20);
+/// A service that has not said by then that it has a request works on another; that is told.
+const WHILE: Duration = Duration::from_secs(60);
 
-/// Why a request was not done.
+/// Why no more requests can be made.
 enum Trouble {
     Interrupted,
-    Refused(String),
+    /// The service has ended.
+    Ended,
+    /// There is no service, or it cannot be reached.
+    NoService(String),
 }
 
 impl From<PortError> for Trouble {
     fn from(error: PortError) -> Self {
-        Self::Refused(error.to_string())
+        Self::NoService(error.to_string())
     }
+}
+
+/// What has become of the requests so far.
+#[derive(Default)]
+struct Tally {
+    /// How many results folders there are.
+    done: usize,
+    /// How many scenarios were refused.
+    refused: usize,
+    /// How many cases failed of those that were done.
+    failed: usize,
 }
 
 /// Submits scenario files one after the other.
@@ -47,51 +64,76 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
-    match submit(&scenarios, &arguments.target) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
+    let mut tally = Tally::default();
+    match submit(&scenarios, &arguments.target, &mut tally) {
+        Ok(()) if tally.failed + tally.refused == 0 => ExitCode::SUCCESS,
+        Ok(()) => ExitCode::FAILURE,
         Err(Trouble::Interrupted) => ExitCode::from(INTERRUPTED),
-        Err(Trouble::Refused(problem)) => {
+        Err(trouble) => {
+            let missing = scenarios.iter().skip(tally.done + tally.refused).map(|scenario| scenario.name.as_str());
+            let problem = match trouble {
+                Trouble::NoService(problem) => problem,
+                _ => format!("{}: the service has ended, there are no results", missing.collect::<Vec<_>>().join(", ")),
+            };
             eprintln!("error: {problem}");
-            ExitCode::FAILURE
+            ExitCode::from(if tally.done + tally.refused == 0 { BAD_INPUT } else { 1 })
         }
     }
 }
 
-/// Whether all scenarios have been recorded.
-fn submit(scenarios: &[ScenarioFile], target: &Target) -> Result<bool, Trouble> {
-    let signals = Signals::catch(&[]).map_err(|e| Trouble::Refused(format!("cannot catch signals: {e}")))?;
-    let place = attach::find(target).map_err(Trouble::Refused)?.place;
-    let domain = Domain::enter(&place, &format!("submit-{}", std::process::id()))?;
-    let office = Office { signals, reports: domain.inlet()?, requests: domain.outlet(MOST_SNAPSHOTS)? };
+/// Has all scenarios done, as far as there is a service that does them.
+fn submit(scenarios: &[ScenarioFile], target: &Target, tally: &mut Tally) -> Result<(), Trouble> {
+    let LiveRun { place, notice } = attach::find(target).map_err(Trouble::NoService)?;
+    let asked = ask(scenarios, &place, notice.map(|notice| notice.results), tally);
+    if domains::is_live(&place) {
+        return asked;
+    }
+    // What was open here may have outlived the domain.
+    domains::remove_remains(&place);
+    match asked {
+        // Without a service its topics cannot be reached either.
+        Err(Trouble::NoService(_)) => Err(Trouble::Ended),
+        other => other,
+    }
+}
+
+fn ask(scenarios: &[ScenarioFile], place: &Place, results: Option<PathBuf>, tally: &mut Tally) -> Result<(), Trouble> {
+    let signals = Signals::catch(&[]).map_err(|e| Trouble::NoService(format!("cannot catch signals: {e}")))?;
+    let domain = Domain::enter(place, &format!("submit-{}", std::process::id()))?;
+    let (reports, requests) = (domain.inlet()?, domain.outlet(MOST_SNAPSHOTS)?);
+    let office = Office { signals, place, results, reports, requests };
     while office.reports.receive()?.is_some() {}
-    let mut all = true;
     for scenario in scenarios {
         match office.have_done(scenario)? {
-            Ok(position) => println!("{}: recorded as {position:06}-{0}", scenario.name),
+            Ok(position) => office.conclude(position, &scenario.name, tally)?,
             Err(why) => {
                 eprintln!("error: {}: {why}", scenario.name);
-                all = false;
+                tally.refused += 1;
             }
         }
     }
-    Ok(all)
+    Ok(())
 }
 
-struct Office {
+struct Office<'a> {
     signals: Signals,
+    place: &'a Place,
+    /// Where the service puts its results folders; nobody knows of a domain that was made by hand.
+    results: Option<PathBuf>,
     reports: Inlet<Status>,
     requests: Outlet<Request>,
 }
 
-impl Office {
+impl Office<'_> {
     /// Asks for a scenario and waits for its position, or why it was refused.
     fn have_done(&self, scenario: &ScenarioFile) -> Result<Result<u32, String>, Trouble> {
         let (header, times) = request(scenario);
         self.requests.send_items(header, &times)?;
         let asked = Instant::now();
-        let mut position = None;
+        let (mut position, mut told) = (None, false);
         loop {
+            // Before looking for reports: what was said before the end is still to be heard.
+            let has_ended = !domains::is_live(self.place);
             while let Some(report) = self.reports.receive()? {
                 let header = report.header();
                 if is_about(header, &scenario.name) && header.phase == phase::FAILED {
@@ -105,14 +147,49 @@ impl Office {
                     return Ok(Ok(header.scenario));
                 }
             }
-            if position.is_none() && asked.elapsed() > PATIENCE {
-                return Ok(Err(format!("the service has not taken it within {} s", PATIENCE.as_secs())));
+            if has_ended {
+                return Err(Trouble::Ended);
             }
-            self.signals.wait(&[&self.reports, &self.requests], LOOK)?;
-            if self.signals.stop_requested() {
-                return Err(Trouble::Interrupted);
+            if position.is_none() && !told && asked.elapsed() > WHILE {
+                eprintln!("{}: not taken yet; the service works on what it was asked for before", scenario.name);
+                told = true;
             }
+            self.wait(LOOK)?;
         }
+    }
+
+    /// Waits until the results folder of a scenario that is recorded is there, sealed, and says how its cases went.
+    fn conclude(&self, position: u32, name: &str, tally: &mut Tally) -> Result<(), Trouble> {
+        let Some(results) = &self.results else {
+            println!("{name}: recorded as number {position}");
+            tally.done += 1;
+            return Ok(());
+        };
+        let folder = results.join(folder_name(position, name));
+        let failures = loop {
+            // Before looking for the folder: it may be the service's last one.
+            let has_ended = !domains::is_live(self.place);
+            // It gets this name when it is whole.
+            if let Some(failures) = manifest::failures(&folder) {
+                break failures;
+            }
+            if has_ended {
+                return Err(Trouble::Ended);
+            }
+            self.wait(LOOK_FOR_FOLDER)?;
+        };
+        println!("{name}: recorded as {}", folder_name(position, name));
+        for (case, why) in &failures {
+            eprintln!("error: {name}, {case}: {}", printable(why));
+        }
+        tally.done += 1;
+        tally.failed += failures.len();
+        Ok(())
+    }
+
+    fn wait(&self, longest: Duration) -> Result<(), Trouble> {
+        self.signals.wait(&[&self.reports, &self.requests], longest)?;
+        if self.signals.stop_requested() { Err(Trouble::Interrupted) } else { Ok(()) }
     }
 }
 

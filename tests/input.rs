@@ -50,13 +50,93 @@ fn a_results_folder_that_is_in_use_or_cannot_exist_is_refused() {
     assert!(refused(&bench, &launch, "file/out").contains("cannot write results to"));
 }
 
+fn validate(bench: &Bench, files: &[&str]) -> (Option<i32>, String, String) {
+    let output = bench.phasecloud().arg("validate").args(files).output().unwrap();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
 #[test]
 fn validate_says_what_is_good_and_what_is_not() {
     let bench = Bench::new();
-    let good = bench.launch_file("good", FOUR_CASES);
-    let bad = bench.launch_file("bad", &FOUR_CASES.replace("node = \"mc\"", "node = \"md\""));
-    let output = bench.phasecloud().arg("validate").arg(&good).arg(&bad).output().unwrap();
-    assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stdout).contains("good.toml: good, 4 cases on 1 scenarios"));
-    assert!(text(&output.stderr).contains("\"md\" is unknown; it must be one of mc, dee"));
+    bench.launch_file("good", FOUR_CASES);
+    bench.launch_file("bad", &FOUR_CASES.replace("node = \"mc\"", "node = \"md\""));
+    bench.write("sweep.toml", "scenario = \"scenario-1.toml\"\n[vary]\n\"initial.e\" = [0.1, 0.2]\n");
+    bench.write("impossible.toml", "scenario = \"scenario-1.toml\"\n[vary]\n\"initial.e\" = [0.1, 1.2, 0.2, 1.4]\n");
+    bench.write("neither.toml", "name = \"x\"\n");
+    let (code, good, bad) = validate(
+        &bench,
+        &["good.toml", "scenario-1.toml", "sweep.toml", "bad.toml", "impossible.toml", "neither.toml"],
+    );
+    assert_eq!(code, Some(2));
+    for words in [
+        "good.toml: good, 4 cases on 1 scenarios",
+        "scenario-1.toml: good, scenario scenario-1 with 5 snapshots to 2 yr",
+        "sweep.toml: good, sweep of 2 scenarios over initial.e",
+    ] {
+        assert!(good.contains(words), "{words}: {good}");
+    }
+    for words in [
+        "\"md\" is unknown; it must be one of mc, dee",
+        "scenario-1-1 (initial.e = 1.2)",
+        "impossible.toml: 2 of 4 combinations are impossible",
+        "neither.toml: has no key that says whether it is a launch, a scenario or a sweep file",
+    ] {
+        assert!(bad.contains(words), "{words}: {bad}");
+    }
+    assert_eq!(validate(&bench, &["good.toml", "sweep.toml"]).0, Some(0));
+}
+
+#[test]
+fn validate_looks_whether_programs_are_there_and_executable() {
+    let bench = Bench::new();
+    bench.write("not-executable", "#!/bin/sh\n");
+    for (program, words) in [
+        ("./missing", "program: the program ./missing, looked up from "),
+        ("./not-executable", "program: ./not-executable is not executable (chmod +x ./not-executable)"),
+        ("/", "is not a program but a folder"),
+        ("no-such-program-anywhere", "there is no program \"no-such-program-anywhere\" in the folders of PATH"),
+    ] {
+        let case = format!("{FOUR_CASES}[[propagator]]\nlabel = \"program\"\ncommand = [\"{program}\"]\n");
+        bench.launch_file("foreign", &case);
+        let (code, _, errors) = validate(&bench, &["foreign.toml"]);
+        assert!(code == Some(2) && errors.contains(words), "{errors}");
+        // A program in PATH, with arguments.
+        bench.launch_file("foreign", &case.replace(&format!("[\"{program}\"]"), "[\"sh\", \"-c\", \"true\"]"));
+        assert_eq!(validate(&bench, &["foreign.toml"]).0, Some(0));
+    }
+}
+
+#[test]
+fn a_file_of_another_kind_is_recognised_with_what_to_do() {
+    let bench = Bench::new();
+    bench.launch_file("launch", FOUR_CASES);
+    bench.write("sweep.toml", "scenario = \"scenario-1.toml\"\n[vary]\n\"initial.e\" = [0.1, 0.2]\n");
+    for (arguments, words) in [
+        (&["run", "scenario-1.toml"][..], "`phasecloud run --scenario scenario-1.toml` runs the default cases on it"),
+        (&["run", "sweep.toml"], "`phasecloud serve LAUNCH_FILE --sweep sweep.toml`"),
+        (&["run", "--scenario", "launch.toml"], "`phasecloud run launch.toml` runs it on the scenarios that it names"),
+        (&["run", "--scenario", "sweep.toml"], "this is a sweep file, but a scenario file belongs here"),
+        (&["serve", "scenario-1.toml"], "`phasecloud submit` gives it to a running service"),
+        (&["serve", "sweep.toml"], "`phasecloud serve LAUNCH_FILE --sweep sweep.toml`"),
+        (&["serve", "--sweep", "scenario-1.toml"], "a sweep file names it as scenario"),
+        (&["serve", "--sweep", "launch.toml"], "`phasecloud serve launch.toml --sweep SWEEP_FILE`"),
+        (&["submit", "launch.toml"], "this is a launch file, but a scenario file belongs here"),
+        (&["graph", "scenario-1.toml"], "this is a scenario file, but a launch file belongs here"),
+    ] {
+        let output = bench.phasecloud().args(arguments).output().unwrap();
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {errors}");
+        assert!(errors.contains(words), "{arguments:?}: {errors}");
+    }
+    assert_eq!(bench.domains(), [""; 0], "nothing has been started");
+}
+
+#[test]
+fn the_manifest_has_the_settings_that_have_an_effect_and_no_other() {
+    let bench = Bench::new();
+    bench.run_well(&bench.launch_file("four", FOUR_CASES), "out");
+    let manifest: serde_json::Value = serde_json::from_slice(&bench.read("out/manifest.json")).unwrap();
+    let settings = manifest["cases"]["gmm-ut"]["settings"].as_array().unwrap();
+    let has = |start: &str| settings.iter().any(|line| line.as_str().unwrap().starts_with(start));
+    assert!(has("split = \"adaptive\"") && has("sigma_points = ") && !has("components"), "{settings:?}");
 }

@@ -88,6 +88,102 @@ fn a_read_only_or_full_output_disk_is_told() {
 }
 
 #[test]
+fn a_mount_point_is_filled_also_in_a_parent_that_cannot_be_written() {
+    if can_mount() {
+        let bench = Bench::new();
+        let launch = bench.launch_file("four", FOUR_CASES);
+        std::fs::create_dir_all(bench.path("parent")).unwrap();
+        // The parent is a disk that becomes read-only once the mount point is there; what is on the mount is seen from inside alone.
+        let (parent, out) = (bench.path("parent"), bench.path("parent/out"));
+        let (parent, out) = (parent.display(), out.display());
+        let mounts = format!(
+            "mount -t tmpfs tmpfs {parent} && mkdir {out} && mount -t tmpfs -o size=64m tmpfs {out} && mount -o remount,ro {parent}"
+        );
+        let mut command = Command::new("unshare");
+        let program = env!("CARGO_BIN_EXE_phasecloud");
+        let shell = format!(
+            "{mounts} && {program} run {} --out {out} && {program} verify {out} && ls -A {out} && ls -A {parent}",
+            launch.display()
+        );
+        command.args(["-rm", "sh", "-c", &shell]).current_dir(bench.path(".")).env("TMPDIR", bench.path("."));
+        let output = command.stdin(Stdio::null()).output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let said = text(&output.stdout);
+        assert!(said.contains("parent/out: good") && said.contains("manifest.json"), "{said}");
+        assert!(!said.contains("partial"), "{said}");
+
+        let read_only = format!("mount -t tmpfs -o ro tmpfs {parent}");
+        let output = run_prepared(&bench, &read_only, true, &launch, "parent");
+        check(&bench, &output, 2, &["Read-only file system"], "parent");
+        assert!(!text(&output.stderr).contains("ready"), "nothing has been computed");
+    }
+}
+
+/// A full disk somewhere between the first file and the last: whatever is sealed is whole.
+#[test]
+fn no_half_of_a_file_is_sealed_however_much_of_the_results_the_disk_can_hold() {
+    if !can_mount() {
+        return;
+    }
+    let bench = Bench::new();
+    let launch = bench.launch_file("four", FOUR_CASES);
+    std::fs::create_dir(bench.path("disk")).unwrap();
+    let disk = bench.path("disk");
+    let disk = disk.display();
+    let program = env!("CARGO_BIN_EXE_phasecloud");
+    let mut outcomes = std::collections::BTreeSet::new();
+    for size in ["1200k", "2200k", "2800k", "3400k", "4000k", "5200k", "64m"] {
+        let kept = bench.path(&format!("kept-{size}"));
+        // The results are copied off the disk, which is gone with the namespace.
+        let shell = format!(
+            "mount -t tmpfs -o size={size} tmpfs {disk}; {program} run {} --out {disk}/out; code=$?; cp -r {disk} {}; exit $code",
+            launch.display(),
+            kept.display()
+        );
+        let mut command = Command::new("unshare");
+        command.args(["-rm", "sh", "-c", &shell]).current_dir(bench.path(".")).env("TMPDIR", bench.path("."));
+        let output = command.stdin(Stdio::null()).output().unwrap();
+        let errors = text(&output.stderr);
+        let out = kept.join("out");
+        let is_sealed = out.join("manifest.json").exists();
+        outcomes.insert((is_sealed, out.join("report.html").exists()));
+        assert_eq!(output.status.success(), is_sealed, "{size}: {errors}");
+        assert!(
+            is_sealed && out.join("report.html").exists() || errors.contains("No space left on device"),
+            "{size}: {errors}"
+        );
+        if is_sealed {
+            let verified = bench.phasecloud().arg("verify").arg(&out).output().unwrap();
+            assert!(verified.status.success(), "{size}: {}", text(&verified.stderr));
+            assert_whole(&out, size);
+        }
+    }
+    assert!(outcomes.contains(&(false, false)) && outcomes.contains(&(true, true)), "{outcomes:?}");
+}
+
+/// Every file ends as its kind ends.
+fn assert_whole(folder: &Path, size: &str) {
+    for entry in std::fs::read_dir(folder).unwrap().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            assert_whole(&path, size);
+            continue;
+        }
+        let content = std::fs::read(&path).unwrap();
+        let text = String::from_utf8_lossy(&content);
+        let is_whole = match path.extension().and_then(|extension| extension.to_str()).unwrap_or("") {
+            "svg" => text.trim_end().ends_with("</svg>"),
+            "html" => text.trim_end().ends_with("</html>"),
+            "json" => serde_json::from_slice::<serde_json::Value>(&content).is_ok(),
+            "npz" => content.windows(4).rev().take(100).any(|bytes| bytes == b"PK\x05\x06"),
+            "csv" | "jsonl" | "toml" => text.ends_with('\n'),
+            other => panic!("{other}: {}", path.display()),
+        };
+        assert!(is_whole, "{size}: {} is a half", path.display());
+    }
+}
+
+#[test]
 fn too_few_file_descriptors_are_refused() {
     let bench = Bench::new();
     let launch = bench.launch_file("four", FOUR_CASES);

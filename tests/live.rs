@@ -22,6 +22,10 @@ const NODES: [&str; 8] = ["scenario", "mc", "dee-961", "dee-1e5", "gmm-ut", "est
 
 /// Starts a command with standard output and error on a terminal of its own; the other end is what the user would see.
 fn on_terminal(command: &mut Command) -> (Child, std::fs::File) {
+    on_terminal_of_kind(command, "xterm")
+}
+
+fn on_terminal_of_kind(command: &mut Command, kind: &str) -> (Child, std::fs::File) {
     let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
     grantpt(&screen).unwrap();
     unlockpt(&screen).unwrap();
@@ -30,7 +34,7 @@ fn on_terminal(command: &mut Command) -> (Child, std::fs::File) {
     let terminal = || -> OwnedFd { open(name.as_c_str(), OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).unwrap() };
     let first = terminal();
     tcsetwinsize(&first, size).unwrap();
-    let child = command.env("TERM", "xterm").stdout(first).stderr(terminal()).spawn().unwrap();
+    let child = command.env("TERM", kind).stdout(first).stderr(terminal()).spawn().unwrap();
     (child, screen.into())
 }
 
@@ -71,6 +75,22 @@ fn a_terminal_shows_a_line_a_node_and_at_last_the_results() {
     assert!(shown.contains('\u{1b}'), "lines are drawn anew in their places");
     let last_line = shown.rfind("recorder  ").unwrap();
     assert!(shown.rfind("Results: ").unwrap() > last_line, "the table comes last");
+}
+
+#[test]
+fn a_dumb_terminal_shows_progress_in_plain_lines() {
+    let bench = Bench::new();
+    bench.launch_file("four", FOUR_CASES);
+    let mut command = bench.phasecloud();
+    command.args(["run", "four.toml", "--out", "out"]);
+    let (mut child, mut screen) = on_terminal_of_kind(&mut command, "dumb");
+    drop(command); // it holds the terminal open
+    let shown = read_all(&mut screen);
+    assert!(child.wait().unwrap().success(), "{shown}");
+    assert!(!shown.contains('\u{1b}'), "{shown}");
+    for node in &NODES[1..] {
+        assert!(shown.contains(&format!("{node}: done scenario-1 ")), "{node}: {shown}");
+    }
 }
 
 #[test]

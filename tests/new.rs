@@ -49,9 +49,15 @@ fn a_new_python_propagator_is_the_example_with_its_kit() {
 fn nothing_is_overwritten_and_names_are_checked() {
     let bench = Bench::new();
     bench.write("taken", "mine");
-    for (name, told) in
-        [("taken", "File exists"), ("-", "is not allowed"), ("1st", "must start with a letter"), ("..", "")]
-    {
+    for (name, told) in [
+        ("taken", "File exists"),
+        ("-", "is not allowed"),
+        ("1st", "must start with a letter"),
+        ("..", ""),
+        ("deps", "take another, like my-deps"),
+        ("fn", "like my-fn"),
+        ("nodes", "like my-nodes"),
+    ] {
         let output = bench.phasecloud().args(["new", "--", name]).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{name}");
         assert!(text(&output.stderr).contains(told), "{}", text(&output.stderr));

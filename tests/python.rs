@@ -212,6 +212,15 @@ fn the_notebook_redraws_a_figure_from_a_results_folder() {
     let (width, height, colours) = common::picture(&bench.read("picture.png"));
     assert!(width > 1000 && height > 200 && colours.len() > 200, "{width} x {height}, {} colours", colours.len());
 
+    // Without the name of a picture: it is written beside the results, not into them.
+    let mut command = Command::new(python);
+    command.arg("-B").arg(kit().join("results.py")).arg(bench.path("out")).current_dir(bench.path("."));
+    let output = command.env("MPLCONFIGDIR", bench.path("matplotlib")).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(bench.path("out-mc.png").is_file(), "{}", text(&output.stdout));
+    let verified = bench.phasecloud().arg("verify").arg(bench.path("out")).output().unwrap();
+    assert!(verified.status.success(), "{}", text(&verified.stderr));
+
     let unknown = notebook("no-such-case", "other.png");
     assert!(!unknown.status.success() && text(&unknown.stderr).contains("there are"), "{}", text(&unknown.stderr));
 }

@@ -78,3 +78,51 @@ fn the_terminal_shows_what_was_asked_for() {
         assert!(serde_json::from_str::<serde_json::Value>(line).unwrap()["node"].is_string());
     }
 }
+
+#[test]
+fn the_default_folder_is_named_after_the_scenario_or_after_the_launch_file_if_there_are_several() {
+    let bench = Bench::new();
+    let scenario = |name: &str| common::SCENARIO_1.replace("scenario-1\"", &format!("{name}\""));
+    bench.write("mine.toml", &scenario("my-satellite"));
+    bench.write("two.toml", &scenario("second"));
+    bench.launch_file("four", FOUR_CASES);
+    let several =
+        format!("name = \"several\"\nscenarios = [\"mine.toml\", \"two.toml\"]\nreference = \"mc\"\n{FOUR_CASES}");
+    bench.write("several.toml", &several);
+    for (arguments, start) in
+        [(&["four.toml", "--scenario", "mine.toml"][..], "my-satellite-2"), (&["several.toml"], "several-2")]
+    {
+        let output = bench.phasecloud().arg("run").args(arguments).arg("--no-report").output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let folders = std::fs::read_dir(bench.path("results")).unwrap().flatten();
+        let names: Vec<_> = folders.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
+        assert!(names.iter().any(|name| name.starts_with(start)), "{names:?}");
+    }
+}
+
+#[test]
+fn an_empty_folder_is_filled_and_its_owner_and_number_stay_the_same() {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    let bench = Bench::new();
+    let launch = bench.launch_file("four", FOUR_CASES);
+    std::fs::create_dir_all(bench.path("out/lost+found")).unwrap();
+    std::fs::set_permissions(bench.path("out"), std::fs::Permissions::from_mode(0o750)).unwrap();
+    let number = || std::fs::metadata(bench.path("out")).unwrap().ino();
+    let before = number();
+    bench.run_well(&launch, "out");
+    assert_eq!(number(), before, "it is the folder that was given, not another in its place");
+    let verified = bench.phasecloud().arg("verify").arg(bench.path("out")).output().unwrap();
+    assert!(verified.status.success(), "{}", text(&verified.stderr));
+    let names: Vec<_> =
+        std::fs::read_dir(bench.path("out")).unwrap().flatten().map(|entry| entry.file_name()).collect();
+    assert!(!names.iter().any(|name| name.to_string_lossy().contains("partial")), "{names:?}");
+
+    std::fs::create_dir_all(bench.path("left/.phasecloud-000000000001.partial")).unwrap();
+    let output = bench.run(&launch, "left");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("of a run that is under way or was killed"), "{}", text(&output.stderr));
+    std::os::unix::fs::symlink("nowhere", bench.path("link")).unwrap();
+    let output = bench.run(&launch, "link");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("it is a link to nothing"), "{}", text(&output.stderr));
+}

@@ -68,7 +68,132 @@ fn a_sweep_makes_a_results_folder_a_scenario_and_one_table_of_all() {
         assert!(file.ends_with("npz") || same == read("alone"), "{file}");
     }
     assert!(bench.path("out/000003-scenario-1-3/manifest.json").exists());
+    let varied = text(&bench.read("out/000001-scenario-1-1/varied.csv"));
+    assert_eq!(
+        varied, "scenario,parameter,value\nscenario-1-1,disposal.critical_e,0.5\nscenario-1-1,initial.e,0.145\n",
+        "the keys are in the order of the alphabet"
+    );
+    let verified = bench.phasecloud().arg("verify").arg(bench.path("out/000001-scenario-1-1")).output().unwrap();
+    assert!(verified.status.success(), "{}", text(&verified.stderr));
+    assert_sweep_table(&bench);
     assert_eq!(bench.domains(), [""; 0]);
+}
+
+/// The table of the sweep above says what its scenarios' own tables say, and the page has it all.
+fn assert_sweep_table(bench: &Bench) {
+    let rows = bench.table("out/sweep.csv");
+    assert_eq!(rows.len(), 4 * 2);
+    let page = text(&bench.read("out/report.html"));
+    for (position, row) in rows.iter().enumerate() {
+        let (scenario, method) = (format!("scenario-1-{}", position / 2), ["mc", "dee"][position % 2]);
+        assert_eq!((&row["scenario"], row["method"].as_str()), (&scenario, method));
+        let varied: [f64; 2] = ["disposal.critical_e", "initial.e"].map(|key| row[key].parse().unwrap());
+        assert_eq!(varied, [[0.5, 0.1], [0.5, 0.145], [0.6, 0.1], [0.6, 0.145]][position / 2]);
+        assert!(row["folder"] == format!("{:06}-{scenario}", position / 2) && row["problem"].is_empty(), "{row:?}");
+        let own = |table: &str| {
+            let rows = bench.table(&format!("out/{}/{table}", row["folder"]));
+            rows.into_iter().rfind(|other| other["method"] == method).unwrap()
+        };
+        let number = |row: &std::collections::HashMap<String, String>, name: &str| row[name].parse::<f64>().unwrap();
+        for name in ["t_yr", "mean_phi_rad", "std_phi_rad", "mean_e", "std_e", "prob_above_critical_e"] {
+            assert_eq!(number(row, name), number(&own("moments.csv"), name), "{name}");
+        }
+        for name in ["prob_reached_critical_e", "low"] {
+            let (sweep, own) = (number(row, name), number(&own("first_passage.csv"), name));
+            assert!(sweep == own || (sweep.is_nan() && own.is_nan()), "{name}: {sweep} {own}");
+        }
+        assert!(page.contains(&format!("href=\"{}/\"", row["folder"])), "{page}");
+    }
+    assert!(page.contains("4 of 4 combinations") && page.contains("initial.e"), "{page}");
+}
+
+#[test]
+fn a_case_that_fails_in_a_sweep_is_named_in_the_table_and_in_the_exit_code() {
+    let bench = Bench::new();
+    let broken = "[[propagator]]\nlabel = \"broken\"\ncommand = [\"false\"]\n";
+    let launch = bench.launch_file("small", &format!("restart = \"never\"\n{SMALL}{broken}"));
+    let sweep = sweep(&bench, "\"initial.e\" = [0.1, 0.145]");
+    let mut command = bench.phasecloud();
+    let output = command.arg("serve").arg(&launch).arg("--sweep").arg(sweep).args(["--out", "out"]).output().unwrap();
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    for words in ["scenario-1-0, broken: ", "scenario-1-1, broken: ", "2 cases failed"] {
+        assert!(errors.contains(words), "{words}: {errors}");
+    }
+    let rows = bench.table("out/sweep.csv");
+    let failed: Vec<_> = rows.iter().filter(|row| row["method"] == "broken").collect();
+    assert!(failed.len() == 2 && failed.iter().all(|row| row["problem"].contains("exit status: 1")), "{rows:?}");
+    assert_eq!(rows.iter().filter(|row| row["problem"].is_empty()).count(), 4);
+}
+
+#[test]
+fn a_sweep_has_room_for_the_snapshots_that_it_needs_unless_told_otherwise() {
+    let bench = Bench::new();
+    let launch = bench.launch_file("small", SMALL);
+    let sweep = sweep(&bench, "\"times.step\" = [0.5, 0.1]");
+    let serve = |more: &[&str], out: &str| {
+        let mut command = bench.phasecloud();
+        command.arg("serve").arg(&launch).arg("--sweep").arg(&sweep).args(["--out", out]).args(more);
+        command.output().unwrap()
+    };
+    let output = serve(&[], "out");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(bench.table("out/moments.csv").len(), 2 * (5 + 21));
+    let output = serve(&["--most-snapshots", "20"], "few");
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("times.step = 0.1: it has 21 snapshots, there is room for 20"), "{errors}");
+    assert_eq!(bench.table("few/moments.csv").len(), 2 * 5);
+}
+
+#[test]
+fn submit_returns_when_the_folder_is_sealed_and_says_how_its_cases_went() {
+    let bench = Bench::new();
+    let broken = "[[propagator]]\nlabel = \"broken\"\ncommand = [\"false\"]\n";
+    let launch = bench.launch_file("small", &format!("restart = \"never\"\n{SMALL}{broken}"));
+    let service = start(&bench, &launch);
+    for position in 0..3 {
+        let output = submit(&bench, &bench.path("scenario-1.toml"));
+        // At once: it is there, whole.
+        let folder = bench.path(&format!("served/{position:06}-scenario-1"));
+        let verified = bench.phasecloud().arg("verify").arg(&folder).output().unwrap();
+        assert!(verified.status.success(), "{}", text(&verified.stderr));
+        assert_eq!(output.status.code(), Some(1), "a case has failed");
+        assert!(text(&output.stderr).contains("scenario-1, broken: "), "{}", text(&output.stderr));
+    }
+    let long = common::SCENARIO_1.replace("step = 0.5 ", "step = 0.1 ");
+    let output = submit(&bench, &bench.write("long.toml", &long));
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("21 snapshots, there is room for 16"), "{}", text(&output.stderr));
+    end(service);
+    assert_eq!(submit(&bench, &bench.path("scenario-1.toml")).status.code(), Some(2), "there is no service");
+}
+
+#[test]
+fn submit_ends_when_the_service_has_ended() {
+    for (how, signal) in [("asked", Signal::INT), ("killed", Signal::KILL)] {
+        let bench = Bench::new();
+        // A case that never says anything: the request is under way until the service ends.
+        let silent = "[[propagator]]\nlabel = \"silent\"\ncommand = [\"sleep\", \"1000\"]\n";
+        let mut service = start(&bench, &bench.launch_file("small", &format!("{SMALL}{silent}")));
+        let mut command = bench.phasecloud();
+        command.arg("submit").arg(bench.path("scenario-1.toml")).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut asking = command.spawn().unwrap();
+        std::thread::sleep(Duration::from_secs(2));
+        assert!(asking.try_wait().unwrap().is_none(), "{how}: it waits for the silent case");
+        kill_process(Pid::from_child(&service), signal).unwrap();
+        service.wait().unwrap();
+        let ended = Instant::now();
+        while asking.try_wait().unwrap().is_none() {
+            assert!(ended.elapsed() < WATCHDOG, "{how}: submit does not end");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let output = asking.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{how}");
+        let errors = text(&output.stderr);
+        assert!(errors.contains("scenario-1: the service has ended"), "{how}: {errors}");
+        assert!(bench.phasecloud().arg("clean").status().unwrap().success());
+    }
 }
 
 #[test]
@@ -83,6 +208,13 @@ fn what_cannot_be_done_is_named_and_the_rest_of_a_sweep_is_done() {
     let errors = text(&output.stderr);
     assert!(errors.contains("scenario 1 of the sweep") && errors.contains("left the domain e < 1"), "{errors}");
     assert!(text(&output.stdout).contains("2 scenarios in"), "{}", text(&output.stdout));
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    let rows = bench.table("out/sweep.csv");
+    assert_eq!(rows.len(), 2 * 2 + 1);
+    let refused = &rows[2];
+    assert!(refused["method"].is_empty() && refused["folder"].is_empty(), "{refused:?}");
+    assert!(refused["orbit.radiation"] == "3" && refused["problem"].contains("orbit.radiation = 3: "), "{refused:?}");
+    assert!(text(&bench.read("out/report.html")).contains("2 of 3 combinations"));
 }
 
 #[test]

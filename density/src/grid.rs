@@ -42,10 +42,11 @@ impl Axis {
         self.low + (self.high - self.low) * ((i as f64 + 0.5) / self.bins as f64)
     }
 
-    /// The bin that `value` falls into.
+    /// The bin that `value` falls into: from its lower edge, which belongs to it, to its upper edge, which does not; the upper edge of
+    /// the last bin belongs to it, as in numpy's `histogram`.
     pub fn bin(&self, value: f64) -> Option<usize> {
         let position = (value - self.low) / (self.high - self.low) * self.bins as f64;
-        (position >= 0.0 && position < self.bins as f64).then_some(position as usize)
+        (self.bins > 0 && self.low <= value && value <= self.high).then(|| (position as usize).min(self.bins - 1))
     }
 }
 
@@ -167,9 +168,29 @@ mod tests {
         for i in 0..axis.bins {
             assert_eq!(axis.bin(axis.centre(i)), Some(i));
         }
-        assert_eq!(axis.bin(2.0), None);
+        assert_eq!(axis.bin(2.0), Some(6), "the last bin has its upper edge");
+        assert_eq!((axis.bin(2.0f64.next_up()), axis.bin(2.0f64.next_down())), (None, Some(6)));
+        assert_eq!((axis.bin(-1.0), axis.bin((-1.0f64).next_down())), (Some(0), None));
         assert_eq!(axis.bin(-1.1), None);
         assert_eq!(axis.bin(f64::NAN), None);
+    }
+
+    /// Where rounding would put a value past the last bin, or a value that lies past it inside.
+    #[test]
+    fn no_value_on_an_axis_is_lost_and_none_beside_it_is_found() {
+        for (low, high, bins) in [(0.1, 0.3, 3), (5.9, 6.283185307179586, 100), (0.0, 1.0, 2000), (-1e-9, 1e-9, 7)] {
+            let axis = Axis { low, high, bins };
+            assert_eq!((axis.bin(high), axis.bin(high.next_down())), (Some(bins - 1), Some(bins - 1)), "{axis:?}");
+            assert_eq!((axis.bin(low), axis.bin(low.next_down())), (Some(0), None), "{axis:?}");
+            assert_eq!(axis.bin(high.next_up()), None, "{axis:?}");
+        }
+    }
+
+    #[test]
+    fn a_point_on_the_upper_edges_of_the_grid_counts_in_the_last_bin_on_any_turn() {
+        let grid = Grid { phi: Axis { low: 1.0, high: 2.0, bins: 4 }, e: Axis { low: 0.1, high: 0.3, bins: 5 } };
+        assert_eq!(grid.bin(2.0, 0.3), Some(19));
+        assert_eq!(grid.bin(1.0, 0.1), Some(0));
     }
 
     #[test]

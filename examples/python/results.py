@@ -20,7 +20,8 @@ import numpy as np
 matplotlib.use("Agg")  # drop this line in a notebook
 import matplotlib.pyplot as plt
 
-# The folder, the case and the picture to write; by default the newest folder, its reference and a file beside its tables.
+# The folder, the case and the picture to write; by default the newest folder, its reference and a file in the current folder:
+# results are sealed, `phasecloud verify` would find a file too many in theirs.
 newest = max(pathlib.Path("results").glob("*/manifest.json"), default=None, key=lambda path: path.stat().st_mtime)
 folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else newest and newest.parent
 if folder is None or not (folder / "manifest.json").is_file():
@@ -28,7 +29,7 @@ if folder is None or not (folder / "manifest.json").is_file():
 manifest = json.loads((folder / "manifest.json").read_text())
 scenario = next(iter(manifest["scenarios"]))
 method = sys.argv[2] if len(sys.argv) > 2 else manifest["reference"]
-picture = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else folder / f"joint-density-{method}.png"
+picture = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else pathlib.Path(f"{folder.resolve().name}-{method}.png")
 
 # %% [markdown]
 # ## Tables

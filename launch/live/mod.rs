@@ -6,6 +6,7 @@ pub mod json;
 pub mod model;
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -39,7 +40,7 @@ impl View {
         let face = match shown {
             Shown { quiet: true, .. } => Face::Quiet,
             Shown { json: true, .. } => Face::Json,
-            _ if std::io::stderr().is_terminal() => {
+            _ if std::io::stderr().is_terminal() && can_move_its_cursor(std::env::var_os("TERM").as_deref()) => {
                 let terminal = MultiProgress::new();
                 let bar = |node: &NodeState| {
                     let bar = terminal.add(ProgressBar::new(0)).with_prefix(node.shown());
@@ -147,6 +148,11 @@ impl Drop for View {
             let _ = terminal.clear();
         }
     }
+}
+
+/// Whether a terminal of this kind can draw lines anew in their places; one that cannot, or does not say, gets plain lines.
+fn can_move_its_cursor(kind: Option<&OsStr>) -> bool {
+    kind.is_some_and(|kind| !kind.is_empty() && kind != "dumb")
 }
 
 /// Phase, scenario, progress, rate and time left of a node, in words.

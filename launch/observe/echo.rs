@@ -157,10 +157,14 @@ fn block(shown: &Shown) -> String {
     text
 }
 
+/// Runs are named in hexadecimal digits everywhere; all else is counted as people count.
+fn is_run(field: &Field) -> bool {
+    field.kind == FieldKind::U64 && field.name == "run_id"
+}
+
 fn words(field: &Field, value: &Value) -> String {
     match value {
-        // Runs are named in hexadecimal digits everywhere.
-        Value::Whole(number) if field.kind == FieldKind::U64 => format!("{number:012x}"),
+        Value::Whole(number) if is_run(field) => format!("{number:012x}"),
         other => plain(other),
     }
 }
@@ -190,11 +194,36 @@ fn json_line(shown: &Shown) -> String {
         Value::Text(text) => json!(text),
     };
     let field = |(field, field_value): &(&Field, Value)| {
-        let shown = if field.kind == FieldKind::U64 { json!(words(field, field_value)) } else { value(field_value) };
+        let shown = if is_run(field) { json!(words(field, field_value)) } else { value(field_value) };
         (field.name.to_owned(), shown)
     };
     let header: Map<_, _> = shown.header.iter().map(field).collect();
     let rows: Vec<Vec<_>> = shown.rows.iter().map(|row| row.iter().map(value).collect()).collect();
     let payload = json!({"items": shown.items, "columns": shown.shape.columns, "rows": rows});
     json!({"topic": shown.topic, "header": header, "payload": payload}).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use messages::layout::{PassageHeader, SnapshotHeader};
+
+    use super::*;
+
+    fn shown<H: Described + bytemuck::Pod>(header: &H) -> Shown {
+        let bytes = bytemuck::bytes_of(header);
+        let header = H::FIELDS.iter().filter_map(|field| Some((field, field.value(bytes)?))).collect();
+        let shape = Shape { columns: &[], by_column: false };
+        Shown { topic: "x", header, items: 0, shape, rows: Vec::new(), missed: 0 }
+    }
+
+    #[test]
+    fn runs_are_shown_in_hexadecimal_digits_and_numbers_in_decimal_ones() {
+        let snapshot = shown(&SnapshotHeader { run_id: 255, total: 100_000, ..SnapshotHeader::default() });
+        let text = block(&snapshot);
+        assert!(text.contains("0000000000ff\n") && text.contains(" 100000\n"), "{text}");
+        let json: serde_json::Value = serde_json::from_str(&json_line(&snapshot)).unwrap();
+        assert_eq!((&json["header"]["run_id"], &json["header"]["total"]), (&json!("0000000000ff"), &json!(100_000)));
+        let text = block(&shown(&PassageHeader { samples: 4096, ..PassageHeader::default() }));
+        assert!(text.contains(" 4096\n"), "{text}");
+    }
 }

@@ -11,10 +11,26 @@ pub fn pack<const N: usize>(text: &str) -> [u8; N] {
     field
 }
 
-/// Unpacks a field up to its first NUL; bytes that are not UTF-8 become `U+FFFD`.
+/// Unpacks a field up to its first NUL, [printable]; bytes that are not UTF-8 become `U+FFFD`.
 pub fn unpack(field: &[u8]) -> String {
     let end = field.iter().position(|&byte| byte == 0).unwrap_or(field.len());
-    String::from_utf8_lossy(&field[..end]).into_owned()
+    printable(&String::from_utf8_lossy(&field[..end]))
+}
+
+/// Text as it may be shown: what a terminal would obey instead of printing it (control characters of ASCII and of Latin 1, so
+/// also the one-byte CSI and OSC; marks that turn the direction of writing or end a line) is escaped.
+pub fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            c if c.is_control() => shown.extend(c.escape_default()),
+            c @ ('\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}') => {
+                shown.extend(c.escape_unicode());
+            }
+            c => shown.push(c),
+        }
+    }
+    shown
 }
 
 #[cfg(test)]
@@ -30,6 +46,21 @@ mod tests {
     #[test]
     fn long_text_is_cut_between_characters() {
         assert_eq!(unpack(&pack::<4>("aaaé")), "aaa");
+    }
+
+    #[test]
+    fn no_text_can_command_a_terminal() {
+        for (code, shown) in [
+            ("\u{1b}[2J", "\\u{1b}[2J"),
+            ("\u{1b}]0;title\u{7}", "\\u{1b}]0;title\\u{7}"),
+            ("\u{9b}2J", "\\u{9b}2J"),
+            ("a\rb\u{8}c\nd", "a\\rb\\u{8}c\\nd"),
+            ("\u{202e}abc", "\\u{202e}abc"),
+            ("e = 0.5 ± 1e-3 µ, φ", "e = 0.5 ± 1e-3 µ, φ"),
+        ] {
+            assert_eq!(printable(code), shown);
+            assert_eq!(unpack(&pack::<64>(code)), shown);
+        }
     }
 
     #[test]

@@ -9,6 +9,27 @@ use crate::mc;
 use crate::session::Session;
 use crate::{dee, exact, gmm_ut, kit};
 
+/// A setting that does not go with the others.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: {problem}")]
+pub struct Misfit {
+    /// Its key.
+    pub key: &'static str,
+    /// What is wrong and what would be right.
+    pub problem: String,
+}
+
+impl Misfit {
+    pub(crate) fn new(key: &'static str, problem: impl Into<String>) -> Self {
+        Self { key, problem: problem.into() }
+    }
+
+    /// A setting that changes nothing, given what else is set.
+    pub(crate) fn no_effect(key: &'static str, because: &str) -> Self {
+        Self::new(key, format!("has no effect {because}; leave it out"))
+    }
+}
+
 /// A built-in propagator with its settings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
@@ -41,12 +62,21 @@ impl BuiltIn {
         })
     }
 
-    /// The settings as lines `key = value`.
+    /// The settings as lines `key = value`: all that have an effect, also those that were not set.
     ///
     /// # Errors
     /// If they cannot be written as TOML, which no settings here cause.
     pub fn to_lines(&self) -> Result<Vec<String>, toml::ser::Error> {
-        Ok(toml::to_string(self)?.lines().filter(|line| !line.is_empty()).map(Into::into).collect())
+        Ok(toml::to_string(&self.resolved())?.lines().filter(|line| !line.is_empty()).map(Into::into).collect())
+    }
+
+    /// The same with every setting that has an effect filled in, and no other.
+    fn resolved(&self) -> Self {
+        match self {
+            Self::DensityEvolution(settings) => Self::DensityEvolution(settings.resolved()),
+            Self::GaussianMixture(settings) => Self::GaussianMixture(settings.resolved()),
+            other => other.clone(),
+        }
     }
 
     /// How accurately it propagates, if that is set.
@@ -73,12 +103,23 @@ impl BuiltIn {
     ///
     /// # Errors
     /// What is wrong and what would be right.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), Misfit> {
         match self {
             Self::MonteCarlo(settings) => settings.check(),
             Self::DensityEvolution(settings) => settings.check(),
             Self::GaussianMixture(settings) => settings.check(),
             Self::Exact(settings) => settings.check(),
+        }
+    }
+
+    /// Whether its density can be put on a grid of so many bins in `phi` and `e`.
+    ///
+    /// # Errors
+    /// What is wrong and what would be right.
+    pub fn check_bins(&self, bins: (usize, usize)) -> Result<(), Misfit> {
+        match self {
+            Self::DensityEvolution(settings) => settings.check_bins(bins),
+            _ => Ok(()),
         }
     }
 

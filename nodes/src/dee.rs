@@ -14,9 +14,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
+use crate::builtin::Misfit;
 use crate::course::Course;
 use crate::failure::Failure;
-use crate::input::{Mode, positive};
+use crate::input::{Mode, positive, positive_option};
 use crate::kit::{Form, Passage, Propagator};
 use crate::shard::Shard;
 use crate::snapshot_rules::MOST_RESOLUTION;
@@ -50,20 +51,21 @@ pub struct Settings {
     /// Number of characteristics; on a lattice the largest square number up to it.
     #[serde(deserialize_with = "positive")]
     pub samples: usize,
-    /// Seed of random draws.
-    pub seed: u64,
+    /// Seed of points that are not on a lattice; 1 unless set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
     /// Where the characteristics start; by default on a lattice, as printed random.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementChoice>,
     /// How the density is put together; by default carried, as printed by hull.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshChoice>,
-    /// Interpolation points an axis of a hull mesh, the paper's Ngrid.
-    #[serde(deserialize_with = "positive")]
-    pub resolution: usize,
-    /// Degree to which a carried lattice interpolates the flow between its points; 1 is linear.
-    #[serde(deserialize_with = "positive")]
-    pub degree: usize,
+    /// Interpolation points an axis of a hull mesh, the paper's Ngrid; 5000 unless set.
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<usize>,
+    /// Degree to which a lattice interpolates between its points; 1 is linear, 7 unless set.
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub degree: Option<usize>,
     /// Corrected, or as the paper printed it: without the Jacobian, random points, hull interpolation.
     pub mode: Mode,
     /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
@@ -75,11 +77,11 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             samples: 100_000,
-            seed: 1,
+            seed: None,
             placement: None,
             mesh: None,
-            resolution: 5000,
-            degree: 7,
+            resolution: None,
+            degree: None,
             mode: Mode::default(),
             accuracy: None,
         }
@@ -88,29 +90,93 @@ impl Default for Settings {
 
 impl Settings {
     /// Whether the settings go together.
-    pub(crate) fn check(&self) -> Result<(), String> {
-        let side = self.samples.isqrt();
+    pub(crate) fn check(&self) -> Result<(), Misfit> {
+        self.check_effects()?;
+        let (side, resolution, degree) = (self.samples.isqrt(), self.resolution(), self.degree());
         if self.samples < 4 {
-            return Err(format!("samples = {} are too few for a mesh; it needs at least 4", self.samples));
-        }
-        if self.resolution > MOST_RESOLUTION {
-            return Err(format!("resolution = {} is too fine; it must be at most {MOST_RESOLUTION}", self.resolution));
-        }
-        if self.degree > MOST_DEGREE || (self.placement() == Placement::Lattice && self.degree >= side) {
-            return Err(format!(
-                "degree = {} does not fit; it must be at most {MOST_DEGREE} and less than the {side} points a side",
-                self.degree
+            return Err(Misfit::new(
+                "samples",
+                format!("{} are too few for a mesh; it needs at least 4", self.samples),
             ));
+        }
+        if resolution > MOST_RESOLUTION {
+            let problem = format!("{resolution} is too fine; it must be at most {MOST_RESOLUTION}");
+            return Err(Misfit::new("resolution", problem));
+        }
+        if self.placement() == Placement::Lattice && (degree > MOST_DEGREE || degree >= side) {
+            let problem = format!(
+                "{degree} does not fit; it must be at most {MOST_DEGREE} and less than the {side} points a side"
+            );
+            return Err(Misfit::new("degree", problem));
         }
         Ok(())
     }
 
-    fn placement(&self) -> Placement {
-        let choice = self.placement.unwrap_or(match self.mode {
+    /// Whether all that is set changes something.
+    fn check_effects(&self) -> Result<(), Misfit> {
+        let on_lattice = self.placement() == Placement::Lattice;
+        let carried = self.mesh() == MeshChoice::Carried;
+        if self.seed.is_some() && on_lattice {
+            return Err(Misfit::no_effect("seed", "where the points are on a lattice (placement = \"lattice\")"));
+        }
+        if self.degree.is_some() && !on_lattice {
+            return Err(Misfit::no_effect("degree", "where the points are not on a lattice"));
+        }
+        if self.resolution.is_some() && carried {
+            return Err(Misfit::no_effect("resolution", "where the mesh is carried; it is that of mesh = \"hull\""));
+        }
+        if self.mode == Mode::AsPrinted && self.placement.is_some() && carried {
+            return Err(Misfit::no_effect("mode", "beside placement and mesh = \"carried\""));
+        }
+        Ok(())
+    }
+
+    /// Whether a hull is interpolated at least as finely as it is read.
+    pub(crate) fn check_bins(&self, (phi, e): (usize, usize)) -> Result<(), Misfit> {
+        let (resolution, bins) = (self.resolution(), phi.max(e));
+        if self.mesh() == MeshChoice::Carried || resolution >= bins {
+            return Ok(());
+        }
+        let problem =
+            format!("{resolution} is coarser than the {bins} bins of the comparison grid; it must be at least {bins}");
+        Err(Misfit::new("resolution", problem))
+    }
+
+    /// The same with every setting that has an effect filled in, and no other.
+    pub(crate) fn resolved(&self) -> Self {
+        let (on_lattice, hull) = (self.placement() == Placement::Lattice, self.mesh() == MeshChoice::Hull);
+        Self {
+            seed: (!on_lattice).then(|| self.seed()),
+            placement: Some(self.placement_choice()),
+            mesh: Some(self.mesh()),
+            resolution: hull.then(|| self.resolution()),
+            degree: on_lattice.then(|| self.degree()),
+            mode: if hull { self.mode } else { Mode::Corrected },
+            ..self.clone()
+        }
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed.unwrap_or(1)
+    }
+
+    fn resolution(&self) -> usize {
+        self.resolution.unwrap_or(5000)
+    }
+
+    fn degree(&self) -> usize {
+        self.degree.unwrap_or(7)
+    }
+
+    fn placement_choice(&self) -> PlacementChoice {
+        self.placement.unwrap_or(match self.mode {
             Mode::Corrected => PlacementChoice::Lattice,
             Mode::AsPrinted => PlacementChoice::Random,
-        });
-        match choice {
+        })
+    }
+
+    fn placement(&self) -> Placement {
+        match self.placement_choice() {
             PlacementChoice::Random => Placement::Random,
             PlacementChoice::Lattice => Placement::Lattice,
             PlacementChoice::LowDiscrepancy => Placement::LowDiscrepancy,
@@ -160,7 +226,8 @@ impl Propagator for DensityEvolution {
 
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
-        let Settings { samples, seed, resolution, degree, mode, accuracy, .. } = self.settings;
+        let Settings { samples, mode, accuracy, .. } = self.settings;
+        let (seed, resolution, degree) = (self.settings.seed(), self.settings.resolution(), self.settings.degree());
         let start = initial_points(problem, samples, self.settings.placement(), seed)?;
         let range = self.shard.part(start.phi.len())?;
         let flow = AccuracySetting::flow(accuracy, problem.force);
@@ -212,7 +279,7 @@ impl Propagator for DensityEvolution {
         let work = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
         let flow = work.course.orbits.flow;
         if work.start.lattice.is_some() {
-            let curve = passage_curve(&work.problem, &flow, &work.start, self.settings.degree, times)?;
+            let curve = passage_curve(&work.problem, &flow, &work.start, self.settings.degree(), times)?;
             return Ok(Passage::Curve(rows(&curve, times)));
         }
         let start = Orbits::from_polar(flow, &work.start.phi, &work.start.e);
@@ -228,4 +295,62 @@ impl Propagator for DensityEvolution {
 fn rows(curve: &PassageCurve, times: &[f64]) -> Vec<[f64; PASSAGE_COLUMNS]> {
     let row = |((&time, &p), &error): ((&f64, &f64), &f64)| [time, p, (p - error).max(0.0), (p + error).min(1.0)];
     times.iter().zip(&curve.probability).zip(&curve.error).map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(text: &str) -> Settings {
+        toml::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn a_setting_that_changes_nothing_is_refused_by_name() {
+        for (text, key) in [
+            ("seed = 2", "seed"),
+            ("resolution = 500", "resolution"),
+            ("placement = \"random\"\ndegree = 3", "degree"),
+            ("mode = \"as-printed\"\ndegree = 3", "degree"),
+            ("mode = \"as-printed\"\nmesh = \"carried\"\nresolution = 500", "resolution"),
+            ("mode = \"as-printed\"\nmesh = \"carried\"\nplacement = \"lattice\"", "mode"),
+        ] {
+            let misfit = settings(text).check().unwrap_err();
+            assert!(misfit.key == key && misfit.problem.contains("has no effect"), "{text}: {misfit}");
+        }
+        for good in [
+            "placement = \"random\"\nseed = 2",
+            "mesh = \"hull\"\nresolution = 500\ndegree = 3",
+            "mode = \"as-printed\"",
+        ] {
+            settings(good).check().unwrap();
+        }
+    }
+
+    #[test]
+    fn what_is_recorded_is_what_has_an_effect_and_means_the_same() {
+        for (text, lines) in [
+            ("", "samples = 100000\nplacement = \"lattice\"\nmesh = \"carried\"\ndegree = 7\nmode = \"corrected\"\n"),
+            (
+                "mode = \"as-printed\"",
+                "samples = 100000\nseed = 1\nplacement = \"random\"\nmesh = \"hull\"\nresolution = 5000\nmode = \"as-printed\"\n",
+            ),
+            (
+                "mode = \"as-printed\"\nmesh = \"carried\"",
+                "samples = 100000\nseed = 1\nplacement = \"random\"\nmesh = \"carried\"\nmode = \"corrected\"\n",
+            ),
+        ] {
+            let resolved = settings(text).resolved();
+            assert_eq!(toml::to_string(&resolved).unwrap(), lines);
+            resolved.check().unwrap();
+            assert_eq!(settings(lines).resolved(), resolved);
+        }
+    }
+
+    #[test]
+    fn a_hull_is_not_read_more_finely_than_it_is_interpolated() {
+        let hull = settings("mesh = \"hull\"\nresolution = 120");
+        assert!(hull.check_bins((120, 100)).is_ok() && hull.check_bins((100, 121)).is_err());
+        assert!(settings("").check_bins((2000, 2000)).is_ok());
+    }
 }

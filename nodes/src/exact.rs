@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
+use crate::builtin::Misfit;
 use crate::failure::Failure;
 use crate::kit::{Form, Passage, Propagator};
 
@@ -50,21 +51,22 @@ impl Default for Settings {
 
 impl Settings {
     /// Whether the settings can be met at all.
-    pub(crate) fn check(&self) -> Result<(), String> {
-        let aims = [("moment_error", self.moment_error), ("joint_error", self.joint_error)];
-        let limits = [
+    pub(crate) fn check(&self) -> Result<(), Misfit> {
+        for (key, error) in [
+            ("moment_error", self.moment_error),
+            ("joint_error", self.joint_error),
             ("largest_moment_error", self.largest_moment_error),
             ("largest_probability_error", self.largest_probability_error),
             ("largest_joint_error", self.largest_joint_error),
-        ];
-        if let Some((name, value)) = aims.iter().chain(&limits).find(|(_, value)| !(value.is_finite() && *value > 0.0))
-        {
-            return Err(format!("{name} is {value}, it must be greater than 0"));
+        ] {
+            if !(error.is_finite() && error > 0.0) {
+                return Err(Misfit::new(key, format!("{error} is not allowed, it must be a number greater than 0")));
+            }
         }
-        if self.most_orbits == 0 {
-            return Err("most_orbits must be greater than 0".into());
+        match self.most_orbits {
+            0 => Err(Misfit::new("most_orbits", "0 is not allowed, it must be at least 1")),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     fn science(&self) -> ExactSettings {

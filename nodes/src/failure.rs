@@ -48,6 +48,14 @@ impl Failure {
         Self::Refused("a snapshot was asked for before any scenario".into())
     }
 
+    /// The same with what it is about before it, unless the node is to end for it.
+    pub fn about(self, what: &str) -> Self {
+        match self {
+            Self::Stopped | Self::Port(_) => self,
+            other => Self::Refused(format!("{what}: {other}")),
+        }
+    }
+
     /// A failure of a file operation.
     pub fn file(file: &std::path::Path, cause: impl std::fmt::Display) -> Self {
         Self::File { file: file.display().to_string(), cause: cause.to_string() }

@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
+use crate::builtin::Misfit;
 use crate::failure::Failure;
-use crate::input::{Mode, positive, positive_option};
+use crate::input::{Mode, positive_option};
 use crate::kit::{Form, Passage, Propagator};
 
 /// How the initial Gaussian is split.
@@ -39,17 +40,18 @@ pub struct Settings {
     /// How the initial Gaussian is split; as printed: along the eccentricity unless said otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub split: Option<SplitChoice>,
-    /// Components along the direction of a split that is not adaptive; odd.
-    #[serde(deserialize_with = "positive")]
-    pub components: usize,
-    /// Components across it; odd.
-    #[serde(deserialize_with = "positive")]
-    pub across: usize,
-    /// Whether the splitting library keeps the variance exactly.
-    pub keep_variance: bool,
+    /// Components along the direction of a split that is not adaptive; odd, 39 unless set.
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub components: Option<usize>,
+    /// Components across it; odd, 1 unless set.
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub across: Option<usize>,
+    /// Whether the library of a split that is not adaptive keeps the variance exactly; it does not unless set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keep_variance: Option<bool>,
     /// Most sigma points of an adaptive split.
-    #[serde(deserialize_with = "positive")]
-    pub sigma_points: usize,
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub sigma_points: Option<usize>,
     /// Most components that are published: more are merged, keeping mean and covariance (slow).
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub merge_to: Option<usize>,
@@ -64,10 +66,10 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             split: None,
-            components: 39,
-            across: 1,
-            keep_variance: false,
-            sigma_points: Adaptive::default().sigma_points,
+            components: None,
+            across: None,
+            keep_variance: None,
+            sigma_points: None,
             merge_to: None,
             mode: Mode::default(),
             accuracy: None,
@@ -77,18 +79,65 @@ impl Default for Settings {
 
 impl Settings {
     /// Whether the settings go together.
-    pub(crate) fn check(&self) -> Result<(), String> {
-        match [self.components, self.across].into_iter().find(|n| n % 2 == 0 || *n > library::MOST) {
-            Some(n) => Err(format!("{n} components are not allowed, it must be an odd number up to {}", library::MOST)),
-            None => Ok(()),
+    pub(crate) fn check(&self) -> Result<(), Misfit> {
+        let adaptive = self.split() == SplitChoice::Adaptive;
+        let of_library = [
+            ("components", self.components.is_some()),
+            ("across", self.across.is_some()),
+            ("keep_variance", self.keep_variance.is_some()),
+        ];
+        if let Some((key, _)) = of_library.into_iter().find(|(_, is_set)| adaptive && *is_set) {
+            let because =
+                "beside split = \"adaptive\", which plans its components itself; set sigma_points, or another split";
+            return Err(Misfit::no_effect(key, because));
         }
+        if self.sigma_points.is_some() && !adaptive {
+            return Err(Misfit::no_effect("sigma_points", "on a split that is not adaptive; set components"));
+        }
+        for (key, count) in [("components", self.components()), ("across", self.across())] {
+            if count % 2 == 0 || count > library::MOST {
+                let problem = format!("{count} is not allowed, it must be an odd number up to {}", library::MOST);
+                return Err(Misfit::new(key, problem));
+            }
+        }
+        Ok(())
+    }
+
+    /// The same with every setting that has an effect filled in, and no other.
+    pub(crate) fn resolved(&self) -> Self {
+        let adaptive = self.split() == SplitChoice::Adaptive;
+        let of_library = !adaptive;
+        Self {
+            split: Some(self.split()),
+            components: of_library.then(|| self.components()),
+            across: of_library.then(|| self.across()),
+            keep_variance: of_library.then(|| self.keeps_variance()),
+            sigma_points: adaptive.then(|| self.sigma_points()),
+            ..self.clone()
+        }
+    }
+
+    fn components(&self) -> usize {
+        self.components.unwrap_or(39)
+    }
+
+    fn across(&self) -> usize {
+        self.across.unwrap_or(1)
+    }
+
+    fn keeps_variance(&self) -> bool {
+        self.keep_variance.unwrap_or(false)
+    }
+
+    fn sigma_points(&self) -> usize {
+        self.sigma_points.unwrap_or(Adaptive::default().sigma_points)
     }
 
     /// The most components that a mixture can have.
     pub fn most_components(&self) -> usize {
         match self.split() {
-            SplitChoice::Adaptive => self.sigma_points,
-            _ => self.components.saturating_mul(self.across),
+            SplitChoice::Adaptive => self.sigma_points(),
+            _ => self.components().saturating_mul(self.across()),
         }
     }
 
@@ -101,15 +150,15 @@ impl Settings {
 
     /// The same in the terms of science.
     fn for_mixture(&self) -> mixture::Settings {
-        let variance = if self.keep_variance { Variance::Kept } else { Variance::Free };
-        let library = |along, across| Split::Library { along, components: self.components, across, variance };
+        let variance = if self.keeps_variance() { Variance::Kept } else { Variance::Free };
+        let library = |along, across| Split::Library { along, components: self.components(), across, variance };
         let split = match self.split() {
             SplitChoice::Adaptive => {
-                Split::Adaptive(Adaptive { sigma_points: self.sigma_points, ..Adaptive::default() })
+                Split::Adaptive(Adaptive { sigma_points: self.sigma_points(), ..Adaptive::default() })
             }
-            SplitChoice::SolarAngle => library(Direction::SolarAngle, self.across),
-            SplitChoice::Eccentricity | SplitChoice::Both => library(Direction::Eccentricity, self.across),
-            SplitChoice::StrongestNonlinearity => library(Direction::StrongestNonlinearity, self.across),
+            SplitChoice::SolarAngle => library(Direction::SolarAngle, self.across()),
+            SplitChoice::Eccentricity | SplitChoice::Both => library(Direction::Eccentricity, self.across()),
+            SplitChoice::StrongestNonlinearity => library(Direction::StrongestNonlinearity, self.across()),
         };
         let unscented = match self.mode {
             Mode::AsPrinted => Unscented::PAPER,
@@ -185,6 +234,51 @@ impl Propagator for GaussianMixture {
             for (column, value) in component.to_array().into_iter().enumerate() {
                 columns[column * rows + row] = value;
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(text: &str) -> Settings {
+        toml::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn a_setting_that_changes_nothing_is_refused_by_name() {
+        for (text, key) in [
+            ("components = 39", "components"),
+            ("split = \"adaptive\"\nacross = 3", "across"),
+            ("keep_variance = false", "keep_variance"),
+            ("mode = \"as-printed\"\nsigma_points = 100", "sigma_points"),
+            ("split = \"both\"\nsigma_points = 100", "sigma_points"),
+        ] {
+            let misfit = settings(text).check().unwrap_err();
+            assert!(misfit.key == key && misfit.problem.contains("has no effect"), "{text}: {misfit}");
+        }
+        for good in ["sigma_points = 100", "mode = \"as-printed\"\ncomponents = 39", "split = \"both\"\nacross = 3"] {
+            settings(good).check().unwrap();
+        }
+        assert_eq!(settings("split = \"both\"\nacross = 4").check().unwrap_err().key, "across");
+    }
+
+    #[test]
+    fn what_is_recorded_is_what_has_an_effect() {
+        let most = Adaptive::default().sigma_points;
+        for (text, lines) in [
+            ("", format!("split = \"adaptive\"\nsigma_points = {most}\nmode = \"corrected\"\n")),
+            (
+                "mode = \"as-printed\"",
+                "split = \"eccentricity\"\ncomponents = 39\nacross = 1\nkeep_variance = false\nmode = \"as-printed\"\n"
+                    .into(),
+            ),
+        ] {
+            let resolved = settings(text).resolved();
+            assert_eq!(toml::to_string(&resolved).unwrap(), lines);
+            resolved.check().unwrap();
+            assert_eq!(settings(&lines).for_mixture(), settings(text).for_mixture());
         }
     }
 }

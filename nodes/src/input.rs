@@ -6,6 +6,7 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use messages::text;
 use serde::Serialize;
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error};
 use toml::Spanned;
@@ -147,19 +148,15 @@ impl InputFile {
 }
 
 /// Text from a file as an error may repeat it: cut in the middle where too long, and without codes that a terminal would obey.
-fn printable(text: &str) -> String {
-    let length = text.chars().count();
-    let (head, tail) = (LONGEST_QUOTE / 2, length.saturating_sub(LONGEST_QUOTE / 2));
-    let mut quote = String::new();
-    for (position, character) in text.chars().enumerate() {
-        match character {
-            _ if length > LONGEST_QUOTE && position == head => quote.push('…'),
-            _ if length > LONGEST_QUOTE && position > head && position < tail => {}
-            c if c.is_control() => quote.extend(c.escape_default()),
-            c => quote.push(c),
-        }
+fn printable(quoted: &str) -> String {
+    let length = quoted.chars().count();
+    if length <= LONGEST_QUOTE {
+        return text::printable(quoted);
     }
-    quote
+    let half = LONGEST_QUOTE / 2;
+    let (head, tail): (String, String) =
+        (quoted.chars().take(half).collect(), quoted.chars().skip(length - half).collect());
+    format!("{}…{}", text::printable(&head), text::printable(&tail))
 }
 
 /// Whether a method runs corrected or as the paper printed it, flaws included.
@@ -188,10 +185,13 @@ pub(crate) fn positive_option<'de, D: Deserializer<'de>>(deserializer: D) -> Res
 
 /// Whether `name` can be a label or a name: it becomes part of file names, so it is short and plain.
 pub fn is_plain_name(name: &str) -> bool {
-    (1..=31).contains(&name.len())
+    (1..=LONGEST_PLAIN_NAME).contains(&name.len())
         && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_.".contains(&b))
         && name.starts_with(|c: char| c.is_ascii_alphanumeric())
 }
+
+/// Longest name that [`is_plain_name`] allows \[characters\].
+pub const LONGEST_PLAIN_NAME: usize = 31;
 
 /// What [`is_plain_name`] asks for, in words.
 pub const PLAIN_NAME: &str = "it must be 1 to 31 letters, digits, '-', '_' or '.', starting with a letter or digit";

@@ -16,6 +16,7 @@ pub mod dee;
 pub mod estimator;
 pub mod exact;
 pub mod failure;
+pub mod file_kind;
 mod gathering;
 pub mod gmm_ut;
 #[cfg(test)]

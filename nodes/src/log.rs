@@ -9,6 +9,7 @@ use std::str::FromStr;
 use std::time::SystemTime;
 
 use messages::layout::phase;
+use messages::text::printable;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tracing::field::{Field, Visit};
@@ -57,20 +58,33 @@ impl Line {
         }
     }
 
-    /// The line as text, without a line break.
+    /// The line as text, without a line break; nothing in it can command a terminal.
     pub fn to_text(&self, format: Format) -> String {
         match format {
-            Format::Json => serde_json::to_string(self).unwrap_or_default(),
+            Format::Json => json_escaped(&serde_json::to_string(self).unwrap_or_default()),
             Format::Compact => self.to_string(),
         }
     }
 }
 
+/// JSON in which also those control characters are escaped that JSON itself allows.
+fn json_escaped(json: &str) -> String {
+    let mut escaped = String::with_capacity(json.len());
+    for character in json.chars() {
+        match character {
+            c if c.is_control() => escaped += &format!("\\u{:04x}", u32::from(c)),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { time, level, run, node, message, fields } = self;
-        write!(f, "{time} {level:5} {run} {node}: {}", message.escape_debug())?;
-        fields.iter().try_for_each(|(name, value)| write!(f, " {name}={value}"))
+        let [time, level, run, node] = [time, level, run, node].map(|text| printable(text));
+        write!(f, "{time} {level:5} {run} {node}: {}", printable(message))?;
+        fields.iter().try_for_each(|(name, value)| write!(f, " {}={}", printable(name), printable(&value.to_string())))
     }
 }
 
@@ -185,5 +199,13 @@ mod tests {
         let json = line.to_text(Format::Json);
         assert_eq!(serde_json::from_str::<Line>(&json).unwrap(), line);
         assert!(line.to_string().ends_with("INFO  7 mc: bad \\u{1b}[2J scenario=3"), "{line}");
+        for code in ["\u{1b}[2J", "\u{1b}]0;x\u{7}", "\u{9b}2J", "\u{9d}0;x\u{9c}", "\r", "\u{8}", "\u{7f}"] {
+            line.message = code.into();
+            line.node = format!("mc@{code}");
+            line.fields.insert(code.into(), format!("a{code}").into());
+            let json = line.to_text(Format::Json);
+            assert_eq!(serde_json::from_str::<Line>(&json).unwrap(), line);
+            assert!(!json.chars().chain(line.to_string().chars()).any(char::is_control), "{code:?}");
+        }
     }
 }

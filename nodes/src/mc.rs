@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
+use crate::builtin::Misfit;
 use crate::failure::Failure;
 use crate::input::positive;
 use crate::kit::{Form, Passage, Propagator};
@@ -56,12 +57,14 @@ impl Default for Settings {
 
 impl Settings {
     /// Whether the settings go together.
-    pub(crate) fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), Misfit> {
         if self.draws != DrawsChoice::Independent && self.replicates < 2 {
-            return Err("draws that depend on one another need replicates = 2 or more to have standard errors".into());
+            let problem = "draws that depend on one another need replicates = 2 or more to have standard errors";
+            return Err(Misfit::new("draws", problem));
         }
         if self.samples / 2 < self.replicates {
-            return Err(format!("{} samples are too few for replicates = {}", self.samples, self.replicates));
+            let problem = format!("{} samples are too few for replicates = {}", self.samples, self.replicates);
+            return Err(Misfit::new("samples", problem));
         }
         Ok(())
     }

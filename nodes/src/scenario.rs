@@ -28,6 +28,8 @@ pub struct Settings {
     pub first: u32,
     /// Bins of the comparison grid, in `phi` and `e`.
     pub bins: (usize, usize),
+    /// Most snapshots of a scenario that the run has room for.
+    pub most_snapshots: usize,
 }
 
 /// Where scenarios come from.
@@ -51,6 +53,7 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
         reports: session.domain.inlet()?,
         scenarios: None,
         bins: settings.bins,
+        most_snapshots: settings.most_snapshots,
         first: settings.first,
         position: 0,
         count: 0,
@@ -69,7 +72,11 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
             session.ready()?;
             for index in 0..sweep.len() {
                 let scenario = sweep.scenario(index).map_err(|e| Failure::Refused(e.to_string()));
-                desk.publish_or_refuse(scenario, &format!("scenario {index} of the sweep"))?;
+                let published = scenario.and_then(|scenario| {
+                    let combination = |why: Failure| why.about(&sweep.combination(index));
+                    desk.publish(&scenario).map_err(combination)
+                });
+                desk.report_refusal(published, &combination_name(index))?;
             }
         }
         Source::Requests => desk.serve_requests()?,
@@ -78,11 +85,17 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
     desk.stay()
 }
 
+/// What a combination of a sweep is called where it is refused.
+pub fn combination_name(index: usize) -> String {
+    format!("scenario {index} of the sweep")
+}
+
 struct Desk<'a> {
     session: &'a Session,
     reports: Inlet<Status>,
     scenarios: Option<Roomy<Scenario>>,
     bins: (usize, usize),
+    most_snapshots: usize,
     first: u32,
     /// Position of the next scenario.
     position: u32,
@@ -93,6 +106,13 @@ struct Desk<'a> {
 impl Desk<'_> {
     /// Publishes a scenario, unless that is done already, and waits until it is recorded.
     fn publish(&mut self, ScenarioFile { name, problem }: &ScenarioFile) -> Result<(), Failure> {
+        if problem.times.len() > self.most_snapshots {
+            return Err(Failure::Refused(format!(
+                "it has {} snapshots, there is room for {}; start the service with a larger --most-snapshots",
+                problem.times.len(),
+                self.most_snapshots
+            )));
+        }
         let (phi_bins, e_bins) = self.bins;
         let grids = comparison_grids(problem, &Flow::new(problem.force), phi_bins, e_bins)?;
         let position = self.position;
@@ -118,9 +138,8 @@ impl Desk<'_> {
         Ok(())
     }
 
-    /// The same; what cannot be done is reported and the next one is tried.
-    fn publish_or_refuse(&mut self, scenario: Result<ScenarioFile, Failure>, name: &str) -> Result<(), Failure> {
-        let published = scenario.and_then(|scenario| self.publish(&scenario));
+    /// Reports that the scenario `name` cannot be done, if so; then it is the next one's turn.
+    fn report_refusal(&self, published: Result<(), Failure>, name: &str) -> Result<(), Failure> {
         match published {
             Err(failure @ (Failure::Stopped | Failure::Port(_))) => Err(failure),
             Err(failure) => self.session.failed(self.position, name, &failure.to_string()),
@@ -137,7 +156,8 @@ impl Desk<'_> {
                 let name = unpack(&request.header().name);
                 let scenario = read_request(request.header(), request.items());
                 drop(request);
-                self.publish_or_refuse(scenario, &name)?;
+                let published = scenario.and_then(|scenario| self.publish(&scenario));
+                self.report_refusal(published, &name)?;
             }
             while self.reports.receive()?.is_some() {}
             match &self.scenarios {

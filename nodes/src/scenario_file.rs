@@ -9,6 +9,7 @@ use messages::layout::MOST_SNAPSHOTS;
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::file_kind::FileKind;
 use crate::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 
 /// A scenario as its file describes it.
@@ -77,15 +78,16 @@ pub fn load(path: &Path) -> Result<ScenarioFile, InputError> {
 /// # Errors
 /// [`InputError`] with file, line and key.
 pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
+    FileKind::Scenario.expect(file)?;
     let raw: Raw = file.parse()?;
     if !is_plain_name(raw.name.get_ref()) {
         return Err(file.error(&raw.name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", raw.name.get_ref())));
     }
     let Initial { phi, e, delta_phi, delta_e } = &raw.initial;
     let initial = InitialGaussian {
-        mean_phi: number(file, phi, "a finite angle in radians", |x| x.abs() <= 1e3)?,
+        mean_phi: angle(file, phi, "between -2π and 2π", |x| x.abs() <= TURN)?,
         mean_e: number(file, e, "between 0 and 1, both excluded", |x| x > 0.0 && x < 1.0)?,
-        sigma_phi: 0.5 * number(file, delta_phi, "at least 1e-9 and at most 2π", |x| (1e-9..=TAU).contains(&x))?,
+        sigma_phi: 0.5 * angle(file, delta_phi, "at least 1e-9 and at most 2π", |x| (1e-9..=TURN).contains(&x))?,
         sigma_e: 0.5 * number(file, delta_e, "at least 1e-9 and at most 1", |x| (1e-9..=1.0).contains(&x))?,
     };
     let critical = &raw.disposal.critical_e;
@@ -112,6 +114,24 @@ fn number(
     } else {
         Err(file.error(value, &format!("{x} is not allowed, it must be {range}")))
     }
+}
+
+/// A full turn \[rad\], with room for one that was written with six digits.
+const TURN: f64 = TAU + 1e-5;
+
+/// As [`number`], of an angle in radians; one that is too large for that may be meant in degrees.
+fn angle(
+    file: &InputFile,
+    value: &Spanned<f64>,
+    range: &str,
+    is_right: impl Fn(f64) -> bool,
+) -> Result<f64, InputError> {
+    let x = *value.get_ref();
+    let hint = match x.to_radians() {
+        radians if x.abs() > TURN && is_right(radians) => format!("; if {x} degrees are meant, write {radians:.7}"),
+        _ => String::new(),
+    };
+    number(file, value, &format!("an angle in radians, {range}{hint}"), is_right)
 }
 
 fn force(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Force, InputError> {
@@ -252,7 +272,17 @@ mod tests {
             ("step = 0.5", "", 10, "times", "either end and step, or at"),
             ("end = 2.0\nstep = 0.5", "at = [0.0, 2.0, 1.0]", 11, "times.at", "ascend"),
             ("phi = 2.2069", "phi = \"x\"", 6, "initial.phi", "expected f64"),
-            ("phi = 2.2069", "phi = nan", 6, "initial.phi", "finite angle"),
+            ("phi = 2.2069", "phi = nan", 6, "initial.phi", "an angle in radians"),
+            ("phi = 2.2069", "phi = 100", 6, "initial.phi", "if 100 degrees are meant, write 1.7453293"),
+            (
+                "phi = 2.2069",
+                "phi = 7.0",
+                6,
+                "initial.phi",
+                "between -2π and 2π; if 7 degrees are meant, write 0.1221730",
+            ),
+            ("phi = 2.2069", "phi = 1e9", 6, "initial.phi", "between -2π and 2π"),
+            ("delta_phi = 0.39", "delta_phi = 20", 8, "initial.delta_phi", "if 20 degrees are meant, write 0.3490659"),
             ("critical_e", "critical_q", 14, "disposal.critical_q", "expected `critical_e`"),
             ("radiation = 0.15", "area_to_mass = 1.0", 2, "orbit", "either radiation and oblateness"),
             ("mine", "../mine", 1, "name", "letters, digits"),

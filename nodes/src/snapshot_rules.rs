@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use messages::layout::{DENSITY_HEAD, SnapshotHeader, columns, kind};
+use messages::layout::{DENSITY_HEAD, SnapshotHeader, columns, kind, treatment};
 
 use crate::assignment::Assignment;
 
@@ -69,7 +69,7 @@ pub fn breaches(header: &SnapshotHeader, items: &[f64], assignment: &Assignment,
     {
         breach(Rule::Time, format!("its time is {} yr instead of {time} yr", header.time));
     }
-    match shape(header, items) {
+    match shape(header, items).and_then(|()| resolution(header, assignment)) {
         Err(what) => breach(Rule::Shape, what),
         Ok(()) => found.extend(in_numbers(header.kind, header.rows as usize, items)),
     }
@@ -91,6 +91,20 @@ fn shape(header: &SnapshotHeader, items: &[f64]) -> Result<(), String> {
     }
     if header.resolution as usize > MOST_RESOLUTION {
         return Err(format!("its resolution is {}, at most {MOST_RESOLUTION} are interpolated", header.resolution));
+    }
+    Ok(())
+}
+
+/// A hull mesh that is interpolated more coarsely than the grid is fine would leave bins without any value.
+fn resolution(header: &SnapshotHeader, assignment: &Assignment) -> Result<(), String> {
+    let is_hull = header.kind == kind::CHARACTERISTICS
+        && [treatment::HULL_MESH, treatment::HULL_MESH_AS_PRINTED].contains(&header.treatment);
+    let bins = assignment.grids.first().map_or(0, |grid| grid.phi.bins.max(grid.e.bins));
+    if is_hull && (header.resolution as usize) < bins {
+        return Err(format!(
+            "its resolution is {}, less than the {bins} bins of the comparison grid",
+            header.resolution
+        ));
     }
     Ok(())
 }
@@ -151,6 +165,7 @@ fn in_density(head: &[f64], joint: &[f64]) -> Option<String> {
 mod tests {
     use super::*;
     use density::dynamics::Force;
+    use density::grid::{Axis, Grid};
     use density::problem::{InitialGaussian, Problem};
 
     fn assignment() -> Assignment {
@@ -165,7 +180,10 @@ mod tests {
                 times: vec![0.0, 0.5],
                 critical_e: 0.6,
             },
-            grids: Vec::new(),
+            grids: vec![
+                Grid { phi: Axis { low: 1.0, high: 2.0, bins: 10 }, e: Axis { low: 0.0, high: 0.2, bins: 20 } };
+                2
+            ],
         }
     }
 
@@ -211,6 +229,15 @@ mod tests {
         assert_eq!(rules(SnapshotHeader { columns: 3, ..GOOD }, &items), [Rule::Shape]);
         assert_eq!(rules(SnapshotHeader { resolution: 20_001, ..GOOD }, &items), [Rule::Shape]);
         assert_eq!(rules(GOOD, &items[1..]), [Rule::Shape]);
+        let hull = |resolution| SnapshotHeader {
+            kind: kind::CHARACTERISTICS,
+            columns: 3,
+            treatment: treatment::HULL_MESH,
+            resolution,
+            ..GOOD
+        };
+        let columns = [0.1, 0.2, 0.3, 0.4, 1.0, 1.0];
+        assert_eq!((rules(hull(19), &columns), rules(hull(20), &columns)), (vec![Rule::Shape], vec![]));
         assert_eq!(rules(GOOD, &[0.1, f64::NAN, 0.3, 0.4]), [Rule::Finite]);
         assert_eq!(rules(GOOD, &[0.1, 0.2, 0.3, 1.0]), [Rule::Eccentricity]);
         assert_eq!(rules(GOOD, &[0.1, 0.2, -0.3, 0.0]), [Rule::Eccentricity]);

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::{Spanned, Table, Value};
 
-use crate::input::{InputError, InputFile};
+use crate::file_kind::FileKind;
+use crate::input::{InputError, InputFile, LONGEST_PLAIN_NAME};
 use crate::scenario_file::{self, ScenarioFile};
 
 /// Most scenarios of a sweep.
@@ -59,9 +60,17 @@ impl Sweep {
     /// # Errors
     /// [`InputError`] with file, line and key.
     pub fn load(path: &Path) -> Result<Self, InputError> {
-        let file = InputFile::read(path)?;
+        Self::check(&InputFile::read(path)?)
+    }
+
+    /// Checks a sweep file that has been read, the scenario that it varies and the first combination.
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line and key.
+    pub fn check(file: &InputFile) -> Result<Self, InputError> {
+        FileKind::Sweep.expect(file)?;
         let raw: Raw = file.parse()?;
-        let folder = path.parent().unwrap_or(Path::new("."));
+        let folder = file.path().parent().unwrap_or(Path::new("."));
         let in_base = |error: &dyn std::fmt::Display| file.error(&raw.scenario, &error.to_string());
         let base_file = InputFile::read(&folder.join(raw.scenario.get_ref())).map_err(|e| in_base(&e))?;
         let base = scenario_file::check(&base_file).map_err(|e| in_base(&e))?;
@@ -97,26 +106,63 @@ impl Sweep {
         self.count == 0
     }
 
-    /// Scenario `index`, the last key varying fastest; called `NAME-INDEX`.
+    /// The most snapshots of any of its scenarios.
+    pub fn most_snapshots(&self) -> usize {
+        let looked_at = if self.keys().any(|key| key.starts_with("times.")) { self.count } else { 1 };
+        let snapshots = |index| self.scenario(index).ok().map(|scenario| scenario.problem.times.len());
+        (0..looked_at).filter_map(snapshots).max().unwrap_or(1)
+    }
+
+    /// The keys that are varied, as `TABLE.KEY`.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        self.axes.iter().map(|(key, _)| key.as_str())
+    }
+
+    /// The value of each key in combination `index`, the last key varying fastest.
+    pub fn values(&self, index: usize) -> Vec<f64> {
+        let mut rest = index;
+        let value = |(_, axis): &(String, Values)| {
+            let count = axis.count().max(1);
+            let value = axis.value(rest % count).unwrap_or(f64::NAN);
+            rest /= count;
+            value
+        };
+        let mut values: Vec<f64> = self.axes.iter().rev().map(value).collect();
+        values.reverse();
+        values
+    }
+
+    /// Keys and values of combination `index` in words.
+    pub fn combination(&self, index: usize) -> String {
+        let values = self.values(index);
+        self.keys().zip(values).map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The name of scenario `index`: `NAME-INDEX`, all of the same length; `NAME` is cut where it is too long for that.
+    pub fn name(&self, index: usize) -> String {
+        let digits = self.count.saturating_sub(1).to_string().len();
+        let stem: String = self.name.chars().take(LONGEST_PLAIN_NAME - digits - 1).collect();
+        format!("{stem}-{index:0digits$}")
+    }
+
+    /// Which scenario is called `name`.
+    pub fn index_of(&self, name: &str) -> Option<usize> {
+        let index = name.rsplit_once('-')?.1.parse().ok()?;
+        (index < self.count && self.name(index) == name).then_some(index)
+    }
+
+    /// Scenario `index`.
     ///
     /// # Errors
     /// If its values are not allowed.
     pub fn scenario(&self, index: usize) -> Result<ScenarioFile, InputError> {
         let mut table = self.base.clone();
-        let mut rest = index;
-        let mut values = Vec::new();
-        for (key, axis) in self.axes.iter().rev() {
-            let count = axis.count().max(1);
-            let value = axis.value(rest % count).unwrap_or(f64::NAN);
-            rest /= count;
+        for (key, value) in self.keys().zip(self.values(index)) {
             set(&mut table, key, value);
-            values.push(format!("{key} = {value}"));
         }
-        let digits = self.count.saturating_sub(1).to_string().len();
-        let name = format!("{}-{index:0digits$}", self.name);
+        let name = self.name(index);
         table.insert("name".into(), Value::String(name.clone()));
-        values.reverse();
-        let shown = PathBuf::from(format!("{name} ({})", values.join(", ")));
+        let shown = PathBuf::from(format!("{name} ({})", self.combination(index)));
         scenario_file::check(&InputFile::from_text(&shown, &table.to_string()))
     }
 }
@@ -164,10 +210,26 @@ mod tests {
             .map(|index| {
                 let ScenarioFile { name, problem } = sweep.scenario(index).unwrap();
                 assert_eq!(name, format!("s-{index}"));
+                assert_eq!(sweep.index_of(&name), Some(index));
+                assert_eq!(sweep.values(index)[0], problem.initial.mean_e);
                 (problem.initial.mean_e, (problem.force.radiation * 1e9).round() / 1e9)
             })
             .collect();
+        assert_eq!(sweep.combination(3), "initial.e = 0.2, orbit.radiation = 0.1");
+        assert_eq!((sweep.index_of("s-6"), sweep.index_of("s-03"), sweep.index_of("t-3")), (None, None, None));
         assert_eq!(found, [(0.1, 0.1), (0.1, 0.2), (0.1, 0.3), (0.2, 0.1), (0.2, 0.2), (0.2, 0.3)]);
+    }
+
+    #[test]
+    fn scenarios_of_a_long_name_have_names_of_their_own_that_are_allowed() {
+        let base = BASE.replace("\"s\"", "\"a-name-of-thirty-one-characters\"");
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("base.toml"), base).unwrap();
+        let text = "scenario = \"base.toml\"\n[vary]\n\"initial.e\" = { from = 0.1, to = 0.2, count = 11 }\n";
+        std::fs::write(folder.path().join("sweep.toml"), text).unwrap();
+        let sweep = Sweep::load(&folder.path().join("sweep.toml")).unwrap();
+        assert_eq!(sweep.scenario(10).unwrap().name, "a-name-of-thirty-one-charact-10");
+        assert_eq!(sweep.index_of("a-name-of-thirty-one-charact-10"), Some(10));
     }
 
     #[test]

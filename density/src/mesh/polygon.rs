@@ -185,11 +185,13 @@ impl BinUnits {
         });
     }
 
-    /// The bin that a point, given in bins, lies in.
+    /// The bin that a point, given in bins, lies in; the grid's upper edges belong to its last bins.
     pub fn bin(&self, x: f64, y: f64) -> Option<usize> {
         let [phi_bins, e_bins] = self.bins;
-        let inside = x >= 0.0 && x < phi_bins as f64 && y >= 0.0 && y < e_bins as f64;
-        inside.then(|| x as usize * e_bins + y as usize)
+        let along = |position: f64, bins: usize| {
+            (0.0..=bins as f64).contains(&position).then(|| (position as usize).min(bins.saturating_sub(1)))
+        };
+        Some(along(x, phi_bins)? * e_bins + along(y, e_bins)?)
     }
 
     fn common_bin(&self, [a, b, c]: &[Corner; 3]) -> Option<usize> {
@@ -208,6 +210,12 @@ mod tests {
     fn unit_bins() -> BinUnits {
         let axis = |bins| Axis { low: 0.0, high: bins as f64, bins };
         BinUnits::new(&Grid { phi: axis(4), e: axis(3) })
+    }
+
+    #[test]
+    fn the_upper_edges_of_the_grid_belong_to_its_last_bins() {
+        assert_eq!(unit_bins().bin(4.0, 3.0), Some(11));
+        assert_eq!((unit_bins().bin(4.0f64.next_up(), 1.0), unit_bins().bin(0.0, 0.0)), (None, Some(0)));
     }
 
     /// Midpoint sum over the reference triangle, `steps²` points.

@@ -90,6 +90,37 @@ fn missing(drawn: &Drawn<'_>) -> Vec<String> {
     drawn.groups().flat_map(|group| &group.missing).cloned().collect()
 }
 
+/// Writes a file that is there whole or not at all: on a disk that is full one that was there before stays as it was.
 fn write_file(path: &Path, text: &str) -> Result<(), FolderError> {
-    std::fs::write(path, text).map_err(|e| FolderError::new(path, e))
+    let path = &path.canonicalize().unwrap_or_else(|_| path.into()); // what a link leads to, not the link
+    if path.exists() && !path.is_file() {
+        return std::fs::write(path, text).map_err(|e| FolderError::new(path, e)); // a pipe, a device
+    }
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".partial");
+    let draft = path.with_file_name(name);
+    let written = std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, path));
+    written.map_err(|e| {
+        let _ = std::fs::remove_file(&draft);
+        FolderError::new(path, e)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_cannot_be_written_leaves_no_part_of_it_and_the_old_one_as_it_was() {
+        let folder = std::env::temp_dir().join(format!("phasecloud-page-{}", std::process::id()));
+        std::fs::create_dir(&folder).unwrap();
+        let page = folder.join(PAGE);
+        write_file(&page, "old").unwrap();
+        std::os::unix::fs::symlink("/dev/full", folder.join("report.html.partial")).unwrap();
+        let error = write_file(&page, "new").unwrap_err();
+        assert!(error.to_string().contains("report.html: No space left on device"), "{error}");
+        assert_eq!(std::fs::read_to_string(&page).unwrap(), "old");
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }

@@ -53,17 +53,15 @@ fn file_names(parts: &[PathBuf]) -> Result<Vec<String>, Failure> {
     names.collect::<Result<_, _>>().map_err(|e| Failure::file(first, e))
 }
 
-/// Rows of all tables under one head; a table without rows has no head either.
+/// Rows of all tables under the head of the first.
 fn join_tables(tables: &[PathBuf], whole: &Path) -> io::Result<()> {
     let mut joined = BufWriter::new(File::create(whole)?);
-    let mut has_head = false;
-    for table in tables {
+    for (position, table) in tables.iter().enumerate() {
         let mut rows = BufReader::new(File::open(table)?);
         let mut head = Vec::new();
         rows.read_until(b'\n', &mut head)?;
-        if !has_head {
+        if position == 0 {
             joined.write_all(&head)?;
-            has_head = !head.is_empty();
         }
         io::copy(&mut rows, &mut joined)?;
     }

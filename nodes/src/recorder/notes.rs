@@ -38,7 +38,7 @@ pub fn severity(note: &str) -> usize {
 }
 
 /// A row of `notes.csv`; `t_yr` is NaN if the note is about the whole scenario.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct Note {
     pub(super) scenario: String,
     pub(super) method: String,

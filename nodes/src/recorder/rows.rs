@@ -8,7 +8,7 @@ use super::{RecordedComparison, RecordedPassage};
 use crate::comparator::QUANTITIES;
 
 /// A row of `moments.csv`. `se_` columns are standard errors, NaN where the method has none.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(super) struct MomentsRow<'a> {
     scenario: &'a str,
     method: &'a str,
@@ -31,7 +31,7 @@ pub(super) struct MomentsRow<'a> {
 }
 
 /// A row of `errors.csv`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(super) struct ErrorRow<'a> {
     scenario: &'a str,
     method: &'a str,
@@ -45,7 +45,7 @@ pub(super) struct ErrorRow<'a> {
 }
 
 /// A row of `distances.csv`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(super) struct DistanceRow<'a> {
     scenario: &'a str,
     method: &'a str,
@@ -57,7 +57,7 @@ pub(super) struct DistanceRow<'a> {
 }
 
 /// A row of `effort.csv`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(super) struct EffortRow<'a> {
     scenario: &'a str,
     method: &'a str,
@@ -70,7 +70,7 @@ pub(super) struct EffortRow<'a> {
 
 /// A row of `first_passage.csv`: the probability that `e` has ever reached its critical value by `t_yr`, with a 95 % interval
 /// (of an exact method: its error estimate); NaN without one. A probability that is NaN in an interval is withheld.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(super) struct PassageRow<'a> {
     scenario: &'a str,
     method: &'a str,
@@ -81,7 +81,7 @@ pub(super) struct PassageRow<'a> {
 }
 
 /// A row of `diagnostics.csv`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(super) struct DiagnosticRow<'a> {
     scenario: &'a str,
     method: &'a str,

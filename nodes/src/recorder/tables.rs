@@ -14,16 +14,20 @@ use crate::failure::Failure;
 use crate::roster::Roster;
 use crate::scenario_file;
 
-/// An open CSV file.
+/// An open CSV file with its head, which is there also without rows.
 struct Table {
     path: PathBuf,
     writer: csv::Writer<File>,
 }
 
 impl Table {
-    fn create(folder: &Path, name: &str) -> Result<Self, Failure> {
+    /// A table of rows like `R`'s.
+    fn create<R: Default + Serialize>(folder: &Path, name: &str) -> Result<Self, Failure> {
         let path = folder.join(name);
-        let writer = csv::Writer::from_path(&path).map_err(|e| Failure::file(&path, e))?;
+        let failed = |e: csv::Error| Failure::file(&path, e);
+        let head = head(&R::default()).map_err(failed)?;
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_path(&path).map_err(failed)?;
+        writer.write_record(&head).map_err(failed)?;
         Ok(Self { path, writer })
     }
 
@@ -37,6 +41,14 @@ impl Table {
     fn finish(mut self) -> Result<(), Failure> {
         self.writer.flush().map_err(|e| Failure::file(&self.path, e))
     }
+}
+
+/// The columns of a row.
+fn head(row: &impl Serialize) -> csv::Result<csv::StringRecord> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.serialize(row)?;
+    let text = writer.into_inner().map_err(|e| std::io::Error::other(e.to_string()))?;
+    csv::Reader::from_reader(&text[..]).headers().cloned()
 }
 
 /// Writes the files of a scenario into `folder`. It is there whole or not at all, and one that is there stays as it is.
@@ -73,16 +85,15 @@ struct Tables {
 
 impl Tables {
     fn create(folder: &Path) -> Result<Self, Failure> {
-        let table = |name| Table::create(folder, name);
         Ok(Self {
-            moments: table("moments.csv")?,
-            errors: table("errors.csv")?,
-            distances: table("distances.csv")?,
-            effort: table("effort.csv")?,
-            first_passage: table("first_passage.csv")?,
-            diagnostics: table("diagnostics.csv")?,
-            notes: table("notes.csv")?,
-            verdicts: table("verdicts.csv")?,
+            moments: Table::create::<rows::MomentsRow<'_>>(folder, "moments.csv")?,
+            errors: Table::create::<rows::ErrorRow<'_>>(folder, "errors.csv")?,
+            distances: Table::create::<rows::DistanceRow<'_>>(folder, "distances.csv")?,
+            effort: Table::create::<rows::EffortRow<'_>>(folder, "effort.csv")?,
+            first_passage: Table::create::<rows::PassageRow<'_>>(folder, "first_passage.csv")?,
+            diagnostics: Table::create::<rows::DiagnosticRow<'_>>(folder, "diagnostics.csv")?,
+            notes: Table::create::<super::notes::Note>(folder, "notes.csv")?,
+            verdicts: Table::create::<super::verdicts::VerdictRow>(folder, "verdicts.csv")?,
             densities: Densities::create(folder)?,
         })
     }
@@ -128,5 +139,33 @@ impl Tables {
             table.finish()?;
         }
         densities.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scenario_without_any_result_has_every_table_with_its_head() {
+        let folder = tempfile::tempdir().unwrap();
+        let part = folder.path().join("part");
+        let recording = Recording::new(crate::hostile::example());
+        write(&recording, &Roster::default(), &part).unwrap();
+        for (name, head) in [
+            (
+                "moments.csv",
+                "scenario,method,t_yr,mean_phi_rad,std_phi_rad,mean_e,std_e,cov_phi_e,prob_above_critical_e,",
+            ),
+            ("errors.csv", "scenario,method,reference,t_yr,quantity,value,reference_value,abs_error,rel_error\n"),
+            ("distances.csv", "scenario,method,reference,t_yr,density,measure,value\n"),
+            ("effort.csv", "scenario,method,t_prop_s,t_int_s,t_cal_s,ratio_to_mc,trajectories\n"),
+            ("first_passage.csv", "scenario,method,t_yr,prob_reached_critical_e,low,high\n"),
+            ("diagnostics.csv", "scenario,method,t_yr,diagnostic,value\n"),
+            ("notes.csv", "scenario,method,t_yr,note\n"),
+        ] {
+            let text = fs::read_to_string(part.join(name)).unwrap();
+            assert!(text.starts_with(head) && text.matches('\n').count() == 1, "{name}: {text}");
+        }
     }
 }

@@ -21,7 +21,7 @@ const JUDGED: [(usize, &str); 5] =
 const BEYOND_NOISE: f64 = 2.0;
 
 /// A row of `verdicts.csv`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct VerdictRow {
     scenario: String,
     method: String,

@@ -1,0 +1,69 @@
+//! What a sweep leaves besides its scenarios' folders: which values each had, and a table and a page of all.
+
+mod page;
+mod table;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use nodes::scenario::combination_name;
+use nodes::sweep::Sweep;
+
+pub use table::{Row, TABLE};
+
+/// The file in each scenario's folder that says which values were varied.
+pub const VARIED: &str = "varied.csv";
+
+/// A scenario of a sweep that has been recorded.
+#[derive(Debug)]
+pub struct Done {
+    /// Its number among the combinations.
+    pub index: usize,
+    /// Its name.
+    pub name: String,
+    /// The name of its folder.
+    pub folder: String,
+    /// Why cases failed, by label.
+    pub failures: BTreeMap<String, String>,
+}
+
+/// Writes into a scenario's folder which values it has of those that are varied.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_varied(sweep: &Sweep, index: usize, scenario: &str, folder: &Path) -> Result<(), String> {
+    let path = folder.join(VARIED);
+    let mut table = table::Writer::create(&path, &["scenario", "parameter", "value"])?;
+    for (key, value) in sweep.keys().zip(sweep.values(index)) {
+        table.row(&[scenario.to_owned(), key.to_owned(), value.to_string()])?;
+    }
+    table.finish()
+}
+
+/// Writes the table and the page of what has been done of a sweep. `refused` says why combinations were, by
+/// [`combination_name`]; one that was neither done nor refused is not in the table.
+///
+/// # Errors
+/// Which file cannot be written, or read.
+pub fn write(
+    sweep: &Sweep,
+    done: &[Done],
+    refused: &BTreeMap<String, String>,
+    cases: &[String],
+    folder: &Path,
+) -> Result<(), String> {
+    let mut rows = Vec::new();
+    for scenario in done {
+        rows.extend(table::rows(sweep, scenario, cases, folder)?);
+    }
+    let recorded: BTreeSet<usize> = done.iter().map(|scenario| scenario.index).collect();
+    for index in (0..sweep.len()).filter(|index| !recorded.contains(index)) {
+        if let Some(why) = refused.get(&combination_name(index)) {
+            rows.push(Row::refused(sweep, index, why));
+        }
+    }
+    rows.sort_by_key(|row| row.index);
+    let keys: Vec<&str> = sweep.keys().collect();
+    table::write(&keys, &rows, &folder.join(TABLE))?;
+    page::write(&keys, &rows, sweep.len(), folder)
+}

@@ -1,0 +1,154 @@
+//! `sweep.csv`: a row for each scenario and method, with the values that were varied and what came of them at the end.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use nodes::sweep::Sweep;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use super::Done;
+
+/// The table's name.
+pub const TABLE: &str = "sweep.csv";
+
+/// The columns behind those of the varied values.
+pub(super) const NUMBERS: [&str; 10] = [
+    "t_yr",
+    "mean_phi_rad",
+    "std_phi_rad",
+    "mean_e",
+    "std_e",
+    "cov_phi_e",
+    "prob_above_critical_e",
+    "prob_reached_critical_e",
+    "low",
+    "high",
+];
+
+/// A row of the table.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// Number of the combination.
+    pub index: usize,
+    /// The scenario's name.
+    pub scenario: String,
+    /// The case; empty if the combination was refused.
+    pub method: String,
+    /// The varied values.
+    pub values: Vec<f64>,
+    /// What came out, see [`NUMBERS`]; NaN where there is nothing.
+    pub numbers: [f64; NUMBERS.len()],
+    /// The scenario's folder; empty if there is none.
+    pub folder: String,
+    /// Why there are no numbers; empty if there are.
+    pub problem: String,
+}
+
+impl Row {
+    /// The row of a combination that cannot be done.
+    pub fn refused(sweep: &Sweep, index: usize, why: &str) -> Self {
+        Self {
+            index,
+            scenario: sweep.name(index),
+            method: String::new(),
+            values: sweep.values(index),
+            numbers: [f64::NAN; NUMBERS.len()],
+            folder: String::new(),
+            problem: why.into(),
+        }
+    }
+
+    /// All cells of the row.
+    fn cells(&self) -> Vec<String> {
+        let names = [self.scenario.clone(), self.method.clone()];
+        let numbers = self.values.iter().chain(&self.numbers).map(f64::to_string);
+        names.into_iter().chain(numbers).chain([self.folder.clone(), self.problem.clone()]).collect()
+    }
+}
+
+#[derive(Debug, Deserialize)]
+struct Moments {
+    method: String,
+    t_yr: f64,
+    mean_phi_rad: f64,
+    std_phi_rad: f64,
+    mean_e: f64,
+    std_e: f64,
+    cov_phi_e: f64,
+    prob_above_critical_e: f64,
+}
+
+#[derive(Debug, Deserialize)]
+struct Passage {
+    method: String,
+    prob_reached_critical_e: f64,
+    low: f64,
+    high: f64,
+}
+
+/// The rows of a scenario that has been recorded in its folder below `folder`.
+pub(super) fn rows(sweep: &Sweep, done: &Done, cases: &[String], folder: &Path) -> Result<Vec<Row>, String> {
+    let folder = folder.join(&done.folder);
+    let moments: Vec<Moments> = read(&folder.join("moments.csv"))?;
+    let passages: Vec<Passage> = read(&folder.join("first_passage.csv"))?;
+    let row = |case: &String| {
+        let mut numbers = [f64::NAN; NUMBERS.len()];
+        // The tables are in the order of time: the last row of a method is that of the end.
+        if let Some(last) = moments.iter().rfind(|row| row.method == *case) {
+            let Moments { t_yr, mean_phi_rad, std_phi_rad, mean_e, std_e, cov_phi_e, prob_above_critical_e, .. } = last;
+            let values = [t_yr, mean_phi_rad, std_phi_rad, mean_e, std_e, cov_phi_e, prob_above_critical_e];
+            numbers.iter_mut().zip(values).for_each(|(number, value)| *number = *value);
+        }
+        if let Some(last) = passages.iter().rfind(|row| row.method == *case) {
+            [numbers[7], numbers[8], numbers[9]] = [last.prob_reached_critical_e, last.low, last.high];
+        }
+        Row {
+            index: done.index,
+            scenario: done.name.clone(),
+            method: case.clone(),
+            values: sweep.values(done.index),
+            numbers,
+            folder: done.folder.clone(),
+            problem: done.failures.get(case).cloned().unwrap_or_default(),
+        }
+    };
+    Ok(cases.iter().map(row).collect())
+}
+
+/// Writes the table; its head is there also without rows.
+pub(super) fn write(keys: &[&str], rows: &[Row], path: &Path) -> Result<(), String> {
+    let head: Vec<&str> =
+        ["scenario", "method"].iter().chain(keys).chain(&NUMBERS).chain(&["folder", "problem"]).copied().collect();
+    let mut table = Writer::create(path, &head)?;
+    rows.iter().try_for_each(|row| table.row(&row.cells()))?;
+    table.finish()
+}
+
+/// A CSV file that names itself in every error.
+pub(super) struct Writer {
+    path: PathBuf,
+    inner: csv::Writer<File>,
+}
+
+impl Writer {
+    pub(super) fn create(path: &Path, head: &[&str]) -> Result<Self, String> {
+        let inner = csv::Writer::from_path(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let mut writer = Self { path: path.into(), inner };
+        writer.row(head)?;
+        Ok(writer)
+    }
+
+    pub(super) fn row(&mut self, cells: &[impl AsRef<[u8]>]) -> Result<(), String> {
+        self.inner.write_record(cells).map_err(|e| format!("{}: {e}", self.path.display()))
+    }
+
+    pub(super) fn finish(mut self) -> Result<(), String> {
+        self.inner.flush().map_err(|e| format!("{}: {e}", self.path.display()))
+    }
+}
+
+fn read<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, String> {
+    let failed = |e: csv::Error| format!("{}: {e}", path.display());
+    csv::Reader::from_path(path).map_err(failed)?.deserialize().collect::<Result<_, _>>().map_err(failed)
+}

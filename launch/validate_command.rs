@@ -1,0 +1,111 @@
+//! `phasecloud validate`: checks launch, scenario and sweep files, and that the programs they name can be started.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use bridge::plan::HOME;
+use nodes::file_kind::FileKind;
+use nodes::input::InputFile;
+use nodes::scenario_file;
+use nodes::sweep::Sweep;
+use rustix::fs::{Access, access};
+
+use crate::BAD_INPUT;
+use crate::cases::{Case, Runs};
+use crate::launch_file::Launch;
+
+/// Combinations of a sweep that are checked; the first ones.
+const MOST_COMBINATIONS: usize = 10_000;
+/// Problems of a sweep that are told one by one.
+const FEW: usize = 5;
+
+/// Checks files and says of each what it is, or what is wrong.
+pub fn run(files: &[PathBuf]) -> ExitCode {
+    let mut code = ExitCode::SUCCESS;
+    for file in files {
+        match validate(file) {
+            Ok(good) => println!("{}: good, {good}", file.display()),
+            Err(problems) => {
+                problems.iter().for_each(|problem| eprintln!("error: {problem}"));
+                code = ExitCode::from(BAD_INPUT);
+            }
+        }
+    }
+    code
+}
+
+/// What a good file is, or all that is wrong with it.
+fn validate(path: &Path) -> Result<String, Vec<String>> {
+    let file = InputFile::read(path).map_err(|e| vec![e.to_string()])?;
+    match FileKind::of(&file) {
+        Some(FileKind::Scenario) => scenario(&file),
+        Some(FileKind::Sweep) => sweep(&file),
+        Some(FileKind::Launch) => launch(&file),
+        None => {
+            let first = launch(&file).err().unwrap_or_default();
+            let hint =
+                format!("{}: has no key that says whether it is a launch, a scenario or a sweep file", path.display());
+            Err(first.into_iter().chain([hint]).collect())
+        }
+    }
+}
+
+fn scenario(file: &InputFile) -> Result<String, Vec<String>> {
+    let scenario = scenario_file::check(file).map_err(|e| vec![e.to_string()])?;
+    let times = &scenario.problem.times;
+    Ok(format!("scenario {} with {} snapshots to {} yr", scenario.name, times.len(), times.last().unwrap_or(&0.0)))
+}
+
+fn sweep(file: &InputFile) -> Result<String, Vec<String>> {
+    let sweep = Sweep::check(file).map_err(|e| vec![e.to_string()])?;
+    let checked = sweep.len().min(MOST_COMBINATIONS);
+    let wrong: Vec<String> = (0..checked).filter_map(|index| Some(sweep.scenario(index).err()?.to_string())).collect();
+    let of =
+        if checked < sweep.len() { format!("the first {checked} of {}", sweep.len()) } else { sweep.len().to_string() };
+    if wrong.is_empty() {
+        return Ok(format!("sweep of {of} scenarios over {}", sweep.keys().collect::<Vec<_>>().join(", ")));
+    }
+    let path = file.path().display();
+    let summary = format!("{path}: {} of {of} combinations are impossible", wrong.len());
+    Err(wrong.into_iter().take(FEW).map(|problem| format!("{path}: {problem}")).chain([summary]).collect())
+}
+
+fn launch(file: &InputFile) -> Result<String, Vec<String>> {
+    let launch = Launch::check(file, Some(file.path()), None).map_err(|e| vec![e.to_string()])?;
+    let problem = |case: &Case| Some(format!("{}: {}: {}", file.path().display(), case.label, program_problem(case)?));
+    let problems: Vec<String> = launch.cases.iter().filter_map(problem).collect();
+    if problems.is_empty() {
+        return Ok(format!("{} cases on {} scenarios", launch.cases.len(), launch.scenarios.len()));
+    }
+    Err(problems)
+}
+
+/// What is wrong with the program of a case that runs on this host.
+fn program_problem(case: &Case) -> Option<String> {
+    let Runs::Command(words) = &case.runs else { return None };
+    let is_here = case.members().any(|(_, shard)| case.host_of(shard) == HOME);
+    let program = words.first().filter(|_| is_here)?;
+    if program.contains('/') {
+        let folder = std::env::current_dir().unwrap_or_default();
+        return match std::fs::metadata(program) {
+            Err(e) => Some(format!("the program {program}, looked up from {}: {e}", folder.display())),
+            Ok(found) if !found.is_file() => Some(format!("{program} is not a program but a folder or a device")),
+            Ok(_) if !is_executable(Path::new(program)) => {
+                Some(format!("{program} is not executable (chmod +x {program})"))
+            }
+            Ok(_) => None,
+        };
+    }
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let found = std::env::split_paths(&folders).map(|folder| folder.join(program)).any(|path| is_executable(&path));
+    let problem = || {
+        format!(
+            "there is no program \"{program}\" in the folders of PATH; one elsewhere needs a path, like ./{program}"
+        )
+    };
+    (!found).then(problem)
+}
+
+fn is_executable(path: &Path) -> bool {
+    path.is_file() && access(path, Access::EXEC_OK).is_ok()
+}
