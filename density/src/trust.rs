@@ -136,6 +136,9 @@ pub fn counting_noise(joint: &[f64], area: f64, samples: f64) -> f64 {
     0.5 * std::f64::consts::FRAC_2_PI.sqrt() * sum
 }
 
+// The factors below follow from measurements in the paper's three scenarios (`mesh::diagnostics`, `mixture::linearity`); the
+// example `trust_report` prints what random ones say.
+
 /// Defects of the invariant measure, in tolerances, up to which a mesh is good for moments.
 const MESH_MOMENTS: f64 = 1.0;
 /// Total variation of the joint density for each unit of the defect.
