@@ -144,7 +144,7 @@ impl Desk<'_> {
         self.compare(Kind::Above, "p_above", (probability - truth.above).abs(), *above, truth.error.above, detail);
         self.impossible(
             "p_above",
-            probability < -1e-12 || probability > 1.0 + 1e-12,
+            !probability.is_nan() && !(-1e-12..=1.0 + 1e-12).contains(&probability),
             format!("{probability} is no probability"),
         );
         let area = estimate.grid.bin_area();

@@ -36,8 +36,14 @@ pub struct Effort {
 
 impl Effort {
     /// For a campaign.
-    pub const THOROUGH: Self =
-        Self { first: (48, 96), most_levels: 4, most_steps: 1_500_000, samples: 20_000, most_orbit_steps: 20_000 };
+    pub const THOROUGH: Self = Self {
+        first: (48, 96),
+        most_levels: 4,
+        most_steps: 1_500_000,
+        samples: 20_000,
+        most_orbit_steps: 20_000,
+        joint_lines: 2_400,
+    };
     /// For the gate.
     pub const QUICK: Self = Self {
         first: (40, 80),

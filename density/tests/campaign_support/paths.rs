@@ -90,7 +90,7 @@ fn follow_bundle(motion: Motion, starts: &[[f64; 2]], times: &[f64]) -> (Vec<[La
             let step = if now + 1.000_001 * reach < end { reach } else { end - now };
             steps += 1;
             let hopeless = steps == FIRST_LOOK && now * (most_steps as f64) < last * (FIRST_LOOK as f64) / 5.0;
-            if !(reach > 0.0) || steps > most_steps || hopeless {
+            if reach.is_nan() || reach <= 0.0 || steps > most_steps || hopeless {
                 records.resize(times.len(), [[f64::NAN; LANES]; 3]);
                 return (records, steps);
             }
@@ -98,9 +98,8 @@ fn follow_bundle(motion: Motion, starts: &[[f64; 2]], times: &[f64]) -> (Vec<[La
             series.move_on(step);
             now = if step < reach || now + step >= end { end } else { now + step };
         }
-        for lane in 0..LANES {
-            let e2 = series.x1[0][lane].powi(2) + series.x2[0][lane].powi(2);
-            peak[lane] = peak[lane].max(e2);
+        for (lane, peak) in peak.iter_mut().enumerate() {
+            *peak = peak.max(series.x1[0][lane].powi(2) + series.x2[0][lane].powi(2));
         }
         records.push([series.x1[0], series.x2[0], peak]);
     }
@@ -139,14 +138,14 @@ impl Series {
     }
 
     fn note_peaks(&self, step: f64, peak: &mut Lanes) {
-        for lane in 0..LANES {
+        for (lane, peak) in peak.iter_mut().enumerate() {
             let x1 = |time: f64| Self::at(&self.x1, lane, time);
             let ends = [0.0, 0.5 * step, step].map(|time| (time, x1(time)));
             for pair in ends.windows(2) {
                 if pair[0].1 > 0.0 && pair[1].1 <= 0.0 {
                     let time = zero(x1, pair[0], pair[1]);
                     let e2 = x1(time).powi(2) + Self::at(&self.x2, lane, time).powi(2);
-                    peak[lane] = peak[lane].max(e2);
+                    *peak = peak.max(e2);
                 }
             }
         }
