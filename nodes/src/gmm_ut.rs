@@ -34,7 +34,7 @@ pub enum SplitChoice {
 }
 
 /// Settings of a GMM-UT case.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// How the initial Gaussian is split; as printed: along the eccentricity unless said otherwise.
@@ -60,21 +60,6 @@ pub struct Settings {
     /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracySetting>,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            split: None,
-            components: None,
-            across: None,
-            keep_variance: None,
-            sigma_points: None,
-            merge_to: None,
-            mode: Mode::default(),
-            accuracy: None,
-        }
-    }
 }
 
 impl Settings {
