@@ -15,8 +15,9 @@ const MOST_PIECES: usize = 64;
 /// Lines that a thread takes at a time.
 const CHUNK: usize = 64;
 
-/// Mean density in each bin at time `k` \[1/rad\], from `least_lines` lines or more.
-pub fn joint(lattice: &Lattice, paths: &Paths, k: usize, grid: &Grid, least_lines: usize) -> Vec<f64> {
+/// Mean density in each bin at time `k` \[1/rad\], from `least_lines` lines or more; and half of the L1 distance
+/// between what every other line and what the rest of them leave, which tells how coarse so many lines are for the bins.
+pub fn joint(lattice: &Lattice, paths: &Paths, k: usize, grid: &Grid, least_lines: usize) -> (Vec<f64>, f64) {
     let (lines, nodes) = (lattice.phi.len(), lattice.e.len());
     let parts = least_lines.div_ceil(lines);
     let along = Pieces::new(lattice);
@@ -25,10 +26,10 @@ pub fn joint(lattice: &Lattice, paths: &Paths, k: usize, grid: &Grid, least_line
     let position = |n: usize| (n / parts, ((n % parts) as f64 + 0.5) / parts as f64);
     let phi = |n: usize| lattice.phi[position(n).0] + position(n).1 * lattice.spacing();
     let total: f64 = (0..count).map(|n| lattice.line_density(phi(n))).sum();
-    let chunks: Vec<Vec<f64>> = (0..count.div_ceil(CHUNK))
+    let chunks: Vec<[Vec<f64>; 2]> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
-            let mut joint = vec![0.0; grid.len()];
+            let mut halves = [vec![0.0; grid.len()], vec![0.0; grid.len()]];
             for n in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
                 let weight = lattice.line_density(phi(n)) / total;
                 if weight * count as f64 > 1e-13 {
@@ -36,17 +37,21 @@ pub fn joint(lattice: &Lattice, paths: &Paths, k: usize, grid: &Grid, least_line
                     let across = Across::new(lattice, line, fraction);
                     let x1: Vec<f64> = (0..nodes).map(|j| across.at(&paths.x1[k], nodes, j)).collect();
                     let x2: Vec<f64> = (0..nodes).map(|j| across.at(&paths.x2[k], nodes, j)).collect();
-                    along.deposit(&x1, &x2, weight / grid.bin_area(), grid, &mut joint);
+                    along.deposit(&x1, &x2, weight / grid.bin_area(), grid, &mut halves[n % 2]);
                 }
             }
-            joint
+            halves
         })
         .collect();
-    let mut joint = vec![0.0; grid.len()];
+    let mut halves = [vec![0.0; grid.len()], vec![0.0; grid.len()]];
     for chunk in chunks {
-        joint.iter_mut().zip(chunk).for_each(|(sum, value)| *sum += value);
+        for (half, part) in halves.iter_mut().zip(chunk) {
+            half.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
+        }
     }
-    joint
+    let [even, odd] = halves;
+    let coarseness = even.iter().zip(&odd).map(|(a, b)| (a - b).abs()).sum::<f64>() * grid.bin_area();
+    (even.into_iter().zip(odd).map(|(a, b)| a + b).collect(), coarseness)
 }
 
 /// Weights of the points `0..STENCIL` in the value at `x` of the polynomial through them.

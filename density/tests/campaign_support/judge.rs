@@ -148,7 +148,7 @@ impl Desk<'_> {
             format!("{probability} is no probability"),
         );
         let area = estimate.grid.bin_area();
-        let l1: f64 = estimate.joint.iter().zip(&truth.joint).map(|(a, b)| (a - b).abs() * area).sum();
+        let l1: f64 = estimate.joint.iter().zip(&truth.joint.0).map(|(a, b)| (a - b).abs() * area).sum();
         if l1.is_nan() || joint.is_finite() || joint.is_nan() {
             self.compare(Kind::Joint, "joint density", l1, *joint, truth.error.joint, "L1".into());
         }

@@ -51,7 +51,7 @@ impl Effort {
         most_steps: 100_000,
         samples: 3_000,
         most_orbit_steps: 2_000,
-        joint_lines: 500,
+        joint_lines: 1_000,
     };
 }
 
@@ -70,8 +70,8 @@ pub struct Truth {
     pub above: f64,
     /// Probability of having been there.
     pub ever: f64,
-    /// Joint density on the grid.
-    pub joint: Vec<f64>,
+    /// Joint density on the grid, and what the lines through its bins are too few for, in L1.
+    pub joint: (Vec<f64>, f64),
     /// How wrong these may be.
     pub error: Errors,
 }
@@ -161,7 +161,7 @@ impl Truth {
         let change = |i: usize| if i == 0 { nearest(values[0] - before[0], 0.0) } else { values[i] - before[i] };
         let spread = if lost > 0.0 { lost * (4.0 / scales[0]).max(1.0 / scales[2]).powi(2) } else { 0.0 };
         let vector = |i: usize| self.cloud.vector[i] - coarser.cloud.vector[i];
-        let differences = self.joint.iter().zip(&coarser.joint).map(|(a, b)| (a - b).abs());
+        let differences = self.joint.0.iter().zip(&coarser.joint.0).map(|(a, b)| (a - b).abs());
         let changes: [f64; 5] = std::array::from_fn(|i| (change(i) / scales[i]).abs());
         let (of_phi, of_e) = (largest([changes[0], changes[1], changes[4]]), largest([changes[2], changes[3]]));
         let of_probability = largest([self.above - coarser.above, self.ever - coarser.ever]);
@@ -171,7 +171,7 @@ impl Truth {
             vector: SAFETY * vector(0).hypot(vector(1)) + 2.0 * lost,
             above: SAFETY * of_probability + lost,
             ever: SAFETY * of_probability + lost,
-            joint: differences.sum::<f64>() * grid.bin_area() + 2.0 * lost,
+            joint: differences.sum::<f64>() * grid.bin_area() + self.joint.1 + 2.0 * lost,
         };
         self
     }
