@@ -151,7 +151,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let part = folder.path().join("part");
         let recording = Recording::new(crate::hostile::example());
-        write(&recording, &Roster::default(), &part).unwrap();
+        write(&recording, &Roster::default(), &part, 0.01).unwrap();
         for (name, head) in [
             (
                 "moments.csv",
