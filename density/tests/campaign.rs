@@ -183,6 +183,19 @@ fn exact_has_the_values_of_the_cases() {
     assert!(wrong.is_empty() && withheld.is_empty(), "wrong: {wrong:#?}\nwithheld: {withheld:?}");
 }
 
+#[test]
+fn exact_is_silently_wrong_in_no_case_by_the_oracle() {
+    for (scenario, _) in all() {
+        let problem = &scenario.problem;
+        let grids = comparison_grids(problem, &Flow::new(problem.force), 25, 25).unwrap();
+        let oracle = solve(problem, &grids, &Effort::QUICK);
+        let verdict = judge(problem, &run(Method::Exact, problem, &grids), &oracle, true);
+        let wrong: Vec<String> =
+            verdict.silently_wrong().map(|figure| format!("{}, {}", figure.name, figure.detail)).collect();
+        assert!(wrong.is_empty(), "{}: {wrong:#?}", scenario.name);
+    }
+}
+
 /// Scenarios of the gate's campaign; `cargo run --release -p phasecloud-density --example campaign` has as many as one likes.
 const SCENARIOS: u64 = 50;
 const SEED: u64 = 20_261_127;

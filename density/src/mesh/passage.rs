@@ -46,7 +46,7 @@ pub enum PassageError {
 pub struct PassageCurve {
     /// The probability at each time.
     pub probability: Vec<f64>,
-    /// An estimate of its error: what half the refinement and a lower degree of interpolation change, and what lies outside
+    /// An estimate of its error: what half the refinement and half the degree of interpolation change, and what lies outside
     /// the lattice.
     pub error: Vec<f64>,
 }
@@ -67,7 +67,7 @@ pub fn passage_curve(
     let standard: Vec<[f64; 2]> = points.phi.iter().zip(&points.e).map(standard).collect();
     let lines = lattice_lines(&standard, points.lattice.unwrap_or(0))?;
     let watched = Watched::new(&lines, degree)?;
-    let lower = (degree > 2 && watched.refinement.outer.len() > lines[0].len()).then(|| degree - 2);
+    let lower = (degree > 2 && watched.refinement.outer.len() > lines[0].len()).then(|| degree / 2);
     let compared = lower.map(|degree| Watched::new(&lines, degree)).transpose()?;
     let orbits = Orbits::from_polar(*flow, &points.phi, &points.e);
     let lattices = [Some(watched), compared].into_iter().flatten().map(|watched| watched.started(problem, &orbits));

