@@ -162,7 +162,8 @@ pub(crate) fn compare<'a>(case: &Published, references: &[(&'a str, &Published)]
     for &(reference, published) in references {
         let mut rows = errors(&case.header, &published.header);
         for (quantity, row) in rows.chunks_exact_mut(ERROR_COLUMNS).enumerate() {
-            if stand_for(headers(), Quantity::Moment(quantity)) != Some(reference) {
+            let moment = Quantity::Moment(quantity);
+            if stand_for(headers(), moment) != Some(reference) || !moment.is_stated(&case.header) {
                 row.fill(f64::NAN);
             }
         }
