@@ -163,7 +163,7 @@ impl Extent {
             du.max(dv)
         };
         // A piece of more than a fraction of a turn may pass the cloud between its nodes.
-        let beside = beside && 4.0 * du < measure.turn_sigmas();
+        let beside = beside && !hidden_turn && 4.0 * du < measure.turn_sigmas();
         Self { empty: beside || below, length }
     }
 }
