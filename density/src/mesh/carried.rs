@@ -159,7 +159,7 @@ impl CarriedMesh {
                 (elements, nodes, (moments, circular), diagnostics)
             }
             Scheme::Lattice { lines, degree, quadrature, fine, finest } => {
-                let mut diagnostics = self.judge_cells([&lines[0], &lines[1]], &fine.refinement, [&x1, &x2]);
+                let mut diagnostics = judge_cells(&self.initial, [&lines[0], &lines[1]], &fine.refinement, [&x1, &x2]);
                 let (mut fine, mut states) = (fine, fine.refine(&x1, &x2));
                 diagnostics.misplaced_mass = fine.misplacement(&states, grid);
                 if diagnostics.misplaced_mass > MISPLACED && fine.refinement.outer.len() <= FINEST_CELLS {
@@ -184,18 +184,24 @@ impl CarriedMesh {
         let moments = Moments { prob_above_critical_e: (above / elements.total).clamp(0.0, 1.0), ..moments };
         Ok((Estimate::from_joint(*grid, joint, moments, circular), diagnostics))
     }
+}
 
-    fn judge_cells(&self, lines: [&[f64]; 2], refinement: &Refinement, states: [&[f64]; 2]) -> MeshDiagnostics {
-        let cells = lines[0].len() - 1;
-        let [x1, x2] = states.map(|values| refinement.middles(values));
-        let ratio = |k: usize| {
-            let [i, j] = [k / cells, k % cells];
-            let at = [lines[0][i].midpoint(lines[0][i + 1]), lines[1][j].midpoint(lines[1][j + 1])];
-            cell_ratio(&self.initial, at, [&x1, &x2].map(|all| all.each_ref().map(|values| values[k])))
-        };
-        let ratios: Vec<(f64, f64)> = (0..cells * cells).into_par_iter().map(ratio).collect();
-        MeshDiagnostics::from_ratios(ratios.into_iter())
-    }
+/// How far the interpolated flow of a lattice keeps the invariant measure, cell by cell.
+pub(super) fn judge_cells(
+    initial: &InitialGaussian,
+    lines: [&[f64]; 2],
+    refinement: &Refinement,
+    states: [&[f64]; 2],
+) -> MeshDiagnostics {
+    let cells = lines[0].len() - 1;
+    let [x1, x2] = states.map(|values| refinement.middles(values));
+    let ratio = |k: usize| {
+        let [i, j] = [k / cells, k % cells];
+        let at = [lines[0][i].midpoint(lines[0][i + 1]), lines[1][j].midpoint(lines[1][j + 1])];
+        cell_ratio(initial, at, [&x1, &x2].map(|all| all.each_ref().map(|values| values[k])))
+    };
+    let ratios: Vec<(f64, f64)> = (0..cells * cells).into_par_iter().map(ratio).collect();
+    MeshDiagnostics::from_ratios(ratios.into_iter())
 }
 
 /// Standard deviations and covariance of the flow that is linear in each triangle.

@@ -11,6 +11,7 @@
 
 use rayon::prelude::*;
 
+use super::carried::judge_cells;
 use super::gaussian::probability;
 use super::lattice::{Refinement, graded_triangles, lattice_lines};
 use super::{MeshError, Points};
@@ -46,8 +47,8 @@ pub enum PassageError {
 pub struct PassageCurve {
     /// The probability at each time.
     pub probability: Vec<f64>,
-    /// An estimate of its error: what half the refinement and half the degree of interpolation change, and what lies outside
-    /// the lattice.
+    /// An estimate of its error: what half the refinement and half the degree of interpolation change, the defect of
+    /// the invariant measure so far, and what lies outside the lattice.
     pub error: Vec<f64>,
 }
 
@@ -74,15 +75,19 @@ pub fn passage_curve(
     let mut walk = Walk { problem, flow, x1: orbits.x1.clone(), x2: orbits.x2.clone(), steps: 1, hurried: false };
     let (mut lattices, mut curve, mut now): (Vec<Watched>, _, _) = (lattices.collect(), PassageCurve::default(), 0.0);
     let outside = 1.0 - (lattices[0].total / initial.mass_inside()).min(1.0);
+    // Where the interpolation has lost the flow at any time so far, what it says of passages may be as far off.
+    let mut lost = 0.0_f64;
     for &time in times {
         walk.on(time - now, &mut lattices)?;
         now = time;
+        let judged = judge_cells(initial, [&lines[0], &lines[1]], &lattices[0].refinement, [&walk.x1, &walk.x2]);
+        lost = lost.max(judged.measure_defect);
         let [fine, coarse] = lattices[0].passed();
         let other = lattices.get(1).map_or(fine, |lattice| lattice.passed()[0]);
         let hurried = if walk.hurried { 1.0 } else { 0.0 };
         // Rounding must not let it fall.
         curve.probability.push(curve.probability.last().map_or(fine, |last| fine.max(*last)));
-        curve.error.push((fine - coarse).abs() + (fine - other).abs() + outside + hurried);
+        curve.error.push((fine - coarse).abs() + (fine - other).abs() + lost + outside + hurried);
     }
     Ok(curve)
 }

@@ -84,7 +84,8 @@ fn splitting_along_e_gives_table_3_of_the_paper() {
 fn splitting_along_phi_as_the_papers_text_says_spoils_the_deviation_of_e() {
     let run = run(1, &split_along(split::Direction::SolarAngle, 39, 1));
     let std_e = run.snapshots[4].1.moments.std_e;
-    assert!((std_e - 0.0599).abs() < 5e-5, "{std_e}, where the paper prints 0.04525");
+    // 0.0599 if the part of the mixture below e = 0 counts too.
+    assert!((std_e - 0.05841).abs() < 5e-5, "{std_e}, where the paper prints 0.04525");
 }
 
 #[test]
