@@ -110,7 +110,8 @@ pub(super) fn pieces(
         for &to in cuts.iter().chain(&[1.0]) {
             if to > from {
                 let middle = f64::midpoint(from, to);
-                let bin = bin(grid, xs.at(middle), ys.at(middle), turn);
+                let there = exactly(middle);
+                let bin = bin(grid, x(there), y(there), turn);
                 visit(Piece { from: a.theta + from * length, to: a.theta + to * length, bin });
                 from = to;
             }

@@ -50,6 +50,8 @@ struct Centre {
     e: f64,
 }
 
+/// How good states are, absolute.
+const ROUNDING: f64 = 1e-14;
 /// Functions integrated for the centre: 1, cos, sin, e, e².
 const FIRST: usize = 5;
 /// Functions integrated about the centre: 1, cos, sin, δe, δe², δphi, δphi², δphi δe, density of `phi` at its branch cut.
@@ -109,8 +111,14 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre) -> SmoothMoments
     let scales = scales(&fine.values);
     let missing = (1.0 - fine.values[0]).abs();
     let relative = |f: usize| fine.errors[f] / scales[f] + missing;
-    let e_error = relative(3).max(relative(4)) + if fine.lost + coarse.lost > 0 { missing } else { 0.0 };
-    let phi_error = relative(5).max(relative(6)).max(relative(7)) + cut / std_phi + 2.0 * cut * PI / std_phi.powi(2);
+    // The states themselves are good to rounding, which is much of a cloud that is hardly wider.
+    let noise = |deviation: f64| ROUNDING / deviation;
+    let e_error = relative(3).max(relative(4)) + noise(std_e) + if fine.lost + coarse.lost > 0 { missing } else { 0.0 };
+    let phi_error = relative(5).max(relative(6)).max(relative(7))
+        + noise(std_phi)
+        + noise(std_e)
+        + cut / std_phi
+        + 2.0 * cut * PI / std_phi.powi(2);
     SmoothMoments {
         mean_phi: centre.phi + mean(5),
         std_phi,
