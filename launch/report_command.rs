@@ -25,12 +25,12 @@ pub fn run(arguments: &ReportArguments) -> ExitCode {
     };
     match made {
         Ok((page, missing)) => {
-            println!("Report: {}", page.display());
+            say!("Report: {}", page.display());
             warn(&missing);
             ExitCode::SUCCESS
         }
         Err(problem) => {
-            eprintln!("error: {problem}");
+            remark!("error: {problem}");
             ExitCode::from(BAD_INPUT)
         }
     }
@@ -47,7 +47,7 @@ pub fn make(folder: &Path) -> Result<Vec<String>, String> {
 /// Tells which figures are missing.
 pub fn warn(missing: &[String]) {
     for figure in missing {
-        eprintln!("warning: not drawn: {figure}");
+        remark!("warning: not drawn: {figure}");
     }
 }
 

@@ -1,7 +1,9 @@
 //! The results folder: written under a temporary name beside its final one and renamed when it is whole.
 
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+
+use nodes::clock;
+use nodes::recorder::is_part;
 
 use crate::launch_file::{Launch, ScenarioInput};
 
@@ -55,6 +57,27 @@ impl ResultsFolder {
         launch.scenarios.iter().map(keep).collect()
     }
 
+    /// Keeps of the scenarios only `kept`, and nothing that the recorder has begun of others.
+    ///
+    /// # Errors
+    /// What cannot be removed, and why.
+    pub fn keep_only(&self, kept: &[ScenarioInput]) -> Result<(), String> {
+        let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
+        let names: Vec<String> = kept.iter().map(|scenario| format!("{}.toml", scenario.content.name)).collect();
+        let folder = self.draft.join("scenarios");
+        for entry in std::fs::read_dir(&folder).map_err(|e| failed(&folder, e))?.flatten() {
+            if !names.contains(&entry.file_name().to_string_lossy().into_owned()) {
+                std::fs::remove_file(entry.path()).map_err(|e| failed(&entry.path(), e))?;
+            }
+        }
+        for entry in std::fs::read_dir(&self.draft).map_err(|e| failed(&self.draft, e))?.flatten() {
+            if is_part(&entry.path()) {
+                std::fs::remove_dir_all(entry.path()).map_err(|e| failed(&entry.path(), e))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Gives the folder its final name.
     ///
     /// # Errors
@@ -72,6 +95,6 @@ impl ResultsFolder {
 }
 
 fn default_path(name: &str) -> PathBuf {
-    let time = humantime::format_rfc3339_millis(SystemTime::now()).to_string().replace(':', "-");
+    let time = clock::millis().replace(':', "-");
     Path::new("results").join(format!("{name}-{time}"))
 }

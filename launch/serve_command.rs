@@ -1,11 +1,11 @@
 //! `phasecloud serve`: keeps the processes up and takes scenario after scenario, of a sweep file or of whoever asks.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 
+use nodes::clock;
 use nodes::recorder::{SCENARIO, join, part};
 use nodes::scenario_file;
 use nodes::sweep::Sweep;
@@ -34,7 +34,7 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
     let (launch, folder) = match prepared {
         Ok(prepared) => prepared,
         Err(problem) => {
-            eprintln!("error: {problem}");
+            remark!("error: {problem}");
             return ExitCode::from(BAD_INPUT);
         }
     };
@@ -44,17 +44,17 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
     folder.discard();
     let served = tally.folders.len();
     match outcome {
-        Ok(()) | Err(Abort::Interrupted) if tally.failed == 0 => {
+        Ok(()) | Err(Abort::Stopped | Abort::Interrupted) if tally.failed == 0 => {
             summarise(&folder.path, served, begun);
             ExitCode::SUCCESS
         }
-        Ok(()) | Err(Abort::Interrupted) => {
+        Ok(()) | Err(Abort::Stopped | Abort::Interrupted) => {
             summarise(&folder.path, served, begun);
-            eprintln!("error: {} cases failed; each manifest says which and why", tally.failed);
+            remark!("error: {} cases failed; each manifest says which and why", tally.failed);
             ExitCode::FAILURE
         }
         Err(Abort::Fatal(problem) | Abort::Unpublished(problem)) => {
-            eprintln!("error: {problem}; {served} scenarios are in {}", folder.path.display());
+            remark!("error: {problem}; {served} scenarios are in {}", folder.path.display());
             ExitCode::FAILURE
         }
     }
@@ -62,13 +62,8 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
 
 fn summarise(path: &Path, served: usize, begun: Instant) {
     let seconds = begun.elapsed().as_secs_f64();
-    say(&format!("{served} scenarios in {seconds:.1} s, {:.2} a second", served as f64 / seconds));
-    say(&format!("Results: {}", path.display()));
-}
-
-/// Prints a line; that nobody reads it is no reason to end a service.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    say!("{served} scenarios in {seconds:.1} s, {:.2} a second", served as f64 / seconds);
+    say!("Results: {}", path.display());
 }
 
 fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Launch, ResultsFolder), String> {
@@ -105,7 +100,7 @@ fn serve(
         let now = Instant::now();
         let mut run = Run::begin(commands, arguments.most_snapshots, None, arguments.shown, &log, || now)?;
         if arguments.sweep.is_none() {
-            say(&format!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)"));
+            say!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
         }
         let completed = run.conduct(|scenario, failures| {
             let failures = of_scenario(failures, scenario);
@@ -147,8 +142,8 @@ fn publish(
         std::fs::create_dir(&kept).and_then(|()| std::fs::rename(&file, kept.join(format!("{}.toml", content.name))));
     moved.map_err(|e| format!("{}: {e}", kept.display()))?;
     let alone = Launch { scenarios: vec![ScenarioInput { text, content }], ..launch.clone() };
-    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    let record = manifest::Record { run_id, started: now, nodes: &BTreeMap::new(), failures };
+    let now = clock::seconds();
+    let record = manifest::Record { run_id, started: now, nodes: &BTreeMap::new(), failures, incomplete: None };
     manifest::write(&draft, &alone, &record)?;
     manifest::seal(&draft)?;
     std::fs::rename(&draft, &path).map_err(|e| format!("{}: {e}", path.display()))?;

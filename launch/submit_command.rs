@@ -43,7 +43,7 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
     let scenarios = match loaded {
         Ok(scenarios) => scenarios,
         Err(error) => {
-            eprintln!("error: {error}");
+            remark!("error: {error}");
             return ExitCode::from(BAD_INPUT);
         }
     };
@@ -52,7 +52,7 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
         Ok(false) => ExitCode::FAILURE,
         Err(Trouble::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(Trouble::Refused(problem)) => {
-            eprintln!("error: {problem}");
+            remark!("error: {problem}");
             ExitCode::FAILURE
         }
     }
@@ -68,9 +68,9 @@ fn submit(scenarios: &[ScenarioFile], target: &Target) -> Result<bool, Trouble> 
     let mut all = true;
     for scenario in scenarios {
         match office.have_done(scenario)? {
-            Ok(position) => println!("{}: recorded as {position:06}-{0}", scenario.name),
+            Ok(position) => say!("{}: recorded as {position:06}-{0}", scenario.name),
             Err(why) => {
-                eprintln!("error: {}: {why}", scenario.name);
+                remark!("error: {}: {why}", scenario.name);
                 all = false;
             }
         }

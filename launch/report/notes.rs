@@ -22,7 +22,7 @@ pub fn print(notes: &[Note]) {
         }
     }
     if !groups.is_empty() {
-        println!("\nNotes");
+        say!("\nNotes");
     }
     for group in groups {
         let Note { scenario, method, t_yr, note } = group[0];
@@ -31,6 +31,6 @@ pub fn print(notes: &[Note]) {
             0 => String::new(),
             more => format!(" (and {more} more times, see notes.csv)"),
         };
-        println!("- {scenario}, {method}{when}: {note}{more}");
+        say!("- {scenario}, {method}{when}: {note}{more}");
     }
 }

@@ -47,14 +47,14 @@ pub fn print(launch: &Launch, rows: &[&Row]) {
             ("corrected", of(rows, &corrected(method))),
             (launch.reference.as_str(), of(rows, &launch.reference)),
         ];
-        println!("\n{method}: {reason}\n{}", table(&sources, &times(rows)));
+        say!("\n{method}: {reason}\n{}", table(&sources, &times(rows)));
     }
     let shown = |label: &str| {
         label == launch.reference || REASONS.iter().any(|(method, _)| label == *method || label == corrected(method))
     };
     for case in launch.cases.iter().filter(|case| !shown(&case.label)) {
         let sources = [&case.label, &launch.reference].map(|label| (label.as_str(), of(rows, label)));
-        println!("\n{}\n{}", case.label, table(&sources, &times(rows)));
+        say!("\n{}\n{}", case.label, table(&sources, &times(rows)));
     }
 }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 use density::flow::Flow;
 use density::orbits::Orbits;
 use density::sampling::{Draws, Plan};
-use messages::layout::{PassageHeader, SnapshotHeader, kind};
+use messages::layout::{PASSAGE_COLUMNS, PassageHeader, SnapshotHeader, kind};
 use messages::port::Outlet;
 use messages::text::pack;
 use messages::topic::{Passage, Scenario, Snapshot};
@@ -28,7 +28,7 @@ fn main() -> ExitCode {
 
 fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
-    let passages = session.domain.outlet::<Passage>(1)?;
+    let passages = session.domain.outlet::<Passage>(PASSAGE_COLUMNS)?;
     if fault != "never-ready" {
         session.ready()?;
     }
@@ -41,8 +41,11 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
             if fault != "no-passage" {
                 let Assignment { run_id, scenario, .. } = assignment;
                 let (label, reason) = (pack(&session.label), pack("it does not look"));
-                passages
-                    .send_items(PassageHeader { run_id, scenario, label, reason, ..PassageHeader::default() }, &[])?;
+                let header = PassageHeader { run_id, scenario, label, reason, ..PassageHeader::default() };
+                match fault == "impossible-passage" && scenario == 1 {
+                    true => passages.send_items(PassageHeader { rows: 1, ..header }, &[0.0, 3.0, 0.0, 1.0])?,
+                    false => passages.send_items(header, &[])?,
+                }
             }
             match answer(session, &assignment, fault) {
                 Ok(sent) => outlet = Some(sent),
@@ -68,6 +71,14 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
     }
     if fault == "first-scenario" && assignment.scenario == 0 && session.shard.index == 1 {
         return Err(Failure::Refused("not this one".into()));
+    }
+    let stuck = match fault {
+        "stuck-in-the-first" => Some(0),
+        "stuck-in-the-second" => Some(1),
+        _ => None,
+    };
+    if stuck == Some(assignment.scenario) {
+        std::thread::sleep(Duration::from_secs(3600));
     }
     // Others know nothing of shards.
     let total = match fault {
