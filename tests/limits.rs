@@ -139,7 +139,7 @@ fn too_few_processes_or_too_little_address_space_are_told_in_words() {
         let _ = std::fs::remove_dir_all(bench.path("out"));
         output.status.success()
     };
-    for kilobytes in [100_000, 60_000, 20_000] {
+    for kilobytes in [100_000, 60_000] {
         let output = run_prepared(&bench, &format!("ulimit -v {kilobytes}"), false, &launch, "out");
         told(&output, &format!("ulimit -v {kilobytes}"));
     }

@@ -106,7 +106,7 @@ fn a_service_and_those_who_look_at_it_outlive_their_readers() {
 
 /// Starts a command as the leader of a session with a terminal of its own; dropping the other end is the end of the terminal.
 fn on_own_terminal(command: &Command) -> (Child, File) {
-    let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap(); // its end is here alone
     grantpt(&screen).unwrap();
     unlockpt(&screen).unwrap();
     let name = ptsname(&screen, Vec::new()).unwrap();
