@@ -72,6 +72,7 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
             launch.restart = Restart::Never;
         }
         launch.open_to_hosts(order.insecure)?;
+        preflight::check_address_space()?;
         preflight::check_shared_memory(&launch, launch.most_snapshots())?;
         preflight::check_descriptors(launch.propagators())?;
         let folder = ResultsFolder::prepare(order.out, results_folder::name_of(&launch), run_id)?;

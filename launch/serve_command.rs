@@ -109,6 +109,7 @@ fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<Service, String> {
     let sweep = arguments.sweep.as_deref().map(Sweep::load).transpose().map_err(|e| e.to_string())?;
     let most_snapshots = arguments.most_snapshots.or_else(|| sweep.as_ref().map(Sweep::most_snapshots));
     let most_snapshots = most_snapshots.unwrap_or(MOST_SNAPSHOTS_ASKED_FOR);
+    preflight::check_address_space()?;
     preflight::check_shared_memory(&launch, most_snapshots)?;
     preflight::check_descriptors(launch.propagators())?;
     let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;

@@ -44,4 +44,5 @@ pub mod session;
 pub mod shard;
 pub mod snapshot_rules;
 pub mod sweep;
+mod threads;
 pub mod yardstick;
