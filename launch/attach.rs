@@ -10,7 +10,7 @@ use crate::domains;
 use crate::launch_file::Launch;
 
 /// The file in a domain's folder in which the launcher says what it runs.
-const NOTICE: &str = "run.json";
+pub const NOTICE: &str = "run.json";
 
 /// Which run a command is about.
 #[derive(Debug, Clone, Default, Args)]

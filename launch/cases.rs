@@ -13,7 +13,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use crate::hosts::{self, Hosts};
-use crate::launch_file::check_name;
+use crate::launch_file::{check_name, checked_seconds};
 
 /// One case: a propagator under a label.
 #[derive(Debug, Clone)]
@@ -28,6 +28,8 @@ pub struct Case {
     pub reduce: bool,
     /// The hosts on which they run, in turn; none for home.
     pub hosts: Vec<String>,
+    /// Seconds by the clock that it may take for a scenario, if there is a limit.
+    pub most_seconds: Option<f64>,
 }
 
 impl Case {
@@ -69,6 +71,7 @@ struct RawCase {
     shards: Option<Spanned<i64>>,
     reduce: Option<Spanned<bool>>,
     hosts: Option<Spanned<Vec<Spanned<String>>>>,
+    most_seconds: Option<Spanned<f64>>,
 }
 
 /// All cases, in the file's order; `bins` are those of the comparison grid.
@@ -131,7 +134,7 @@ fn case(
         return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
     };
     let mut head = DeTable::new();
-    for key in ["label", "node", "command", "shards", "reduce", "hosts"] {
+    for key in ["label", "node", "command", "shards", "reduce", "hosts", "most_seconds"] {
         if let Some((key, value)) = settings.remove_entry(key) {
             head.insert(key, value);
         }
@@ -165,7 +168,8 @@ fn case(
     }
     let hosts = raw.hosts.as_ref().map_or(Ok(Vec::new()), |named| hosts::placement(file, named, hosts))?;
     let reduce = raw.reduce.is_some_and(Spanned::into_inner);
-    Ok((raw.label, Case { label, runs, shards, reduce, hosts }))
+    let most_seconds = raw.most_seconds.as_ref().map(|most| checked_seconds(file, most)).transpose()?;
+    Ok((raw.label, Case { label, runs, shards, reduce, hosts, most_seconds }))
 }
 
 fn checked_shards(file: &InputFile, shards: &Spanned<i64>, label: &str, runs: &Runs) -> Result<u32, InputError> {

@@ -7,10 +7,10 @@ use crate::domains;
 /// Removes the remains of dead runs and says which; live ones are not touched.
 pub fn run() -> ExitCode {
     for place in domains::sweep() {
-        println!("removed {}", place.root.display());
+        say!("removed {}", place.root.display());
     }
     for place in domains::live() {
-        println!("in use  {}", place.root.display());
+        say!("in use  {}", place.root.display());
     }
     ExitCode::SUCCESS
 }

@@ -23,7 +23,7 @@ use crate::replay_command::ReplayArguments;
     version,
     after_help = "Without a command, `phasecloud` does `phasecloud run`: scenario 1 of Sun et al. (2022) with the paper's four cases and the exact answer.\n\n\
     Exit codes: 0 all cases compared; 1 a case failed, the rest was still compared and written, or \
-    a process that all need failed and nothing was; 2 bad input, nothing started; 130 stopped on request."
+    a process that all need failed and nothing was; 2 bad input, nothing started; 130 stopped on request, what was finished is kept (a second Ctrl-C discards it)."
 )]
 pub struct Cli {
     #[command(subcommand)]

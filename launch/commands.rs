@@ -1,5 +1,7 @@
 //! The command line and the environment with which each process of a run is started.
 
+use std::os::unix::fs::MetadataExt;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -12,6 +14,8 @@ use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE, Shard};
 use crate::cases::Runs;
 use crate::launch_file::Launch;
 
+/// The program that runs in a process that looks there, and in its children until they run another one.
+const RUNNING: &str = "/proc/self/exe";
 /// The process that publishes the scenarios.
 pub const SCENARIO_NODE: &str = "scenario";
 /// The processes that every run needs besides its cases.
@@ -165,5 +169,22 @@ pub fn own_command(kind: &str) -> Result<Command, String> {
 /// # Errors
 /// If it cannot be found.
 pub fn own_program() -> Result<Command, String> {
-    std::env::current_exe().map(Command::new).map_err(|e| format!("cannot find myself: {e}"))
+    own_path().map(|path| {
+        let mut command = Command::new(path);
+        command.arg0("phasecloud");
+        command
+    })
+}
+
+/// Where this program lies, also if its file has been replaced or removed since it was started: the kernel still has the one
+/// that runs, and processes of one run must not be of two versions.
+///
+/// # Errors
+/// If it cannot be found.
+pub fn own_path() -> Result<PathBuf, String> {
+    let failed = |e: std::io::Error| format!("{RUNNING}: this program cannot find itself: {e}");
+    let running = std::fs::metadata(RUNNING).map_err(failed)?;
+    let named = std::env::current_exe().map_err(failed)?;
+    let is_the_same = |found: std::fs::Metadata| (found.dev(), found.ino()) == (running.dev(), running.ino());
+    Ok(if std::fs::metadata(&named).is_ok_and(is_the_same) { named } else { RUNNING.into() })
 }

@@ -34,14 +34,14 @@ pub fn run(arguments: &DomainArguments) -> ExitCode {
     let (own, capacity) = match prepared {
         Ok(prepared) => prepared,
         Err(problem) => {
-            eprintln!("error: phasecloud domain: {problem}");
+            remark!("error: phasecloud domain: {problem}");
             return ExitCode::from(BAD_INPUT);
         }
     };
     match hold(arguments, &own, &capacity) {
         Ok(()) => ExitCode::SUCCESS,
         Err(problem) => {
-            eprintln!("error: phasecloud domain: {problem}");
+            remark!("error: phasecloud domain: {problem}");
             ExitCode::FAILURE
         }
     }
@@ -83,13 +83,13 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
     let mut scenario = 0;
     publish(&roster, arguments, scenario, &fallen).map_err(failed)?;
     let (root, prefix) = (own.place.root.display(), &own.place.prefix);
-    println!("export {ROOT_VARIABLE}={root} {PREFIX_VARIABLE}={prefix} {RUN_VARIABLE}={RUN_ID}");
-    eprintln!("domain {}: held until Ctrl-C", arguments.name);
+    say!("export {ROOT_VARIABLE}={root} {PREFIX_VARIABLE}={prefix} {RUN_VARIABLE}={RUN_ID}");
+    remark!("domain {}: held until Ctrl-C", arguments.name);
     while !signals.stop_requested() {
         signals.wait(&[&reports, &roster], TICK).map_err(failed)?;
         while let Some(report) = reports.receive().map_err(failed)? {
             let header = *report.header();
-            eprintln!("{}", describe(&header, report.items()));
+            remark!("{}", describe(&header, report.items()));
             let is_recorded =
                 header.phase == phase::DONE && unpack(&header.node) == RECORDER && header.scenario == scenario;
             if is_recorded {

@@ -10,8 +10,10 @@ use std::time::{Duration, SystemTime};
 use messages::domain::Place;
 use rustix::fs::{FlockOperation, flock};
 
+use crate::keeper::Keeper;
+
 /// The locked file.
-const LOCK: &str = "launcher.lock";
+pub const LOCK: &str = "launcher.lock";
 
 /// A number that no other run has; 48 bits, so that names made of it stay short.
 pub fn fresh_run_id() -> u64 {
@@ -57,6 +59,7 @@ pub fn named(name: &str) -> Result<Place, String> {
 pub struct OwnDomain {
     /// Where it lies.
     pub place: Place,
+    keeper: Option<Keeper>,
     _lock: File,
 }
 
@@ -86,19 +89,31 @@ impl OwnDomain {
     fn claim_at(place: Place) -> Result<Self, String> {
         let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", place.root.display());
         place.create().map_err(|e| failed(&e))?;
-        // Locked before it has the name under which others look: nobody sees it without its owner.
-        let unnamed = place.root.join("lock.new");
-        let lock = File::create(&unnamed).map_err(|e| failed(&e))?;
-        flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|e| failed(&e))?;
-        std::fs::rename(&unnamed, place.root.join(LOCK)).map_err(|e| failed(&e))?;
-        Ok(Self { place, _lock: lock })
+        let lock = lock_in(&place.root).map_err(|e| failed(&e))?;
+        let keeper = Some(Keeper::start(&place.root, lock.try_clone().map_err(|e| failed(&e))?));
+        Ok(Self { place, keeper, _lock: lock })
     }
+}
+
+/// Makes and holds the lock of the domain whose folder is `root`.
+///
+/// # Errors
+/// If that is not possible.
+pub fn lock_in(root: &Path) -> std::io::Result<File> {
+    // Locked before it has the name under which others look: nobody sees it without its owner.
+    let unnamed = root.join("lock.new");
+    let lock = File::create(&unnamed)?;
+    flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
+    std::fs::rename(&unnamed, root.join(LOCK))?;
+    Ok(lock)
 }
 
 impl Drop for OwnDomain {
     fn drop(&mut self) {
+        // What it would make anew is to go.
+        drop(self.keeper.take());
         if let Err(error) = self.place.remove() {
-            eprintln!("warning: {} is left behind: {error}", self.place.root.display());
+            remark!("warning: {} is left behind: {error}", self.place.root.display());
         }
     }
 }

@@ -11,11 +11,11 @@ use crate::launch_file::Launch;
 pub fn run(launch_file: Option<&Path>) -> ExitCode {
     match Launch::load(launch_file, None) {
         Ok(launch) => {
-            print!("{}", mermaid(&launch));
+            say!("{}", mermaid(&launch).trim_end());
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            remark!("error: {error}");
             ExitCode::from(BAD_INPUT)
         }
     }

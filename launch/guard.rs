@@ -22,7 +22,7 @@ pub fn run(words: &[String]) -> ExitCode {
             if let Ok(session) = Session::from_environment() {
                 let _ = session.failed(ANY_SCENARIO, &session.name, &problem);
             }
-            eprintln!("error: {problem}");
+            remark!("error: {problem}");
             ExitCode::FAILURE
         }
     }

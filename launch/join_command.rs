@@ -23,7 +23,7 @@ pub fn run(arguments: &JoinArguments) -> ExitCode {
     let (access, host) = match prepared {
         Ok(prepared) => prepared,
         Err(problem) => {
-            eprintln!("error: phasecloud join: {problem}");
+            remark!("error: phasecloud join: {problem}");
             return ExitCode::from(BAD_INPUT);
         }
     };
@@ -33,11 +33,11 @@ pub fn run(arguments: &JoinArguments) -> ExitCode {
             ExitCode::SUCCESS
         }
         Ok(Ending::Interrupted) => {
-            eprintln!("interrupted: {host} has left the run");
+            remark!("interrupted: {host} has left the run");
             ExitCode::from(INTERRUPTED)
         }
         Err(problem) => {
-            eprintln!("error: phasecloud join: {problem}");
+            remark!("error: phasecloud join: {problem}");
             ExitCode::FAILURE
         }
     }
@@ -63,12 +63,13 @@ fn prepare(arguments: &JoinArguments) -> Result<(Access, String), String> {
 
 fn tell(arguments: &JoinArguments, line: &str) {
     if !arguments.quiet {
-        eprintln!("{line}");
+        remark!("{line}");
     }
 }
 
 fn work(arguments: &JoinArguments, access: &Access, host: &str) -> Result<Ending, String> {
-    let signals = Signals::catch(&[signal_hook::consts::SIGCHLD]).map_err(|e| format!("cannot catch signals: {e}"))?;
+    let signals =
+        Signals::outlive_terminal(&[signal_hook::consts::SIGCHLD]).map_err(|e| format!("cannot catch signals: {e}"))?;
     let hello = Hello::of(host, domains::fresh_run_id());
     let Some(plan) = await_plan(arguments, access, &hello, &signals)? else { return Ok(Ending::Interrupted) };
     let commands = plan.members.iter().find(|share| matches!(share.program, Program::Command(_)));

@@ -207,7 +207,7 @@ impl Launch {
             references,
             tolerance: raw.tolerance.as_ref().map_or(Ok(TOLERANCE), |tolerance| checked_tolerance(file, tolerance))?,
             bins,
-            patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_patience(file, patience))?,
+            patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_seconds(file, patience))?,
             restart: raw.restart,
             cases,
             substitutes: BTreeMap::new(),
@@ -295,12 +295,17 @@ fn set_accuracy(
     }
 }
 
-fn checked_patience(file: &InputFile, patience: &Spanned<f64>) -> Result<f64, InputError> {
-    let seconds = *patience.get_ref();
-    if seconds.is_finite() && seconds > 0.0 {
+/// Longest time that a launch file may give \[s\].
+const LONGEST: f64 = 1e9;
+
+pub(crate) fn checked_seconds(file: &InputFile, value: &Spanned<f64>) -> Result<f64, InputError> {
+    let seconds = *value.get_ref();
+    if seconds > 0.0 && seconds <= LONGEST {
         return Ok(seconds);
     }
-    Err(file.error(patience, &format!("{seconds} is not allowed, it must be a number of seconds greater than 0")))
+    let problem =
+        format!("{seconds} is not allowed, it must be a number of seconds greater than 0 and at most {LONGEST}");
+    Err(file.error(value, &problem))
 }
 
 /// The scenarios that a launch file names, relative to its folder, or the one that replaces them.
@@ -443,6 +448,9 @@ mod tests {
                 "propagator.reduce",
                 "only the samples of mc",
             ),
+            ("samples = 10", "most_seconds = 0.0", 7, "propagator.most_seconds", "greater than 0"),
+            ("samples = 10", "most_seconds = nan", 7, "propagator.most_seconds", "greater than 0"),
+            ("samples = 10", "most_seconds = \"5\"", 7, "propagator.most_seconds", "invalid type: string"),
             ("samples = 10", "shards = 0", 7, "propagator.shards", "1 to 64"),
             ("samples = 10", "shards = 65", 7, "propagator.shards", "1 to 64"),
             ("samples = 10", "shards = 2.5", 7, "propagator.shards", "invalid type: floating point"),

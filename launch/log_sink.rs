@@ -61,7 +61,7 @@ impl LogSink {
     pub fn open(folder: &Path, run_id: u64, view: View) -> Result<Self, String> {
         let path = folder.join(NAME);
         let file = File::create(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-        let printer: Printer = Box::new(|line| drop(writeln!(std::io::stderr(), "{line}")));
+        let printer: Printer = Box::new(|line| remark!("{line}"));
         let inner = Inner { file: Some(file), problem: None, printer, readers: Vec::new() };
         Ok(Self { run: format!("{run_id:012x}"), path, view, inner: Arc::new(Mutex::new(inner)) })
     }
@@ -110,10 +110,15 @@ impl LogSink {
     }
 
     /// Takes in all that a process says, line by line, until it ends.
-    pub fn follow(&self, node: &str, output: PipeReader) {
-        let (sink, node) = (self.clone(), node.to_owned());
-        let reader = std::thread::spawn(move || sink.read(&node, BufReader::new(output)));
+    ///
+    /// # Errors
+    /// If there is no thread to be had for it.
+    pub fn follow(&self, node: &str, output: PipeReader) -> std::io::Result<()> {
+        let (sink, name) = (self.clone(), node.to_owned());
+        let reader = std::thread::Builder::new().name(format!("log of {node}"));
+        let reader = reader.spawn(move || sink.read(&name, BufReader::new(output)))?;
         self.lock().readers.push(reader);
+        Ok(())
     }
 
     fn read(&self, node: &str, mut output: impl BufRead) {

@@ -2,6 +2,11 @@
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+// They end the process when nobody reads; see `output`.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
+#[macro_use]
+mod output;
 
 mod attach;
 mod check;
@@ -12,10 +17,12 @@ mod commands;
 mod domain_command;
 mod domains;
 mod ending;
+mod environment;
 mod graph;
 mod guard;
 #[cfg(feature = "hosts")]
 mod join_command;
+mod keeper;
 mod live;
 mod log_sink;
 mod manifest;
@@ -52,6 +59,10 @@ use cli::{Cli, Command, RunArguments};
 const BAD_INPUT: u8 = 2;
 
 fn main() -> ExitCode {
+    if let Err(problem) = environment::shed() {
+        remark!("error: {problem}");
+        return ExitCode::from(BAD_INPUT);
+    }
     let command = Cli::parse().command.or_else(|| Cli::parse_from(["phasecloud", "run"]).command);
     match command.unwrap_or(Command::Run(RunArguments::default())) {
         Command::Run(arguments) => run_command::run(&arguments),
@@ -60,17 +71,17 @@ fn main() -> ExitCode {
         Command::Join(arguments) => join(&arguments),
         Command::Clean => clean_command::run(),
         Command::Replay(arguments) => replay_command::run(&arguments),
-        Command::Topics(target) => observe::topics::run(&target),
-        Command::Echo(arguments) => observe::echo::run(&arguments),
-        Command::Hz(arguments) => observe::hz::run(&arguments),
+        Command::Topics(target) => output::end(observe::topics::run(&target)),
+        Command::Echo(arguments) => output::end(observe::echo::run(&arguments)),
+        Command::Hz(arguments) => output::end(observe::hz::run(&arguments)),
         Command::Watch(arguments) => observe::watch::run(&arguments),
-        Command::Graph { launch_file } => graph::run(launch_file.as_deref()),
+        Command::Graph { launch_file } => output::end(graph::run(launch_file.as_deref())),
         Command::Report(arguments) => report_command::run(&arguments),
-        Command::Validate { files } => validate_command::run(&files),
-        Command::Check(arguments) => check::run(&arguments),
+        Command::Validate { files } => output::end(validate_command::run(&files)),
+        Command::Check(arguments) => output::end(check::run(&arguments)),
         Command::New(arguments) => new_command::run(&arguments),
         Command::Domain(arguments) => domain_command::run(&arguments),
-        Command::Verify { folders } => verify(&folders),
+        Command::Verify { folders } => output::end(verify(&folders)),
         Command::Node(arguments) => node_command::run(arguments),
         Command::Guard { words } => guard::run(&words),
     }
@@ -81,7 +92,7 @@ use join_command::run as join;
 
 #[cfg(not(feature = "hosts"))]
 fn join(_: &cli::JoinArguments) -> ExitCode {
-    eprintln!("error: phasecloud join: {}", hosts::WITHOUT_HOSTS);
+    remark!("error: phasecloud join: {}", hosts::WITHOUT_HOSTS);
     ExitCode::from(BAD_INPUT)
 }
 
@@ -90,13 +101,13 @@ fn verify(folders: &[std::path::PathBuf]) -> ExitCode {
     let mut code = ExitCode::SUCCESS;
     for folder in folders {
         match checksums::verify(folder) {
-            Ok((count, differ)) if differ.is_empty() => println!("{}: good, {count} files", folder.display()),
+            Ok((count, differ)) if differ.is_empty() => say!("{}: good, {count} files", folder.display()),
             Ok((_, differ)) => {
-                differ.iter().for_each(|problem| eprintln!("error: {}: {problem}", folder.display()));
+                differ.iter().for_each(|problem| remark!("error: {}: {problem}", folder.display()));
                 code = ExitCode::FAILURE;
             }
             Err(problem) => {
-                eprintln!("error: {problem}");
+                remark!("error: {problem}");
                 code = ExitCode::from(BAD_INPUT);
             }
         }

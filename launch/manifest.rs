@@ -26,6 +26,9 @@ pub struct Manifest<'a> {
     cases: BTreeMap<&'a str, CaseRecord>,
     nodes: &'a BTreeMap<String, String>,
     failures: &'a BTreeMap<String, String>,
+    complete: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    incomplete_because: Option<&'a str>,
     files: BTreeMap<String, FileRecord>,
 }
 
@@ -36,6 +39,8 @@ struct CaseRecord {
     settings: Vec<String>,
     shards: u32,
     reduce: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    most_seconds: Option<f64>,
 }
 
 /// How a run went.
@@ -49,6 +54,8 @@ pub struct Record<'a> {
     pub nodes: &'a BTreeMap<String, String>,
     /// Why a case failed.
     pub failures: &'a BTreeMap<String, String>,
+    /// Why the results are not whole, if they are not.
+    pub incomplete: Option<&'a str>,
 }
 
 /// Writes the manifest into `folder`, still without checksums.
@@ -56,7 +63,7 @@ pub struct Record<'a> {
 /// # Errors
 /// If it cannot be written.
 pub fn write(folder: &Path, launch: &Launch, record: &Record<'_>) -> Result<(), String> {
-    let Record { run_id, started, nodes, failures } = record;
+    let Record { run_id, started, nodes, failures, incomplete } = record;
     let manifest = Manifest {
         run_id: format!("{run_id:012x}"),
         configuration: recording::configuration(launch),
@@ -74,6 +81,8 @@ pub fn write(folder: &Path, launch: &Launch, record: &Record<'_>) -> Result<(), 
         cases: launch.cases.iter().map(|case| (case.label.as_str(), case_record(case))).collect(),
         nodes,
         failures,
+        complete: incomplete.is_none(),
+        incomplete_because: *incomplete,
         files: BTreeMap::new(),
     };
     write_json(folder, &manifest)
@@ -106,19 +115,32 @@ fn write_json(folder: &Path, manifest: &impl Serialize) -> Result<(), String> {
     })
 }
 
-/// What run `run_id` used and which of its cases failed, from the manifest in `folder`; `None` if it is not there.
-pub fn read(folder: &Path, run_id: &str) -> Option<(Launch, BTreeMap<String, String>)> {
+/// What a manifest says of a run.
+pub struct Recorded {
+    /// What it used.
+    pub launch: Launch,
+    /// Why cases failed.
+    pub failures: BTreeMap<String, String>,
+    /// Why the results are not whole, if they are not.
+    pub incomplete: Option<String>,
+}
+
+/// What the manifest in `folder` says of run `run_id`; `None` if it is not there.
+pub fn read(folder: &Path, run_id: &str) -> Option<Recorded> {
     #[derive(Deserialize)]
     struct Read {
         run_id: String,
         launch_file: String,
         scenarios: BTreeMap<String, String>,
         failures: BTreeMap<String, String>,
+        #[serde(default)]
+        incomplete_because: Option<String>,
     }
     let read: Read = serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).ok()?).ok()?;
     let scenarios: Vec<_> = read.scenarios.into_iter().collect();
     let launch = Launch::from_record(&read.launch_file, &scenarios).ok()?;
-    (read.run_id == run_id).then_some((launch, read.failures))
+    let Read { failures, incomplete_because: incomplete, .. } = read;
+    (read.run_id == run_id).then_some(Recorded { launch, failures, incomplete })
 }
 
 /// Which cases of the run in `folder` failed, and why; `None` if there is no manifest.
@@ -137,5 +159,5 @@ fn case_record(case: &Case) -> CaseRecord {
         Runs::Recorded(file) => (vec!["recorded".into(), file.display().to_string()], Vec::new()),
         Runs::Command(command) => (command.clone(), Vec::new()),
     };
-    CaseRecord { runs, settings, shards: case.shards, reduce: case.reduce }
+    CaseRecord { runs, settings, shards: case.shards, reduce: case.reduce, most_seconds: case.most_seconds }
 }

@@ -26,12 +26,23 @@ pub struct Member {
     restarts: u32,
     /// Whether it waits for the next scenario to be started again.
     pub rests: bool,
+    /// Whether its case has failed, and it has not been heard of in a later scenario: its end is then no news.
+    pub is_dismissed: bool,
 }
 
 impl Member {
     /// A process to be started at `due`.
     pub fn new(due: Instant) -> Self {
-        Self { due: Some(due), ready: false, heard: due, owes: true, attempt: 0, restarts: 0, rests: false }
+        Self {
+            due: Some(due),
+            ready: false,
+            heard: due,
+            owes: true,
+            attempt: 0,
+            restarts: 0,
+            rests: false,
+            is_dismissed: false,
+        }
     }
 
     /// A process on another host, which is started and looked after there.
@@ -41,7 +52,12 @@ impl Member {
 
     /// It has been started.
     pub fn started(&mut self, now: Instant) {
-        (self.due, self.ready, self.heard) = (None, false, now);
+        (self.due, self.ready, self.heard, self.is_dismissed) = (None, false, now, false);
+    }
+
+    /// It works on the scenario under way, with more to do or not.
+    pub fn is_at_work(&mut self, owes: bool) {
+        (self.owes, self.is_dismissed) = (owes, false);
     }
 
     /// Plans a restart after a while; `false` if it has had its chances.

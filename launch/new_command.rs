@@ -96,11 +96,11 @@ const PYTHON: [(&str, &str); 4] = [
 pub fn run(arguments: &NewArguments) -> ExitCode {
     match write(arguments) {
         Ok(next) => {
-            println!("{next}");
+            say!("{next}");
             ExitCode::SUCCESS
         }
         Err(problem) => {
-            eprintln!("error: phasecloud new: {problem}");
+            remark!("error: phasecloud new: {problem}");
             ExitCode::from(BAD_INPUT)
         }
     }

@@ -33,7 +33,7 @@ pub fn run(arguments: NodeArguments) -> ExitCode {
     let (kind, place, shard) = match parsed {
         Ok(parsed) => parsed,
         Err(problem) => {
-            eprintln!("error: phasecloud node: {problem}");
+            remark!("error: phasecloud node: {problem}");
             return ExitCode::from(BAD_INPUT);
         }
     };

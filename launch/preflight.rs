@@ -11,6 +11,8 @@ const SHARED_MEMORY: &str = "/dev/shm";
 /// Descriptors of a process in a run without propagators, and for each; 144 and 7 were measured.
 const DESCRIPTORS: usize = 250;
 const DESCRIPTORS_PER_PROPAGATOR: usize = 10;
+/// Address space without which a launcher of a few processes has been seen to be refused the memory for its own lists \[bytes\].
+const ADDRESSES: u64 = 96 << 20;
 /// Room for management data, per process \[bytes\].
 const OVERHEAD: u64 = 2 << 20;
 
@@ -51,6 +53,21 @@ pub fn check_descriptors(propagators: usize) -> Result<(), String> {
     Err(format!(
         "the run needs up to {needed} file descriptors a process, {allowed} are allowed; raise the limit (ulimit -n)"
     ))
+}
+
+/// Checks that processes may have some address space: without it they are aborted in the midst of whatever they do.
+///
+/// # Errors
+/// How much is needed and how much is allowed.
+pub fn check_address_space() -> Result<(), String> {
+    match getrlimit(Resource::As).current {
+        Some(allowed) if allowed < ADDRESSES => Err(format!(
+            "the run needs at least {} MiB of address space a process, {} MiB are allowed; raise the limit (ulimit -v)",
+            ADDRESSES >> 20,
+            allowed >> 20
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Every snapshot and density of a scenario is held until the scenario ends.

@@ -63,7 +63,7 @@ pub fn run(arguments: &ReplayArguments) -> ExitCode {
             run_command::execute(Ok(launch), &order)
         }
         Err(problem) => {
-            eprintln!("error: {problem}");
+            remark!("error: {problem}");
             ExitCode::from(BAD_INPUT)
         }
     }
@@ -98,7 +98,7 @@ fn prepare(arguments: &ReplayArguments) -> Result<Launch, String> {
     }
     if !arguments.shown.quiet && !arguments.shown.json {
         let About { run_id, configuration, .. } = &about;
-        eprintln!("replaying {}, run {run_id}, configuration {configuration:.12}", arguments.file.display());
+        remark!("replaying {}, run {run_id}, configuration {configuration:.12}", arguments.file.display());
     }
     Ok(launch)
 }

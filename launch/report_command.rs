@@ -25,12 +25,12 @@ pub fn run(arguments: &ReportArguments) -> ExitCode {
     };
     match made {
         Ok((page, missing)) => {
-            println!("Report: {}", page.display());
+            say!("Report: {}", page.display());
             warn(&missing);
             ExitCode::SUCCESS
         }
         Err(problem) => {
-            eprintln!("error: {problem}");
+            remark!("error: {problem}");
             ExitCode::from(BAD_INPUT)
         }
     }
@@ -53,7 +53,7 @@ pub fn remove(folder: &Path) {
 /// Tells which figures are missing.
 pub fn warn(missing: &[String]) {
     for figure in missing {
-        eprintln!("warning: not drawn: {figure}");
+        remark!("warning: not drawn: {figure}");
     }
 }
 

@@ -7,7 +7,9 @@
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+
+use nodes::clock;
+use nodes::recorder::is_part;
 
 use crate::checksums::{LOST_AND_FOUND, MANIFEST};
 use crate::launch_file::{Launch, ScenarioInput};
@@ -60,6 +62,27 @@ impl ResultsFolder {
             Ok(path)
         };
         launch.scenarios.iter().map(keep).collect()
+    }
+
+    /// Keeps of the scenarios only `kept`, and nothing that the recorder has begun of others.
+    ///
+    /// # Errors
+    /// What cannot be removed, and why.
+    pub fn keep_only(&self, kept: &[ScenarioInput]) -> Result<(), String> {
+        let failed = |path: &Path, e: io::Error| format!("{}: {e}", path.display());
+        let names: Vec<String> = kept.iter().map(|scenario| format!("{}.toml", scenario.content.name)).collect();
+        let folder = self.draft.join("scenarios");
+        for entry in fs::read_dir(&folder).map_err(|e| failed(&folder, e))?.flatten() {
+            if !names.contains(&entry.file_name().to_string_lossy().into_owned()) {
+                fs::remove_file(entry.path()).map_err(|e| failed(&entry.path(), e))?;
+            }
+        }
+        for entry in fs::read_dir(&self.draft).map_err(|e| failed(&self.draft, e))?.flatten() {
+            if is_part(&entry.path()) {
+                fs::remove_dir_all(entry.path()).map_err(|e| failed(&entry.path(), e))?;
+            }
+        }
+        Ok(())
     }
 
     /// Puts the results where they belong.
@@ -137,6 +160,6 @@ pub fn name_of(launch: &Launch) -> &str {
 }
 
 fn default_path(name: &str) -> PathBuf {
-    let time = humantime::format_rfc3339_millis(SystemTime::now()).to_string().replace(':', "-");
+    let time = clock::millis().replace(':', "-");
     Path::new("results").join(format!("{name}-{time}"))
 }

@@ -1,6 +1,8 @@
 //! A run under way: its processes are started, looked after, restarted where that helps, and ended.
 
 mod arrivals;
+mod budget;
+mod closing;
 mod failing;
 mod patience;
 
@@ -9,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use messages::domain::HeldDomain;
 use messages::layout::{RosterEntry, RosterHeader, StatusHeader, phase};
+use messages::patience::Watch;
 use messages::port::{Inlet, Outlet, PortError};
 use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Roster, Scenario, Status};
@@ -30,7 +33,9 @@ const TICK: Duration = Duration::from_millis(500);
 
 /// Why a run has no results.
 pub enum Abort {
-    /// The user asked to stop.
+    /// The user asked to stop: what has been recorded may be kept.
+    Stopped,
+    /// The user asked to stop for good: nothing is kept.
     Interrupted,
     /// Something that every case needs failed.
     Fatal(String),
@@ -52,6 +57,8 @@ struct UnderWay {
     scenario: u32,
     name: String,
     snapshots: u32,
+    /// When that was.
+    since: Instant,
 }
 
 /// A run under way.
@@ -83,7 +90,20 @@ pub struct Run<'a> {
     strangers: BTreeMap<String, String>,
     /// The hosts that have not joined yet; until they have, nothing but the bridge is started.
     absent: BTreeSet<String>,
+    /// Tells time that passed from time in which the launcher itself stood still.
+    watch: Watch,
+    /// The latest reports about the next scenario, which come before the end of this one if their senders are quicker.
+    early: BTreeMap<(String, u32), (StatusHeader, [u64; 2])>,
+    /// Whether a request to stop leaves what is finished.
+    keeps: bool,
+    /// The scenario under way when there was one.
+    closing: Option<u32>,
+    /// The cases of the last scenario that were left out because of it.
+    cut: Vec<String>,
 }
+
+/// Most reports about the next scenario that are kept.
+const MOST_EARLY: usize = 4096;
 
 impl<'a> Run<'a> {
     /// Opens the domain; `in_all` is the number of scenarios if it is known, `start_at` says when each process is to be
@@ -99,7 +119,7 @@ impl<'a> Run<'a> {
         log: &LogSink,
         mut start_at: impl FnMut() -> Instant,
     ) -> Result<Self, Abort> {
-        let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
+        let signals = Signals::outlive_terminal(&[signal_hook::consts::SIGCHLD])
             .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
         let cases = &commands.launch.cases;
         let capacity = Capacity {
@@ -145,6 +165,11 @@ impl<'a> Run<'a> {
             failures: Failures::new(),
             strangers: BTreeMap::new(),
             absent: commands.hosts().iter().cloned().collect(),
+            watch: Watch::start(),
+            early: BTreeMap::new(),
+            keeps: in_all.is_some(),
+            closing: None,
+            cut: Vec::new(),
             commands,
         };
         run.publish_roster()?;
@@ -165,8 +190,16 @@ impl<'a> Run<'a> {
                 recorded(told, &self.failures).map_err(Abort::Fatal)?;
                 told += 1;
             }
+            if self.has_closed() && self.in_all != Some(self.scenario) {
+                return Err(Abort::Stopped);
+            }
         }
         Ok(())
+    }
+
+    /// How many scenarios are recorded.
+    pub fn recorded(&self) -> u32 {
+        self.scenario
     }
 
     /// What has gone wrong so far.
@@ -181,10 +214,10 @@ impl<'a> Run<'a> {
 
     /// Ends all processes and says how each ended.
     pub fn end(&mut self) -> BTreeMap<String, String> {
-        let how = |(name, status): (String, std::process::ExitStatus)| {
+        let how = |(name, end): (String, String)| {
             let restarts = self.members.get(&name).map_or(0, |member| member.attempt);
-            let status = if restarts == 0 { status.to_string() } else { format!("{status}, restarts: {restarts}") };
-            (name, status)
+            let end = if restarts == 0 { end } else { format!("{end}, restarts: {restarts}") };
+            (name, end)
         };
         self.supervisor.stop_all().into_iter().map(how).collect()
     }
@@ -193,9 +226,7 @@ impl<'a> Run<'a> {
     fn look_around(&mut self) -> Result<(), Abort> {
         self.start_what_is_due()?;
         self.signals.wait(&[&self.reports, &self.roster, &self.scenarios], self.longest_sleep())?;
-        if self.signals.stop_requested() {
-            return Err(Abort::Interrupted);
-        }
+        self.forgive_what_was_missed();
         self.take_scenarios()?;
         self.view.refresh();
         let ended = self.supervisor.newly_ended();
@@ -204,6 +235,10 @@ impl<'a> Run<'a> {
         for Ended { name, status } in &ended {
             self.deal_with_end(name, *status)?;
         }
+        if self.signals.stop_requested() {
+            self.heed_request()?;
+        }
+        self.end_what_takes_too_long()?;
         self.give_up_on_the_silent()?;
         if self.cleaned.elapsed() > TICK {
             // Onlookers may die too.
@@ -218,7 +253,7 @@ impl<'a> Run<'a> {
     }
 
     fn longest_sleep(&self) -> Duration {
-        let next = self.members.values().filter_map(|member| member.due).min();
+        let next = self.members.values().filter_map(|member| member.due).chain(self.next_end_of_a_budget()).min();
         next.map_or(TICK, |due| due.saturating_duration_since(Instant::now()).min(TICK))
     }
 
@@ -255,9 +290,9 @@ impl<'a> Run<'a> {
             if self.under_way.as_ref().is_none_or(|known| known.scenario < scenario) {
                 let name = unpack(&header.name);
                 self.view.model_mut().set_stage(scenario, Stage { name: name.clone(), snapshots: snapshots.into() });
-                self.under_way = Some(UnderWay { scenario, name, snapshots });
                 // A service may have idled for long.
                 let now = Instant::now();
+                self.under_way = Some(UnderWay { scenario, name, snapshots, since: now });
                 self.members.values_mut().for_each(|member| member.heard = now);
             }
         }
@@ -287,13 +322,19 @@ impl<'a> Run<'a> {
 
     fn take_report(&mut self, header: &StatusHeader, [done, of]: [u64; 2]) -> Result<(), Abort> {
         let node = unpack(&header.node);
+        if self.is_early(header, &node) {
+            if self.early.len() < MOST_EARLY {
+                self.early.insert((node, header.phase), (*header, [done, of]));
+            }
+            return Ok(());
+        }
         let is_current = header.scenario == self.scenario;
         if let Some(member) = self.members.get_mut(&node) {
             member.heard = Instant::now();
             match header.phase {
                 phase::READY => member.ready = true,
-                phase::WORKING if is_current => member.owes = done < of,
-                phase::DONE if is_current => member.owes = false,
+                phase::WORKING if is_current => member.is_at_work(done < of),
+                phase::DONE if is_current => member.is_at_work(false),
                 _ => {}
             }
         }
@@ -311,7 +352,14 @@ impl<'a> Run<'a> {
             phase::DONE if is_current && node == "comparator" => self.compared = true,
             phase::DONE if is_current && node == "recorder" => self.begin_next_scenario()?,
             phase::DONE if node == SCENARIO_NODE => self.in_all = Some(header.scenario),
-            phase::FAILED if header.scenario >= self.scenario => {
+            phase::FAILED if header.scenario < self.scenario => {
+                let (subject, why) = (unpack(&header.subject), unpack(&header.text));
+                // What was wrong with a case's part of a scenario that is recorded is of no account.
+                if node != subject && !self.is_case(self.subject(&subject)) && !self.is_case(self.subject(&node)) {
+                    self.blame(&subject, why)?;
+                }
+            }
+            phase::FAILED => {
                 let (subject, why) = (unpack(&header.subject), unpack(&header.text));
                 match node == subject || self.is_case(self.subject(&node)) {
                     true => self.fail(&node, why)?, // a case speaks for itself alone
@@ -321,6 +369,14 @@ impl<'a> Run<'a> {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Whether a report is about the next scenario, of which this one's end has not been heard yet.
+    fn is_early(&self, header: &StatusHeader, node: &str) -> bool {
+        header.scenario == self.scenario.saturating_add(1)
+            && header.phase != phase::READY
+            && node != SCENARIO_NODE
+            && self.in_all.is_none_or(|in_all| header.scenario < in_all)
     }
 
     fn note_when_all_are_ready(&mut self) {
@@ -342,7 +398,18 @@ impl<'a> Run<'a> {
         for member in self.members.values_mut() {
             member.begin_scenario(now);
         }
-        self.publish_roster()
+        self.publish_roster()?;
+        let early = std::mem::take(&mut self.early);
+        early.into_values().try_for_each(|(header, units)| self.take_report(&header, units))
+    }
+
+    /// Time in which the launcher itself was stopped, or got no turn, is nobody's silence and in nobody's budget.
+    fn forgive_what_was_missed(&mut self) {
+        let missed = self.watch.missed();
+        self.members.values_mut().for_each(|member| member.heard += missed);
+        if let Some(known) = &mut self.under_way {
+            known.since += missed;
+        }
     }
 
     fn publish_roster(&self) -> Result<(), Abort> {

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
-use nodes::log;
 use nodes::recorder::join::join;
+use nodes::{clock, log};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tracing::level_filters::LevelFilter;
@@ -72,6 +72,7 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
             launch.restart = Restart::Never;
         }
         launch.open_to_hosts(order.insecure)?;
+        preflight::check_address_space()?;
         preflight::check_shared_memory(&launch, launch.most_snapshots())?;
         preflight::check_descriptors(launch.propagators())?;
         let folder = ResultsFolder::prepare(order.out, results_folder::name_of(&launch), run_id)?;
@@ -85,8 +86,13 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
         Err(problem) => return end_without_results(order, BAD_INPUT, &format!("error: {problem}")),
     };
     let outcome = conduct(&launch, &folder, tape.as_ref(), run_id, order, &log);
+    let is_whole = match &outcome {
+        Ok(kept) => kept.incomplete.is_none(),
+        Err(Abort::Unpublished(_)) => true,
+        Err(_) => false,
+    };
     let outcome = match tape {
-        Some(tape) if matches!(outcome, Err(Abort::Interrupted | Abort::Fatal(_))) => {
+        Some(tape) if !is_whole => {
             tape.discard();
             outcome
         }
@@ -94,24 +100,8 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
         None => outcome,
     };
     match outcome {
-        Ok(failures) => {
-            let contradictions = report::errors(&folder.path);
-            let exit_code = u8::from(!failures.is_empty() || !contradictions.is_empty());
-            if order.shown.json {
-                json::result(exit_code, &folder.path, &failures);
-            } else if !order.shown.quiet {
-                report::print(&launch, &folder.path);
-                println!("\nResults: {}", folder.path.display());
-            }
-            for (name, why) in &failures {
-                eprintln!("error: {name}: {why}");
-            }
-            for what in &contradictions {
-                eprintln!("error: {what}");
-            }
-            ExitCode::from(exit_code)
-        }
-        Err(Abort::Interrupted) => {
+        Ok(kept) => conclude(&kept, &folder, order),
+        Err(Abort::Stopped | Abort::Interrupted) => {
             folder.discard();
             end_without_results(order, INTERRUPTED, "interrupted: nothing was written")
         }
@@ -123,11 +113,35 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
     }
 }
 
+/// Tells what is in the results folder; returns the exit code.
+fn conclude(Kept { launch, failures, incomplete }: &Kept, folder: &ResultsFolder, order: &Order<'_>) -> ExitCode {
+    let contradictions = report::errors(&folder.path);
+    let is_wrong = !failures.is_empty() || !contradictions.is_empty();
+    let exit_code = if incomplete.is_some() { INTERRUPTED } else { u8::from(is_wrong) };
+    if order.shown.json {
+        json::result(exit_code, &folder.path, failures, incomplete.as_deref());
+    } else if !order.shown.quiet {
+        report::print(launch, &folder.path);
+        say!("\nResults: {}", folder.path.display());
+    }
+    for (name, why) in failures {
+        remark!("error: {name}: {why}");
+    }
+    for what in &contradictions {
+        remark!("error: {what}");
+    }
+    if let Some(why) = incomplete {
+        let recording = if order.record.is_some() { "; the recording was discarded" } else { "" };
+        remark!("interrupted: the results in {} are not whole: {why}{recording}", folder.path.display());
+    }
+    ExitCode::from(exit_code)
+}
+
 fn end_without_results(order: &Order<'_>, exit_code: u8, problem: &str) -> ExitCode {
     if order.shown.json {
         json::no_result(exit_code, problem);
     }
-    eprintln!("{problem}");
+    remark!("{problem}");
     ExitCode::from(exit_code)
 }
 
@@ -146,7 +160,17 @@ pub fn start_log(folder: &Path, run_id: u64, shown: Shown, logged: Logged) -> Re
     Ok(sink)
 }
 
-/// Conducts the run in a fresh domain, removes the domain, and publishes the results. Returns the failures by name.
+/// What is in the results folder.
+struct Kept {
+    /// The launch file, with the scenarios that were recorded.
+    launch: Launch,
+    /// Why cases failed, by name.
+    failures: BTreeMap<String, String>,
+    /// Why the results are not whole, if they are not.
+    incomplete: Option<String>,
+}
+
+/// Conducts the run in a fresh domain, removes the domain, and publishes the results.
 fn conduct(
     launch: &Launch,
     folder: &ResultsFolder,
@@ -154,8 +178,8 @@ fn conduct(
     run_id: u64,
     order: &Order<'_>,
     log: &LogSink,
-) -> Result<BTreeMap<String, String>, Abort> {
-    let started = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+) -> Result<Kept, Abort> {
+    let started = clock::seconds();
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
     attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
@@ -165,26 +189,45 @@ fn conduct(
     let snapshots = launch.most_snapshots();
     let post = plans::post_bridge(launch, &own.place.root, run_id, snapshots).map_err(Abort::Fatal)?;
     let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape, scenarios, post };
-    let (failures, nodes) = {
+    let (kept, nodes) = {
         let in_all = Some(launch.scenarios.len() as u32);
         let mut run = Run::begin(commands, snapshots, in_all, order.shown, log, start_times(order.start_order))?;
         let completed = run.conduct(|_, _| Ok(()));
         let nodes = run.end();
-        completed?;
-        (by_name(launch, run.failures(), run.strangers()), nodes)
+        match completed {
+            Err(Abort::Stopped) if run.recorded() > 0 => {}
+            other => other?,
+        }
+        (kept(launch, &run), nodes)
     };
     drop(own);
     log.close().map_err(Abort::Fatal)?;
-    join(&folder.draft, launch.scenarios.len() as u32).map_err(|e| Abort::Fatal(e.to_string()))?;
-    let record = manifest::Record { run_id, started, nodes: &nodes, failures: &failures };
+    let recorded = &kept.launch.scenarios;
+    join(&folder.draft, recorded.len() as u32).map_err(|e| Abort::Fatal(e.to_string()))?;
+    folder.keep_only(recorded).map_err(Abort::Fatal)?;
+    let (failures, incomplete) = (&kept.failures, kept.incomplete.as_deref());
+    let record = manifest::Record { run_id, started, nodes: &nodes, failures, incomplete };
     let unsealed = |problem: String| Abort::Unpublished(format!("{problem}; {}", folder.remains()));
-    manifest::write(&folder.draft, launch, &record).map_err(unsealed)?;
+    manifest::write(&folder.draft, &kept.launch, &record).map_err(unsealed)?;
     if order.report {
         draw_report(&folder.draft);
     }
     manifest::seal(&folder.draft).map_err(unsealed)?;
     folder.publish().map_err(Abort::Unpublished)?;
-    Ok(failures)
+    Ok(kept)
+}
+
+/// What a run has left in the results folder.
+fn kept(launch: &Launch, run: &Run<'_>) -> Kept {
+    let recorded = run.recorded();
+    let scenarios = launch.scenarios.iter().take(recorded as usize).cloned().collect();
+    let failures = run.failures().iter().filter(|((scenario, _), _)| *scenario < recorded);
+    let failures = failures.map(|(place, why)| (place.clone(), why.clone())).collect();
+    Kept {
+        launch: Launch { scenarios, ..launch.clone() },
+        failures: by_name(launch, &failures, run.strangers()),
+        incomplete: run.incompleteness(),
+    }
 }
 
 /// Makes the report. The results are worth keeping without one, but not with a part of one.
@@ -195,7 +238,7 @@ fn draw_report(draft: &Path) {
     }
     match made {
         Ok(missing) => report_command::warn(&missing),
-        Err(problem) => eprintln!("warning: no report: {problem}"),
+        Err(problem) => remark!("warning: no report: {problem}"),
     }
 }
 

@@ -1,11 +1,11 @@
 //! `phasecloud serve`: keeps the processes up and takes scenario after scenario, of a sweep file or of whoever asks.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 
+use nodes::clock;
 use nodes::recorder::{SCENARIO, join, part};
 use nodes::scenario_file;
 use nodes::sweep::Sweep;
@@ -45,7 +45,7 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
     let service = match prepared {
         Ok(prepared) => prepared,
         Err(problem) => {
-            eprintln!("error: {problem}");
+            remark!("error: {problem}");
             return ExitCode::from(BAD_INPUT);
         }
     };
@@ -55,32 +55,32 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
     let is_sweep = service.sweep.is_some();
     let outcome = match served {
         // What has been done of a sweep is worth its tables also if it was stopped.
-        Ok(()) | Err(Abort::Interrupted) => write_sweep(&service, &tally).map_err(Abort::Unpublished).and(served),
+        Ok(()) | Err(Abort::Stopped | Abort::Interrupted) => {
+            write_sweep(&service, &tally).map_err(Abort::Unpublished).and(served)
+        }
         fatal => fatal,
     };
     let folder = &service.folder;
     folder.discard();
     let served = tally.folders.len();
     if let Err(Abort::Fatal(problem) | Abort::Unpublished(problem)) = outcome {
-        eprintln!("error: {problem}; {served} scenarios are in {}", folder.path.display());
+        remark!("error: {problem}; {served} scenarios are in {}", folder.path.display());
         return ExitCode::FAILURE;
     }
     summarise(&folder.path, served, begun);
-    tally.failed.iter().for_each(|case| eprintln!("error: {case}"));
+    tally.failed.iter().for_each(|case| remark!("error: {case}"));
     let refused = if is_sweep { tally.refused.len() } else { 0 };
     match outcome {
-        Err(Abort::Interrupted) if is_sweep => ExitCode::from(INTERRUPTED),
+        Err(Abort::Stopped | Abort::Interrupted) if is_sweep => ExitCode::from(INTERRUPTED),
         _ if tally.failed.is_empty() && refused + tally.contradictions == 0 => ExitCode::SUCCESS,
         _ if is_sweep => {
             let failed = tally.failed.len();
-            eprintln!(
-                "error: {refused} combinations were refused and {failed} cases failed; {TABLE} says which and why"
-            );
+            remark!("error: {refused} combinations were refused and {failed} cases failed; {TABLE} says which and why");
             ExitCode::FAILURE
         }
         _ => {
             let (failed, contradictions) = (tally.failed.len(), tally.contradictions);
-            eprintln!(
+            remark!(
                 "error: {failed} cases failed and {contradictions} results contradict one another or cannot be right; each \
                  manifest.json and notes.csv says which and why"
             );
@@ -91,13 +91,8 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
 
 fn summarise(path: &Path, served: usize, begun: Instant) {
     let seconds = begun.elapsed().as_secs_f64();
-    say(&format!("{served} scenarios in {seconds:.1} s, {:.2} a second", served as f64 / seconds));
-    say(&format!("Results: {}", path.display()));
-}
-
-/// Prints a line; that nobody reads it is no reason to end a service.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    say!("{served} scenarios in {seconds:.1} s, {:.2} a second", served as f64 / seconds);
+    say!("Results: {}", path.display());
 }
 
 /// What a service needs before it starts.
@@ -114,6 +109,7 @@ fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<Service, String> {
     let sweep = arguments.sweep.as_deref().map(Sweep::load).transpose().map_err(|e| e.to_string())?;
     let most_snapshots = arguments.most_snapshots.or_else(|| sweep.as_ref().map(Sweep::most_snapshots));
     let most_snapshots = most_snapshots.unwrap_or(MOST_SNAPSHOTS_ASKED_FOR);
+    preflight::check_address_space()?;
     preflight::check_shared_memory(&launch, most_snapshots)?;
     preflight::check_descriptors(launch.propagators())?;
     let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
@@ -139,7 +135,7 @@ fn serve(arguments: &ServeArguments, service: &Service, run_id: u64, tally: &mut
     let now = Instant::now();
     let mut run = Run::begin(commands, *most_snapshots, None, arguments.shown, &log, || now)?;
     if service.sweep.is_none() {
-        say(&format!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)"));
+        say!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
     }
     let completed = run.conduct(|scenario, failures| {
         let failures = of_scenario(failures, scenario);
@@ -193,8 +189,9 @@ fn publish(
         sweep::write_varied(sweep, index, &name, &draft)?;
     }
     let alone = Launch { scenarios: vec![ScenarioInput { text, content }], ..launch.clone() };
-    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    let record = manifest::Record { run_id, started: now, nodes: &BTreeMap::new(), failures: &failures };
+    let now = clock::seconds();
+    let record =
+        manifest::Record { run_id, started: now, nodes: &BTreeMap::new(), failures: &failures, incomplete: None };
     manifest::write(&draft, &alone, &record)?;
     manifest::seal(&draft)?;
     let path = folder.path.join(folder_name(scenario, &name));
@@ -204,7 +201,7 @@ fn publish(
         tally.done.push(Done { index, folder: folder_name(scenario, &name), name, failures });
     }
     for what in report::errors(&path) {
-        eprintln!("error: {what}");
+        remark!("error: {what}");
         tally.contradictions += 1;
     }
     tally.folders.push(path);

@@ -174,7 +174,7 @@ impl<'a> Workshop<'a> {
     fn listen(&mut self) -> Result<(), PortError> {
         while let Some(report) = self.reports.receive()? {
             if !self.shown.quiet && report.header().phase != phase::READY {
-                eprintln!("{}", describe(report.header(), report.items()));
+                remark!("{}", describe(report.header(), report.items()));
             }
         }
         while self.scenarios.receive()?.is_some() {

@@ -60,7 +60,7 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
     let scenarios = match loaded {
         Ok(scenarios) => scenarios,
         Err(error) => {
-            eprintln!("error: {error}");
+            remark!("error: {error}");
             return ExitCode::from(BAD_INPUT);
         }
     };
@@ -75,7 +75,7 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
                 Trouble::NoService(problem) => problem,
                 _ => format!("{}: the service has ended, there are no results", missing.collect::<Vec<_>>().join(", ")),
             };
-            eprintln!("error: {problem}");
+            remark!("error: {problem}");
             ExitCode::from(if tally.done + tally.refused == 0 { BAD_INPUT } else { 1 })
         }
     }
@@ -107,7 +107,7 @@ fn ask(scenarios: &[ScenarioFile], place: &Place, results: Option<PathBuf>, tall
         match office.have_done(scenario)? {
             Ok(position) => office.conclude(position, &scenario.name, tally)?,
             Err(why) => {
-                eprintln!("error: {}: {why}", scenario.name);
+                remark!("error: {}: {why}", scenario.name);
                 tally.refused += 1;
             }
         }
@@ -151,7 +151,7 @@ impl Office<'_> {
                 return Err(Trouble::Ended);
             }
             if position.is_none() && !told && asked.elapsed() > WHILE {
-                eprintln!("{}: not taken yet; the service works on what it was asked for before", scenario.name);
+                remark!("{}: not taken yet; the service works on what it was asked for before", scenario.name);
                 told = true;
             }
             self.wait(LOOK)?;
@@ -161,7 +161,7 @@ impl Office<'_> {
     /// Waits until the results folder of a scenario that is recorded is there, sealed, and says how its cases went.
     fn conclude(&self, position: u32, name: &str, tally: &mut Tally) -> Result<(), Trouble> {
         let Some(results) = &self.results else {
-            println!("{name}: recorded as number {position}");
+            say!("{name}: recorded as number {position}");
             tally.done += 1;
             return Ok(());
         };
@@ -178,9 +178,9 @@ impl Office<'_> {
             }
             self.wait(LOOK_FOR_FOLDER)?;
         };
-        println!("{name}: recorded as {}", folder_name(position, name));
+        say!("{name}: recorded as {}", folder_name(position, name));
         for (case, why) in &failures {
-            eprintln!("error: {name}, {case}: {}", printable(why));
+            remark!("error: {name}, {case}: {}", printable(why));
         }
         tally.done += 1;
         tally.failed += failures.len();

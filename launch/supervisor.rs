@@ -1,6 +1,6 @@
 //! Child processes: started, watched, and ended without exception.
 
-use std::os::unix::process::CommandExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -12,12 +12,17 @@ use crate::log_sink::LogSink;
 /// How long a process may take to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1500);
 
+/// How a process ended that was asked to.
+pub const ON_REQUEST: &str = "ended on request";
+
 /// A process of the run.
 #[derive(Debug)]
 struct Process {
     name: String,
     child: Child,
     end: Option<ExitStatus>,
+    /// Whether it was there when all were asked to end.
+    asked: bool,
 }
 
 impl Process {
@@ -27,6 +32,14 @@ impl Process {
             self.end = self.child.try_wait().ok().flatten();
         }
         self.end
+    }
+
+    /// How it ended, in words. An interpreter that is asked twice, or while it ends, has no handler left and ends by the signal:
+    /// it has done what it was asked to.
+    fn end_in_words(&self) -> Option<String> {
+        let status = self.end?;
+        let is_on_request = status.success() || status.signal() == Some(Signal::TERM.as_raw());
+        Some(if self.asked && is_on_request { ON_REQUEST.into() } else { status.to_string() })
     }
 
     /// Signals the process and whatever it has started itself.
@@ -73,14 +86,14 @@ impl Supervisor {
                 let (output, input) = std::io::pipe().map_err(failed)?;
                 command.stdout(input.try_clone().map_err(failed)?).stderr(input);
                 command.env(FORMAT_VARIABLE, "json").env(LEVEL_VARIABLE, log.level().to_string());
-                let child = command.spawn().map_err(failed)?;
-                log.follow(name, output);
-                child
+                // First, so that nothing runs to which nobody listens.
+                log.follow(name, output).map_err(failed)?;
+                command.spawn().map_err(failed)?
             }
             None => command.stdout(std::io::stderr()).spawn().map_err(failed)?,
         };
         tracing::info!(process = child.id(), "started {name}");
-        self.processes.push(Process { name: name.into(), child, end: None });
+        self.processes.push(Process { name: name.into(), child, end: None, asked: false });
         Ok(())
     }
 
@@ -109,8 +122,9 @@ impl Supervisor {
     }
 
     /// Asks all to end, and does not wait.
-    pub fn ask_to_end(&self) {
-        for process in self.processes.iter().filter(|process| process.end.is_none()) {
+    pub fn ask_to_end(&mut self) {
+        for process in self.processes.iter_mut().filter(|process| process.end.is_none()) {
+            process.asked = process.reap().is_none();
             process.signal(Signal::TERM);
         }
     }
@@ -123,7 +137,7 @@ impl Supervisor {
     }
 
     /// Asks all to end, kills after a while those that do not, and says how each ended.
-    pub fn stop_all(&mut self) -> Vec<(String, ExitStatus)> {
+    pub fn stop_all(&mut self) -> Vec<(String, String)> {
         self.ask_to_end();
         let deadline = Instant::now() + GRACE;
         while Instant::now() < deadline && self.processes.iter_mut().any(|process| process.reap().is_none()) {
@@ -136,7 +150,7 @@ impl Supervisor {
                 process.end = process.child.wait().ok();
             }
         }
-        self.processes.iter().filter_map(|process| Some((process.name.clone(), process.end?))).collect()
+        self.processes.iter().filter_map(|process| Some((process.name.clone(), process.end_in_words()?))).collect()
     }
 }
 

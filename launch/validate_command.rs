@@ -24,9 +24,9 @@ pub fn run(files: &[PathBuf]) -> ExitCode {
     let mut code = ExitCode::SUCCESS;
     for file in files {
         match validate(file) {
-            Ok(good) => println!("{}: good, {good}", file.display()),
+            Ok(good) => say!("{}: good, {good}", file.display()),
             Err(problems) => {
-                problems.iter().for_each(|problem| eprintln!("error: {problem}"));
+                problems.iter().for_each(|problem| remark!("error: {problem}"));
                 code = ExitCode::from(BAD_INPUT);
             }
         }

@@ -13,7 +13,7 @@ use common::{Bench, FOUR_CASES, REPRODUCIBLE, text};
 use rustix::process::{Pid, Signal, kill_process};
 
 /// Only to end a test that would hang.
-const WATCHDOG: Duration = Duration::from_secs(60);
+const WATCHDOG: Duration = Duration::from_secs(180);
 
 /// Users that own nothing.
 const USERS: [u32; 2] = [65534, 65533];

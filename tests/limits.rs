@@ -203,3 +203,44 @@ fn a_case_that_is_refused_memory_is_named_and_the_others_are_compared() {
     assert_eq!(bench.table("out/moments.csv").len(), 20, "{errors}");
     assert_eq!(bench.domains(), [""; 0]);
 }
+
+/// A shell command that may not have more than a few processes and threads: as root, which no such limit holds for, as nobody.
+fn with_few_processes(bench: &Bench, most: u32) -> Command {
+    let is_root = rustix::process::getuid().is_root();
+    let mut command = Command::new(if is_root { "setpriv" } else { "prlimit" });
+    if is_root {
+        let own = Command::new("chown").args(["-R", "65534:65534"]).arg(bench.path(".")).status().unwrap();
+        assert!(own.success());
+        command.args(["--reuid=65534", "--regid=65534", "--clear-groups", "prlimit"]);
+    }
+    command.arg(format!("--nproc={most}")).current_dir(bench.path(".")).env("TMPDIR", bench.path("."));
+    command.stdin(Stdio::null());
+    command
+}
+
+#[test]
+fn too_few_processes_or_too_little_address_space_are_told_in_words() {
+    let bench = Bench::new();
+    let launch = bench.launch_file("four", FOUR_CASES);
+    let program = bench.path("phasecloud");
+    std::fs::copy(env!("CARGO_BIN_EXE_phasecloud"), &program).unwrap();
+    // What suffices on one machine does not on another: whole results, or an error in words and none.
+    let told = |output: &Output, what: &str| {
+        let errors = text(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0..=2)), "{what}: {:?} {errors}", output.status);
+        assert!(!errors.contains("panicked"), "{what}: {errors}");
+        assert!(output.status.success() || errors.contains("error: "), "{what}: {errors}");
+        assert_eq!(bench.domains(), [""; 0], "{what}");
+        let _ = std::fs::remove_dir_all(bench.path("out"));
+        output.status.success()
+    };
+    for kilobytes in [100_000, 60_000] {
+        let output = run_prepared(&bench, &format!("ulimit -v {kilobytes}"), false, &launch, "out");
+        told(&output, &format!("ulimit -v {kilobytes}"));
+    }
+    for most in [1, 3, 10] {
+        let mut command = with_few_processes(&bench, most);
+        let output = command.arg(&program).arg("run").arg(&launch).args(["--out", "out"]).output().unwrap();
+        assert!(!told(&output, &format!("ulimit -u {most}")), "ulimit -u {most} suffices for eight processes");
+    }
+}

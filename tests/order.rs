@@ -40,26 +40,34 @@ fn a_reader_that_stands_still_for_a_while_loses_nothing() {
     let launch = bench.launch_file("four", FOUR_CASES);
     bench.run_well(&launch, "whole");
     for label in ["estimator", "comparator", "recorder", "scenario"] {
-        let out = format!("out-{label}");
-        let mut command = bench.phasecloud();
-        command.arg("run").arg(&launch).args(["--quiet", "--out"]).arg(bench.path(&out));
-        let mut run = command.stderr(Stdio::piped()).spawn().unwrap();
-        let begun = Instant::now();
-        let sleeper = loop {
-            assert!(begun.elapsed() < Duration::from_secs(60), "{label} does not start");
-            if let Some(found) = of_runs_below(&bench.path("")).into_iter().find(|process| process.label == label) {
-                break found;
-            }
-        };
-        signal(&sleeper, Signal::STOP);
-        std::thread::sleep(Duration::from_millis(500));
-        assert!(run.try_wait().unwrap().is_none(), "the run does without its {label}");
-        signal(&sleeper, Signal::CONT);
-        let output = run.wait_with_output().unwrap();
-        assert!(output.status.success(), "{label}: {}", text(&output.stderr));
-        for file in REPRODUCIBLE {
-            let same = bench.read(&format!("{out}/{file}")) == bench.read(&format!("whole/{file}"));
-            assert!(same, "{label}: {file} differs");
-        }
+        let held_up = (0..20).any(|attempt| stands_still(&bench, &launch, label, attempt));
+        assert!(held_up, "the run does without its {label}");
     }
+}
+
+/// Runs with one process stopped for a while from its start on, and compares. Returns whether the run waited for it: on a busy
+/// machine it may have done its part before anybody could stop it.
+fn stands_still(bench: &Bench, launch: &std::path::Path, label: &str, attempt: u32) -> bool {
+    let out = format!("out-{label}-{attempt}");
+    let mut command = bench.phasecloud();
+    command.arg("run").arg(launch).args(["--quiet", "--out"]).arg(bench.path(&out));
+    let mut run = command.stderr(Stdio::piped()).spawn().unwrap();
+    let begun = Instant::now();
+    let sleeper = loop {
+        assert!(begun.elapsed() < Duration::from_secs(180), "{label} does not start");
+        if let Some(found) = of_runs_below(&bench.path("")).into_iter().find(|process| process.label == label) {
+            break found;
+        }
+    };
+    signal(&sleeper, Signal::STOP);
+    std::thread::sleep(Duration::from_millis(500));
+    let held_up = run.try_wait().unwrap().is_none();
+    signal(&sleeper, Signal::CONT);
+    let output = run.wait_with_output().unwrap();
+    assert!(output.status.success(), "{label}: {}", text(&output.stderr));
+    for file in REPRODUCIBLE {
+        let same = bench.read(&format!("{out}/{file}")) == bench.read(&format!("whole/{file}"));
+        assert!(same, "{label}: {file} differs");
+    }
+    held_up
 }

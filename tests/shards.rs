@@ -58,7 +58,7 @@ fn assert_same(bench: &Bench, out: &str, said: &str) {
 fn find(bench: &Bench, name: &str) -> Process {
     let begun = Instant::now();
     loop {
-        assert!(begun.elapsed() < Duration::from_secs(60), "{name} does not start");
+        assert!(begun.elapsed() < Duration::from_secs(180), "{name} does not start");
         if let Some(found) = of_runs_below(&bench.path("")).into_iter().find(|process| process.label == name) {
             return found;
         }

@@ -53,6 +53,9 @@ pub struct Manifest {
     pub cases: BTreeMap<String, Case>,
     /// Why cases failed, by label.
     pub failures: BTreeMap<String, String>,
+    /// Why the results are not whole, if they are not.
+    #[serde(default)]
+    pub incomplete_because: Option<String>,
 }
 
 /// A row of `moments.csv`.

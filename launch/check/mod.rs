@@ -29,6 +29,7 @@ use messages::wait::Signals;
 use nodes::builtin::BuiltIn;
 
 use crate::cli::CheckArguments;
+use crate::commands::own_path;
 use crate::run_command::INTERRUPTED;
 use crate::{BAD_INPUT, domains};
 use trial::{Abort, Limits, Trial};
@@ -39,7 +40,7 @@ pub fn run(arguments: &CheckArguments) -> ExitCode {
     let limits = match limits(arguments) {
         Ok(limits) => limits,
         Err(problem) => {
-            eprintln!("error: phasecloud check: {problem}");
+            remark!("error: phasecloud check: {problem}");
             return ExitCode::from(BAD_INPUT);
         }
     };
@@ -50,15 +51,15 @@ pub fn run(arguments: &CheckArguments) -> ExitCode {
             if findings.passed() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
         }
         Err(Abort::Interrupted) => {
-            eprintln!("interrupted");
+            remark!("interrupted");
             ExitCode::from(INTERRUPTED)
         }
         Err(Abort::NotStarted(problem)) => {
-            eprintln!("error: phasecloud check: {problem}");
+            remark!("error: phasecloud check: {problem}");
             ExitCode::from(BAD_INPUT)
         }
         Err(Abort::Fatal(problem)) => {
-            eprintln!("error: phasecloud check: {problem}");
+            remark!("error: phasecloud check: {problem}");
             ExitCode::FAILURE
         }
     }
@@ -75,7 +76,7 @@ fn limits(arguments: &CheckArguments) -> Result<Limits, String> {
 /// A built-in propagator's name stands for the command that runs it.
 fn full_command(words: &[String]) -> Vec<String> {
     let is_built_in = words.first().is_some_and(|first| BuiltIn::NAMES.contains(&first.as_str()));
-    match std::env::current_exe() {
+    match own_path() {
         Ok(program) if is_built_in => {
             [program.display().to_string(), "node".into()].into_iter().chain(words.iter().cloned()).collect()
         }

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use density::orbits::LostOrbit;
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, Place, ROOT_VARIABLE};
 use messages::layout::{MOST_SNAPSHOTS, SCENARIO_COLUMNS, StatusHeader, phase};
+use messages::patience::Watch;
 use messages::port::{Inlet, Outlet, PortError};
 use messages::topic::{self, Capacity};
 use messages::wait::{Awaited, Signals};
@@ -169,7 +170,8 @@ impl<'a> Trial<'a> {
     /// Takes in what arrives until `end` sees an end, the process ends, or patience does.
     fn listen(&mut self, heard: &mut Heard, end: impl Fn(&Heard) -> Option<Outcome>) -> Result<Outcome, Abort> {
         let Some(ports) = &self.ports else { return Ok(Outcome::Silent(Duration::ZERO)) };
-        let mut last_heard = Instant::now();
+        let mut watch = Watch::start();
+        let mut last_heard = Duration::ZERO;
         loop {
             let ends = self.supervisor.newly_ended();
             self.ended = self.ended.or(ends.first().map(|ended| ended.status));
@@ -177,7 +179,7 @@ impl<'a> Trial<'a> {
             let known = heard.len();
             ports.receive(heard)?;
             if heard.len() > known {
-                last_heard = Instant::now();
+                last_heard = watch.elapsed();
             }
             if let Some(outcome) = end(heard) {
                 return Ok(outcome);
@@ -185,7 +187,7 @@ impl<'a> Trial<'a> {
             if let Some(status) = self.ended {
                 return Ok(Outcome::Ended(status));
             }
-            if last_heard.elapsed() > self.limits.patience {
+            if watch.elapsed() - last_heard > self.limits.patience {
                 return Ok(Outcome::Silent(self.limits.patience));
             }
             let awaited: [&dyn Awaited; 4] = [&ports.reports, &ports.snapshots, &ports.passages, &ports.scenarios];

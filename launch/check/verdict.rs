@@ -129,7 +129,7 @@ impl Findings {
         if json {
             let report = Report { command, passed: self.passed(), rules: self.lines().collect() };
             // Strings and a flag: they can always be written.
-            println!("{}", serde_json::to_string_pretty(&report).unwrap_or_default());
+            say!("{}", serde_json::to_string_pretty(&report).unwrap_or_default());
             return;
         }
         let mut table = Table::new();
@@ -139,12 +139,12 @@ impl Findings {
         for line in self.lines() {
             table.add_row([line.rule, line.verdict, &line.seen, line.right]);
         }
-        println!("{table}");
+        say!("{table}");
         let broken = self.lines().filter(|line| line.verdict == "FAIL").count();
         let unjudged = self.lines().filter(|line| line.verdict == "-").count();
         match broken {
-            0 => println!("\npassed: {} rules kept, {unjudged} not judged", Rule::ALL.len() - unjudged),
-            _ => println!("\nfailed: {broken} of {} rules broken, {unjudged} not judged", Rule::ALL.len()),
+            0 => say!("\npassed: {} rules kept, {unjudged} not judged", Rule::ALL.len() - unjudged),
+            _ => say!("\nfailed: {broken} of {} rules broken, {unjudged} not judged", Rule::ALL.len()),
         }
     }
 

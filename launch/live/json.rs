@@ -1,7 +1,6 @@
 //! A run as JSON: one object a line on standard output, events as they happen, the results at last.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
@@ -11,8 +10,7 @@ use super::model::NodeState;
 
 /// Writes an object as a line. Whoever stops reading does not stop the run.
 pub fn line(object: &Value) {
-    let mut out = std::io::stdout().lock();
-    let _ = writeln!(out, "{object}").and_then(|()| out.flush());
+    say!("{object}");
 }
 
 /// How far a node is.
@@ -39,13 +37,18 @@ pub fn no_result(exit_code: u8, problem: &str) {
     line(&json!({"event": "result", "exit_code": exit_code, "problem": problem}));
 }
 
-/// The end of a run, with the tables in its results folder.
-pub fn result(exit_code: u8, folder: &Path, failures: &BTreeMap<String, String>) {
+/// The end of a run, with the tables in its results folder, and why they are not whole if they are not.
+pub fn result(exit_code: u8, folder: &Path, failures: &BTreeMap<String, String>, incomplete: Option<&str>) {
     let tables = tables(folder);
     let folder = folder.display().to_string();
-    line(&json!({
-        "event": "result", "exit_code": exit_code, "folder": folder, "failures": failures, "tables": tables,
-    }));
+    let complete = incomplete.is_none();
+    let mut end = json!({
+        "event": "result", "exit_code": exit_code, "folder": folder, "complete": complete, "failures": failures, "tables": tables,
+    });
+    if let (Some(why), Some(end)) = (incomplete, end.as_object_mut()) {
+        end.insert("problem".into(), why.into());
+    }
+    line(&end);
 }
 
 /// All CSV files of a folder: for each a list of rows, from column to value; numbers that are not finite become null.

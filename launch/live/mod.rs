@@ -7,7 +7,6 @@ pub mod model;
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
@@ -34,25 +33,32 @@ enum Face {
     Terminal(MultiProgress, Vec<ProgressBar>),
 }
 
+impl Face {
+    /// A line a node where lines can be rewritten; plain lines where not.
+    fn for_people(model: &Model) -> Self {
+        let terminal = MultiProgress::new();
+        if terminal.is_hidden() || !can_move_its_cursor(std::env::var_os("TERM").as_deref()) {
+            return Self::Lines(BTreeMap::new());
+        }
+        let bar = |node: &NodeState| {
+            let bar = terminal.add(ProgressBar::new(0)).with_prefix(node.shown());
+            match ProgressStyle::with_template("  {prefix:16} {bar:20} {wide_msg}") {
+                Ok(style) => bar.with_style(style),
+                Err(_) => bar,
+            }
+        };
+        let bars = model.nodes().iter().map(bar).collect();
+        Self::Terminal(terminal, bars)
+    }
+}
+
 impl View {
     /// Shows `model`; on standard error, but JSON on standard output.
     pub fn new(model: Model, shown: Shown) -> Self {
         let face = match shown {
             Shown { quiet: true, .. } => Face::Quiet,
             Shown { json: true, .. } => Face::Json,
-            _ if std::io::stderr().is_terminal() && can_move_its_cursor(std::env::var_os("TERM").as_deref()) => {
-                let terminal = MultiProgress::new();
-                let bar = |node: &NodeState| {
-                    let bar = terminal.add(ProgressBar::new(0)).with_prefix(node.shown());
-                    match ProgressStyle::with_template("  {prefix:16} {bar:20} {wide_msg}") {
-                        Ok(style) => bar.with_style(style),
-                        Err(_) => bar,
-                    }
-                };
-                let bars = model.nodes().iter().map(bar).collect();
-                Face::Terminal(terminal, bars)
-            }
-            _ => Face::Lines(BTreeMap::new()),
+            _ => Face::for_people(&model),
         };
         let mut view = Self { model, face };
         view.refresh();
@@ -64,9 +70,9 @@ impl View {
         match &self.face {
             Face::Terminal(terminal, _) => {
                 let terminal = terminal.clone();
-                Box::new(move |line| terminal.suspend(|| eprintln!("{line}")))
+                Box::new(move |line| above(&terminal, line))
             }
-            _ => Box::new(|line| eprintln!("{line}")),
+            _ => Box::new(|line| remark!("{line}")),
         }
     }
 
@@ -92,8 +98,8 @@ impl View {
         self.model.fail(name);
         match &self.face {
             Face::Json => json::failure(name, why),
-            Face::Terminal(terminal, _) => terminal.suspend(|| eprintln!("error: {name}: {why}")),
-            _ => eprintln!("error: {name}: {why}"),
+            Face::Terminal(terminal, _) => above(terminal, &format!("error: {name}: {why}")),
+            _ => remark!("error: {name}: {why}"),
         }
         self.refresh();
     }
@@ -101,15 +107,24 @@ impl View {
     /// Something went wrong that is no case's failure; that is told even when quiet.
     pub fn error(&self, what: &str) {
         match &self.face {
-            Face::Terminal(terminal, _) => terminal.suspend(|| eprintln!("error: {what}")),
-            _ => eprintln!("error: {what}"),
+            Face::Terminal(terminal, _) => above(terminal, &format!("error: {what}")),
+            _ => remark!("error: {what}"),
+        }
+    }
+
+    /// Something that whoever looks on should know; nothing when quiet.
+    pub fn announce(&self, line: &str) {
+        match &self.face {
+            Face::Terminal(terminal, _) => above(terminal, line),
+            Face::Lines(_) => remark!("{line}"),
+            Face::Quiet | Face::Json => {}
         }
     }
 
     /// Something worth a line where there is nothing else to show it.
     pub fn note(&self, line: &str) {
         if let Face::Lines(_) = self.face {
-            eprintln!("{line}");
+            remark!("{line}");
         }
     }
 
@@ -122,7 +137,7 @@ impl View {
                     *phase != node.phase || now.saturating_duration_since(*told) >= LINE_INTERVAL
                 });
                 if due {
-                    eprintln!("{}: {}", node.shown(), describe(node, scenario, now));
+                    remark!("{}: {}", node.shown(), describe(node, scenario, now));
                     last.insert(node.name.clone(), (now, node.phase));
                 }
             }
@@ -153,6 +168,13 @@ impl Drop for View {
 /// Whether a terminal of this kind can draw lines anew in their places; one that cannot, or does not say, gets plain lines.
 fn can_move_its_cursor(kind: Option<&OsStr>) -> bool {
     kind.is_some_and(|kind| !kind.is_empty() && kind != "dumb")
+}
+
+/// Writes lines above the bars of a terminal; of one that is gone nothing is left to disturb.
+fn above(terminal: &MultiProgress, lines: &str) {
+    if terminal.println(lines).is_err() {
+        remark!("{lines}");
+    }
 }
 
 /// Phase, scenario, progress, rate and time left of a node, in words.

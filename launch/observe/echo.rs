@@ -16,6 +16,7 @@ use serde_json::{Map, json};
 
 use super::{End, follow, with_topic};
 use crate::attach::{self, Target};
+use crate::output;
 
 /// Rows of a payload that are shown.
 const FEW_ROWS: usize = 3;
@@ -71,7 +72,8 @@ impl Visitor for Echo<'_> {
         let (sender, receiver) = sync_channel(WAITING);
         let place = self.place.clone();
         std::thread::scope(|scope| {
-            let reader = scope.spawn(move || take::<T>(&place, most, sender));
+            let reader = std::thread::Builder::new().spawn_scoped(scope, move || take::<T>(&place, most, sender));
+            let reader = reader.map_err(|e| PortError::new("start a thread for", T::NAME, &e))?;
             let stopped = print_all(self.arguments, &receiver);
             drop(receiver);
             let end = reader.join().unwrap_or(Ok(End::Stopped))?;
@@ -128,10 +130,10 @@ fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Shown>>) -> O
         let Ok(shown) = receiver.recv() else { return None };
         let Some(shown) = shown else { continue };
         if shown.missed > 0 {
-            eprintln!("{} messages were not shown, they came too fast", shown.missed);
+            remark!("{} messages were not shown, they came too fast", shown.missed);
         }
         let text = if arguments.json { json_line(&shown) } else { block(&shown) };
-        if writeln!(out, "{text}").and_then(|()| out.flush()).is_err() {
+        if !output::note(writeln!(out, "{text}").and_then(|()| out.flush())) {
             return Some(End::Stopped);
         }
         left -= 1;

@@ -9,7 +9,7 @@ use messages::port::PortError;
 use messages::topic::{Topic, Visitor};
 
 use super::{End, HzArguments, follow, with_topic};
-use crate::attach;
+use crate::{attach, output};
 
 /// A line is printed so often.
 const INTERVAL: Duration = Duration::from_secs(1);
@@ -41,15 +41,14 @@ impl Count {
     fn print(self, what: &str, time: Duration) -> bool {
         let per_second = |count: u64| count as f64 / time.as_secs_f64().max(1e-9);
         let mut out = std::io::stdout().lock();
-        writeln!(
+        output::note(writeln!(
             out,
             "{what}: {} messages in {:.1} s, {:.2} messages/s, {:.0} bytes/s",
             self.messages,
             time.as_secs_f64(),
             per_second(self.messages),
             per_second(self.bytes)
-        )
-        .is_ok()
+        ))
     }
 }
 

@@ -106,6 +106,6 @@ fn exit(outcome: Result<Result<End, PortError>, String>) -> ExitCode {
 }
 
 fn fail(problem: &str, code: u8) -> ExitCode {
-    eprintln!("error: {problem}");
+    remark!("error: {problem}");
     ExitCode::from(code)
 }

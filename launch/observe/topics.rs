@@ -22,7 +22,7 @@ pub fn run(target: &Target) -> ExitCode {
         attach::live_runs()
     };
     if runs.is_empty() {
-        println!("There is no live run; start one with `phasecloud run`.");
+        say!("There is no live run; start one with `phasecloud run`.");
     }
     for run in &runs {
         if let Err(error) = print(run) {
@@ -34,16 +34,16 @@ pub fn run(target: &Target) -> ExitCode {
 
 fn print(run: &LiveRun) -> Result<(), PortError> {
     let observer = Observer::enter(&run.place, "topics")?;
-    println!("{}\n  --domain {}:{}", run.title(), run.place.root.display(), run.place.prefix);
+    say!("{}\n  --domain {}:{}", run.title(), run.place.root.display(), run.place.prefix);
     if let Some(notice) = &run.notice {
-        println!("  results: {}", notice.results.display());
+        say!("  results: {}", notice.results.display());
     }
     let heads = ["topic", "header", "items", "publishers", "readers", "observers"];
     let mut table = new_table(heads.map(str::to_owned).to_vec(), 3);
     for row in for_each(&mut Rows(&observer)) {
         table.add_row(row?);
     }
-    println!("{table}\n");
+    say!("{table}\n");
     Ok(())
 }
 

@@ -13,14 +13,13 @@ use messages::topic::{Roster, Scenario, Status};
 use messages::wait::Signals;
 use nodes::shard::{MOST_SHARDS, Shard};
 
-use super::{End, TICK};
+use super::{End, INTERRUPTED, TICK};
 use crate::attach::{self, LiveRun, Target};
 use crate::cli::Shown;
 use crate::domains;
-use crate::launch_file::Launch;
 use crate::live::model::{Model, Stage};
 use crate::live::{View, json};
-use crate::manifest;
+use crate::manifest::{self, Recorded};
 use crate::report;
 
 /// Reports that arrive so soon after attaching had been sent before.
@@ -109,9 +108,12 @@ fn conclude(run: &LiveRun, shown: Shown) -> ExitCode {
     let Some(notice) = &run.notice else { return ExitCode::SUCCESS };
     let ended = Instant::now();
     loop {
-        if let Some((launch, failures)) = manifest::read(&notice.results, &run.id()) {
-            let exit_code = u8::from(!failures.is_empty());
-            print(&launch, &notice.results, exit_code, &failures, shown);
+        if let Some(recorded) = manifest::read(&notice.results, &run.id()) {
+            let exit_code = match recorded.incomplete {
+                Some(_) => INTERRUPTED,
+                None => u8::from(!recorded.failures.is_empty()),
+            };
+            print(&recorded, &notice.results, exit_code, shown);
             return ExitCode::from(exit_code);
         }
         if ended.elapsed() > TIDYING {
@@ -121,17 +123,14 @@ fn conclude(run: &LiveRun, shown: Shown) -> ExitCode {
     }
 }
 
-fn print(
-    launch: &Launch,
-    results: &Path,
-    exit_code: u8,
-    failures: &std::collections::BTreeMap<String, String>,
-    shown: Shown,
-) {
+fn print(Recorded { launch, failures, incomplete }: &Recorded, results: &Path, exit_code: u8, shown: Shown) {
     if shown.json {
-        json::result(exit_code, results, failures);
+        json::result(exit_code, results, failures, incomplete.as_deref());
     } else if !shown.quiet {
         report::print(launch, results);
-        println!("\nResults: {}", results.display());
+        say!("\nResults: {}", results.display());
+    }
+    if let Some(why) = incomplete {
+        remark!("interrupted: the results are not whole: {why}");
     }
 }

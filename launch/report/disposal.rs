@@ -44,7 +44,7 @@ pub fn print(scenario: &str, problem: &Problem, rows: &[&moments::Row], passages
         };
         table.add_row([method.to_owned()].into_iter().chain(cells).chain([ever, interval]).collect::<Vec<_>>());
     }
-    println!("\n{scenario}: probability that e exceeds {}, at each time and ever\n{table}", problem.critical_e);
+    say!("\n{scenario}: probability that e exceeds {}, at each time and ever\n{table}", problem.critical_e);
 }
 
 fn probability(p: f64) -> String {

@@ -47,5 +47,5 @@ pub fn print(scenario: &str, rows: &[&Row], beside_paper: bool) {
         });
         table.add_row([row.method.clone()].into_iter().chain(cells).collect::<Vec<_>>());
     }
-    println!("\n{scenario}: computational effort (CPU time){brackets}\n{table}");
+    say!("\n{scenario}: computational effort (CPU time){brackets}\n{table}");
 }

@@ -75,5 +75,5 @@ pub fn print(scenario: &str, rows: &[&Row], beside_paper: bool) {
             table.add_row([name, symbol].map(str::to_owned).into_iter().chain(cells).collect::<Vec<_>>());
         }
     }
-    println!("\n{scenario}: mean and standard deviation{brackets}\n{table}");
+    say!("\n{scenario}: mean and standard deviation{brackets}\n{table}");
 }

@@ -27,7 +27,7 @@ pub fn print_fallbacks(scenario: &str, notes: &[Note]) {
     for (place, group) in groups(of_scenario).iter().enumerate() {
         let text = group.first.note.trim_start_matches(SEVERITIES[FALLBACK]);
         let text = format!("{scenario}: {}{text}{}", group.when(), group.more());
-        println!("{}{text}", if place == 0 { "\n" } else { "" });
+        say!("{}{text}", if place == 0 { "\n" } else { "" });
     }
 }
 
@@ -35,10 +35,10 @@ pub fn print_fallbacks(scenario: &str, notes: &[Note]) {
 pub fn print(notes: &[Note]) {
     let lines = lines(notes);
     if !lines.is_empty() {
-        println!("\nNotes");
+        say!("\nNotes");
     }
     for line in lines {
-        println!("- {line}");
+        say!("- {line}");
     }
 }
 

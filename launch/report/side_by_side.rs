@@ -48,14 +48,14 @@ pub fn print(launch: &Launch, rows: &[&Row]) {
             ("corrected", of(rows, &corrected(method))),
             (reference, of(rows, reference)),
         ];
-        println!("\n{method}: {reason}\n{}", table(&sources, &times(rows)));
+        say!("\n{method}: {reason}\n{}", table(&sources, &times(rows)));
     }
     let shown = |label: &str| {
         label == reference || REASONS.iter().any(|(method, _)| label == *method || label == corrected(method))
     };
     for case in launch.cases.iter().filter(|case| !shown(&case.label)) {
         let sources = [case.label.as_str(), reference].map(|label| (label, of(rows, label)));
-        println!("\n{}\n{}", case.label, table(&sources, &times(rows)));
+        say!("\n{}\n{}", case.label, table(&sources, &times(rows)));
     }
 }
 

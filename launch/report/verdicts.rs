@@ -42,7 +42,7 @@ pub fn print(scenario: &str, tolerance: f64, rows: &[&Row]) {
         let density = worst(row.density_error, row.density_noise, "", row.density_t_yr, &row.density_judged_by);
         table.add_row([row.method.clone(), row.verdict.clone(), moments, density]);
     }
-    println!("\n{scenario}: what each method is good for, to {} %\n{table}", percent(tolerance));
+    say!("\n{scenario}: what each method is good for, to {} %\n{table}", percent(tolerance));
 }
 
 /// How far off, in what, when, and who says so.

@@ -24,6 +24,11 @@ impl Run<'_> {
             member.rest();
             return Ok(());
         }
+        if std::mem::take(&mut member.is_dismissed) {
+            // Its case failed in the scenario before this one, which has been quicker than its end.
+            member.plan_restart(Instant::now());
+            return Ok(());
+        }
         if may_restart && member.plan_restart(Instant::now()) {
             self.view.note(&format!("{name}: {status}; it is started again"));
             tracing::warn!("{name} has ended, {status}; it is started again");
@@ -74,6 +79,14 @@ impl Run<'_> {
             tracing::warn!("{label} has failed: {why}");
             // Without one of its shards a case has no result.
             self.kill_case(&label, Some(name));
+            for (name, member) in &mut self.members {
+                if label_of_member(name) == label {
+                    member.is_dismissed = true;
+                } else if SERVICES.contains(&name.as_str()) {
+                    // They have waited for it, and now have something to do.
+                    member.heard = Instant::now();
+                }
+            }
             self.failures.insert((self.scenario, label), why);
             self.publish_roster()?;
         }

@@ -14,18 +14,21 @@
 //! - [`domain`]: the corner of shared memory that belongs to one run;
 //! - [`port`]: sending and receiving without losing anything in silence;
 //! - [`observe`]: looking on without ever holding up a run;
+//! - [`patience`]: time that passes while a process looks on;
 //! - [`recording`]: every message of a run in one file;
 //! - [`wait`]: sleeping until a message or a signal to stop arrives;
 //! - [`text`]: text in fixed fields.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 pub mod contract;
 pub mod describe;
 pub mod domain;
 pub mod layout;
 pub mod observe;
+pub mod patience;
 pub mod payload;
 pub mod port;
 pub mod recording;

@@ -1,7 +1,7 @@
 //! Sending and receiving without losing anything in silence.
 
 use std::fmt::{self, Debug};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
@@ -16,6 +16,7 @@ use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::publish_subscribe;
 
 use crate::domain::Services;
+use crate::patience::Attention;
 use crate::topic::Topic;
 use crate::wait::Awaited;
 
@@ -64,11 +65,12 @@ pub struct Outlet<T: Topic> {
 }
 
 /// What a publisher does about a reader whose buffer is full: it waits a bounded time, but not at all for an observer,
-/// which misses the message.
+/// which misses the message. Time in which this process was stopped itself does not count.
 fn when_full<P, H>(
     readers: &publish_subscribe::PortFactory<ipc::Service, P, H>,
     info: &BackpressureInfo,
     patience: Duration,
+    waited: &Mutex<Attention>,
 ) -> BackpressureAction
 where
     P: IceoryxSend + Debug + ?Sized,
@@ -84,7 +86,7 @@ where
     });
     if observer {
         BackpressureAction::DiscardData
-    } else if info.elapsed_time > patience {
+    } else if waited.lock().unwrap_or_else(PoisonError::into_inner).count(info.elapsed_time) > patience {
         BackpressureAction::DiscardDataAndFail
     } else {
         BackpressureAction::Retry
@@ -106,12 +108,13 @@ impl<T: Topic> Outlet<T> {
         let failed = |error: &dyn Debug| PortError::new("publish on", T::NAME, error);
         let messages = Arc::new(messages);
         let readers = Arc::clone(&messages);
+        let waited = Mutex::default();
         let publisher = messages
             .publisher_builder()
             .initial_max_slice_len(most_items)
             .allocation_strategy(AllocationStrategy::Static)
             .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
-            .set_backpressure_handler(move |info| when_full(&readers, info, patience))
+            .set_backpressure_handler(move |info| when_full(&readers, info, patience, &waited))
             .max_loaned_samples(2)
             .create()
             .map_err(|e| failed(&format_args!("{e:?} for {most_items} items a message; is there memory for them?")))?;

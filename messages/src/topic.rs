@@ -32,6 +32,8 @@ pub trait Topic: 'static {
     const LATCHED: bool;
     /// The run that a message belongs to.
     fn run_id(header: &Self::Header) -> u64;
+    /// The scenario that a message belongs to, by its position in the run.
+    fn scenario(header: &Self::Header) -> u32;
     /// The same header in run `run_id`.
     fn in_run(header: Self::Header, run_id: u64) -> Self::Header;
     /// Messages of one publisher that wait for a reader's next look, and, unless latched, for readers to come.
@@ -79,6 +81,9 @@ macro_rules! topic {
             const LATCHED: bool = $latched;
             fn run_id(header: &Self::Header) -> u64 {
                 header.run_id
+            }
+            fn scenario(header: &Self::Header) -> u32 {
+                header.scenario
             }
             fn in_run(header: Self::Header, run_id: u64) -> Self::Header {
                 Self::Header { run_id, ..header }

@@ -24,6 +24,10 @@ const STOP: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 pub struct Signals {
     pipe: Wakeup,
     stop: Arc<AtomicBool>,
+    /// A byte for each request to stop.
+    requests: UnixStream,
+    /// The signals that ask to stop.
+    heeded: Vec<i32>,
     watch: RefCell<Option<Watch>>,
 }
 
@@ -42,23 +46,43 @@ impl FileDescriptorBased for Wakeup {
 impl SynchronousMultiplexing for Wakeup {}
 
 impl Signals {
-    /// Catches SIGINT, SIGTERM and SIGHUP, which ask the process to stop, and wakes up for `others` as well.
+    /// Catches SIGINT, SIGTERM and SIGHUP, which ask the process to stop, and wakes up for `others` as well. SIGHUP stays
+    /// ignored where it is, by `nohup` say.
     ///
     /// # Errors
     /// If the operating system refuses.
     pub fn catch(others: &[i32]) -> std::io::Result<Self> {
+        let heeded = STOP.into_iter().filter(|&signal| signal != SIGHUP || !is_ignored(SIGHUP)).collect();
+        Self::catch_only(heeded, others)
+    }
+
+    /// The same, but the loss of the terminal, of which SIGHUP tells, is no request to stop.
+    ///
+    /// # Errors
+    /// If the operating system refuses.
+    pub fn outlive_terminal(others: &[i32]) -> std::io::Result<Self> {
+        let hangup = if is_ignored(SIGHUP) { None } else { Some(SIGHUP) };
+        let others: Vec<i32> = others.iter().copied().chain(hangup).collect();
+        Self::catch_only(vec![SIGINT, SIGTERM], &others)
+    }
+
+    fn catch_only(heeded: Vec<i32>, others: &[i32]) -> std::io::Result<Self> {
         let (stream, sender) = UnixStream::pair()?;
         stream.set_nonblocking(true)?;
+        let (requests, asker) = UnixStream::pair()?;
+        requests.set_nonblocking(true)?;
         let stop = Arc::<AtomicBool>::default();
-        for signal in STOP {
+        for &signal in &heeded {
+            // In this order: whoever sees the flag finds the byte.
+            signal_hook::low_level::pipe::register(signal, asker.try_clone()?)?;
             signal_hook::flag::register(signal, Arc::clone(&stop))?;
         }
-        for &signal in STOP.iter().chain(others) {
+        for &signal in heeded.iter().chain(others) {
             signal_hook::low_level::pipe::register(signal, sender.try_clone()?)?;
         }
         let descriptor = FileDescriptor::non_owning_new(stream.as_raw_fd())
             .ok_or_else(|| std::io::Error::other("the signal socket has no descriptor"))?;
-        Ok(Self { pipe: Wakeup { stream, descriptor }, stop, watch: RefCell::default() })
+        Ok(Self { pipe: Wakeup { stream, descriptor }, stop, requests, heeded, watch: RefCell::default() })
     }
 
     /// Ends the process `grace` after it has been asked to stop, should it still be there: deep in a computation, say.
@@ -67,7 +91,7 @@ impl Signals {
     /// If the operating system refuses.
     pub fn end_process_after(&self, grace: Duration) -> std::io::Result<()> {
         let (mut stream, sender) = UnixStream::pair()?;
-        for signal in STOP {
+        for &signal in &self.heeded {
             signal_hook::low_level::pipe::register(signal, sender.try_clone()?)?;
         }
         let wait_and_end = move || {
@@ -82,6 +106,12 @@ impl Signals {
     /// Whether the process has been asked to stop.
     pub fn stop_requested(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+
+    /// How many requests to stop have come since the last call; from now on the process counts as not asked, until the next.
+    pub fn take_requests(&self) -> usize {
+        self.stop.store(false, Ordering::Relaxed);
+        (&self.requests).read(&mut [0; 16]).unwrap_or(0)
     }
 
     /// Sleeps until something arrives on one of the ports, a signal comes, or `timeout` has passed. May return early;
@@ -115,6 +145,13 @@ impl Signals {
         let mut bytes = [0; 64];
         while matches!((&self.pipe.stream).read(&mut bytes), Ok(count) if count == bytes.len()) {}
     }
+}
+
+/// Whether a signal is ignored, as the kernel says; what a process ignores its children do too.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 /// What has been watched last. It is kept, since most waits are for the same ports as the one before.

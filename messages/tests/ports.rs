@@ -116,6 +116,9 @@ impl messages::topic::Topic for Other {
     fn run_id(header: &Self::Header) -> u64 {
         header.run_id
     }
+    fn scenario(header: &Self::Header) -> u32 {
+        header.scenario
+    }
     fn in_run(header: Self::Header, run_id: u64) -> Self::Header {
         RosterHeader { run_id, ..header }
     }

@@ -5,9 +5,10 @@
 //! that was restarted finds the propagators' snapshots where they have kept them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use messages::layout::{DensityHeader, SnapshotHeader, kind};
+use messages::patience::Watch;
 use messages::port::{Inlet, Message, Outlet};
 use messages::text::{pack, unpack};
 use messages::topic::{Density, Roster as RosterTopic, Scenario, Snapshot};
@@ -20,7 +21,7 @@ use crate::newest::Newest;
 use crate::roomy::Roomy;
 use crate::roster::Roster;
 use crate::screen::receive;
-use crate::session::{EffortClock, Session};
+use crate::session::{ANY_SCENARIO, EffortClock, Session};
 use crate::snapshot_rules::breaches;
 
 /// Longest that a snapshot may arrive before the scenario it belongs to.
@@ -135,8 +136,11 @@ impl<'a> Estimator<'a> {
         if self.desk.as_ref().is_some_and(|desk| header.scenario > desk.assignment.scenario) {
             self.await_scenario(header.scenario)?;
         }
+        self.roster.update(self.session, &self.rosters)?;
         let Some(desk) = &mut self.desk else { return Ok(()) };
-        if header.scenario < desk.assignment.scenario || desk.refused.contains(&label) {
+        // Nobody waits any more for what a case that has failed had still sent.
+        let has_failed = self.roster.scenario == desk.assignment.scenario && self.roster.has_failed(&label);
+        if header.scenario < desk.assignment.scenario || desk.refused.contains(&label) || has_failed {
             return Ok(());
         }
         let shards = self.roster.shards(&label);
@@ -173,8 +177,9 @@ impl<'a> Estimator<'a> {
 
     /// Scenario and snapshot come from different processes: the answer may be here before the question.
     fn await_scenario(&mut self, scenario: u32) -> Result<(), Failure> {
-        let deadline = Instant::now() + HEAD_START;
-        while self.desk.as_ref().is_none_or(|desk| desk.assignment.scenario < scenario) && Instant::now() < deadline {
+        let mut watch = Watch::start();
+        while self.desk.as_ref().is_none_or(|desk| desk.assignment.scenario < scenario) && watch.elapsed() < HEAD_START
+        {
             self.session.wait(&[&self.scenarios])?;
             self.look_around()?;
         }
@@ -183,7 +188,8 @@ impl<'a> Estimator<'a> {
 
     fn ignore_stranger(&mut self, label: &str) -> Result<(), Failure> {
         if self.strangers.insert(label.into()) {
-            self.session.failed(0, label, "its snapshots are ignored: no case of this run has that label")?;
+            let scenario = self.desk.as_ref().map_or(ANY_SCENARIO, |desk| desk.assignment.scenario);
+            self.session.failed(scenario, label, "its snapshots are ignored: no case of this run has that label")?;
         }
         Ok(())
     }

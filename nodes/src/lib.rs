@@ -5,11 +5,13 @@
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 pub mod accuracy;
 pub mod assignment;
 pub mod builtin;
 mod carried_density;
+pub mod clock;
 pub mod comparator;
 pub mod course;
 pub mod dee;
@@ -42,4 +44,5 @@ pub mod session;
 pub mod shard;
 pub mod snapshot_rules;
 pub mod sweep;
+mod threads;
 pub mod yardstick;

@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::io::Write;
 use std::str::FromStr;
-use std::time::SystemTime;
 
 use messages::layout::phase;
 use messages::text::printable;
@@ -17,6 +16,7 @@ use tracing::level_filters::LevelFilter;
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 
+use crate::clock;
 use crate::failure::Failure;
 
 /// Environment variable that holds the level: `error`, `warn`, `info`, `debug` or `trace`.
@@ -49,7 +49,7 @@ impl Line {
     /// A line without message, said now.
     pub fn now(level: tracing::Level, run: &str, node: &str) -> Self {
         Self {
-            time: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
+            time: clock::millis(),
             level: level.to_string(),
             run: run.into(),
             node: node.into(),

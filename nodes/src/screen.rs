@@ -4,7 +4,7 @@
 //! Three questions: is it of this run, may its sender say this, and is it what its header says? Propagators speak on
 //! `snapshot`, `passage` and `status` alone, and under their own labels.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
 use messages::layout::{
@@ -48,9 +48,32 @@ pub struct Refusal {
     pub why: String,
 }
 
-/// Refusals already told, so that a babbler is told of once.
+/// Refusals already told, so that a babbler is told of once a scenario.
 #[derive(Debug, Default)]
-pub struct Told(RefCell<BTreeSet<(String, &'static str)>>);
+pub struct Told {
+    refusals: RefCell<BTreeSet<(u32, String, &'static str)>>,
+    /// The newest scenario that this process knows of.
+    newest: Cell<u32>,
+}
+
+impl Told {
+    /// A scenario has begun.
+    fn begin(&self, scenario: u32) {
+        self.newest.set(scenario);
+        self.refusals.borrow_mut().retain(|(of, ..)| *of >= scenario);
+    }
+
+    /// The scenario that a refused message is charged to: its own, which may be over, or about to begin; what claims to be of
+    /// a later one is charged to the newest.
+    fn charged_to(&self, claimed: u32) -> u32 {
+        let newest = self.newest.get();
+        if claimed <= newest.saturating_add(1) { claimed } else { newest }
+    }
+
+    fn is_new(&self, scenario: u32, sender: &str, topic: &'static str) -> bool {
+        self.refusals.borrow_mut().insert((scenario, sender.to_owned(), topic))
+    }
+}
 
 /// The next message that may pass; of the others the launcher is told.
 ///
@@ -58,19 +81,24 @@ pub struct Told(RefCell<BTreeSet<(String, &'static str)>>);
 /// [`Failure::Port`] if the topic cannot be read.
 pub fn receive<T: Screened>(session: &Session, inlet: &Inlet<T>) -> Result<Option<Message<T>>, Failure> {
     while let Some(message) = inlet.receive()? {
-        let Err(Refusal { sender, why }) = screen(session.run_id, &message) else { return Ok(Some(message)) };
-        refuse::<T>(session, &sender, &why)?;
+        let Err(Refusal { sender, why }) = screen(session.run_id, &message) else {
+            if T::NAME == Scenario::NAME {
+                session.told.begin(T::scenario(message.header()));
+            }
+            return Ok(Some(message));
+        };
+        refuse::<T>(session, T::scenario(message.header()), &sender, &why)?;
     }
     Ok(None)
 }
 
-/// Tells the launcher, once, that what `sender` says on a topic is not used.
+/// Tells the launcher, once a scenario, that what `sender` says on a topic, of `scenario` as it claims, is not used.
 ///
 /// # Errors
 /// [`Failure::Port`] if the launcher cannot be told.
-pub fn refuse<T: Topic>(session: &Session, sender: &str, why: &str) -> Result<(), Failure> {
-    let is_new = session.told.0.borrow_mut().insert((sender.to_owned(), T::NAME));
-    if is_new { session.failed(0, sender, why) } else { Ok(()) }
+pub fn refuse<T: Topic>(session: &Session, scenario: u32, sender: &str, why: &str) -> Result<(), Failure> {
+    let scenario = session.told.charged_to(scenario);
+    if session.told.is_new(scenario, sender, T::NAME) { session.failed(scenario, sender, why) } else { Ok(()) }
 }
 
 /// Judges a message.
@@ -216,6 +244,16 @@ mod tests {
     use messages::text::pack;
 
     use super::*;
+
+    #[test]
+    fn a_refusal_is_charged_to_the_scenario_of_its_message_and_told_once_in_each() {
+        let told = Told::default();
+        told.begin(5);
+        assert_eq!([4, 5, 6, 7, u32::MAX].map(|claimed| told.charged_to(claimed)), [4, 5, 6, 5, 5]);
+        assert!(told.is_new(5, "mc", "passage") && !told.is_new(5, "mc", "passage"));
+        told.begin(6);
+        assert!(told.is_new(6, "mc", "passage"), "the next scenario is told of again");
+    }
 
     #[test]
     fn a_propagator_speaks_on_its_own_topics_under_its_own_label() {

@@ -16,6 +16,7 @@ use crate::failure::Failure;
 use crate::log;
 use crate::screen::Told;
 use crate::shard::Shard;
+use crate::threads;
 
 /// A node sleeps at most this long before it looks around, in case a wake-up was missed.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
@@ -97,6 +98,7 @@ impl Session {
     pub fn enter_as(place: &Place, label: &str, shard: Shard, run_id: u64) -> Result<Self, Failure> {
         let name = shard.member(label);
         log::start_from_environment(&name, run_id);
+        threads::prepare();
         end_with_launcher()?;
         let refused = |e: std::io::Error| Failure::Refused(format!("cannot catch signals: {e}"));
         let signals = Signals::catch(&[]).map_err(refused)?;

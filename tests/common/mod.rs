@@ -88,6 +88,24 @@ impl Bench {
         output
     }
 
+    /// A launch file on scenario 1 and one like it, scenario 2, with `head` at its top level and these cases.
+    pub fn two_scenarios(&self, name: &str, head: &str, cases: &str) -> PathBuf {
+        self.write("scenario-2.toml", &SCENARIO_1.replace("scenario-1", "scenario-2").replace("0.145", "0.2"));
+        let scenarios = "scenarios = [\"scenario-1.toml\", \"scenario-2.toml\"]\nreference = \"mc\"\n";
+        self.write(&format!("{name}.toml"), &format!("name = \"{name}\"\n{scenarios}{head}{cases}"))
+    }
+
+    /// A case of the faulty propagator among the examples, with this fault.
+    pub fn faulty(&self, label: &str, fault: &str) -> String {
+        let program = Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/faulty-propagator");
+        format!("[[propagator]]\nlabel = \"{label}\"\ncommand = [\"{}\", \"{fault}\"]\n", program.display())
+    }
+
+    /// A results folder's manifest.
+    pub fn manifest(&self, folder: &str) -> serde_json::Value {
+        serde_json::from_slice(&self.read(&format!("{folder}/manifest.json"))).unwrap()
+    }
+
     /// The domains that exist at this moment.
     pub fn domains(&self) -> Vec<String> {
         let user = self.path(&format!("phasecloud-{}", rustix::process::getuid().as_raw()));

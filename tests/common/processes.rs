@@ -2,6 +2,11 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ExitStatus};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
 use rustix::process::{Pid, Signal, kill_process};
 
 /// A process whose environment names a run.
@@ -15,6 +20,67 @@ pub struct Process {
 /// Sends a signal to a process, if it is still there.
 pub fn signal(process: &Process, signal: Signal) {
     let _ = kill_process(Pid::from_raw(process.pid).unwrap(), signal);
+}
+
+/// Long past anything that a loaded machine takes; only to end a test that would hang.
+pub const WATCHDOG: Duration = Duration::from_secs(180);
+
+/// Looks again and again until there is what `look` looks for.
+pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let begun = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(begun.elapsed() < WATCHDOG, "{what}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Waits for the end of a process.
+pub fn end_of(child: &mut Child) -> ExitStatus {
+    wait_for("the process does not end", || child.try_wait().unwrap())
+}
+
+/// Sends a signal to a child.
+pub fn signal_child(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
+}
+
+/// What a process says, line by line as it comes.
+pub struct Said {
+    lines: Receiver<String>,
+    /// What it has said so far.
+    pub so_far: String,
+}
+
+impl Said {
+    pub fn by(output: impl Read + Send + 'static) -> Self {
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            BufReader::new(output).lines().map_while(Result::ok).try_for_each(|line| sender.send(line))
+        });
+        Self { lines, so_far: String::new() }
+    }
+
+    /// Waits for a line that contains these words.
+    pub fn wait_for(&mut self, words: &str) {
+        let begun = Instant::now();
+        loop {
+            let left = WATCHDOG.saturating_sub(begun.elapsed());
+            let line = self.lines.recv_timeout(left).unwrap_or_else(|_| panic!("no \"{words}\" in {}", self.so_far));
+            self.so_far += &format!("{line}\n");
+            if line.contains(words) {
+                return;
+            }
+        }
+    }
+
+    /// All that is said until the end.
+    pub fn rest(mut self) -> String {
+        self.so_far += &self.lines.iter().map(|line| line + "\n").collect::<String>();
+        self.so_far
+    }
 }
 
 /// Processes of the run whose domain lies below `folder`, other than the launcher itself.

@@ -1,6 +1,6 @@
 //! Links that are cut, processes and hosts that are killed.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rustix::process::Signal;
 
@@ -91,7 +91,7 @@ fn a_host_that_is_lost_for_good_is_named_with_its_cases_and_the_others_are_compa
 }
 
 #[test]
-fn when_home_is_lost_workers_end_by_themselves_within_ten_seconds() {
+fn when_home_is_lost_workers_end_by_themselves() {
     let site = Site::new(&["worker-a"]);
     let cases = LARGE.replace("400_000", "20_000_000");
     let launch = site.launch_file("home", &cases, "");
@@ -100,11 +100,9 @@ fn when_home_is_lost_workers_end_by_themselves_within_ten_seconds() {
     Site::await_process(&site.workers[0].1, "mc");
     site::signal(&run, Signal::KILL);
     run.wait().unwrap();
-    let lost = Instant::now();
     let (code, said) = end(worker);
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("home host is lost"), "{said}");
-    assert!(lost.elapsed() < Duration::from_secs(10), "{:?}", lost.elapsed());
     assert!(site.home.phasecloud().arg("clean").status().unwrap().success());
     site.check_clean();
 }

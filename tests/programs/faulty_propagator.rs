@@ -42,7 +42,7 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
                 let Assignment { run_id, scenario, .. } = assignment;
                 let (label, reason) = (pack(&session.label), pack("it does not look"));
                 let header = PassageHeader { run_id, scenario, label, reason, ..PassageHeader::default() };
-                let curve = curve(fault, &assignment.passage_times());
+                let curve = curve(fault, scenario, &assignment.passage_times());
                 let rows = (curve.len() / PASSAGE_COLUMNS) as u32;
                 let reason = if rows > 0 { pack("") } else { header.reason };
                 passages.send_items(PassageHeader { rows, reason, ..header }, &curve)?;
@@ -71,6 +71,14 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
     }
     if fault == "first-scenario" && assignment.scenario == 0 && session.shard.index == 1 {
         return Err(Failure::Refused("not this one".into()));
+    }
+    let stuck = match fault {
+        "stuck-in-the-first" => Some(0),
+        "stuck-in-the-second" => Some(1),
+        _ => None,
+    };
+    if stuck == Some(assignment.scenario) {
+        std::thread::sleep(Duration::from_secs(3600));
     }
     // Others know nothing of shards.
     let total = match fault {
@@ -145,7 +153,10 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
 }
 
 /// A first-passage curve that cannot be right; none of most faults.
-fn curve(fault: &str, times: &[f64]) -> Vec<f64> {
+fn curve(fault: &str, scenario: u32, times: &[f64]) -> Vec<f64> {
+    if fault == "impossible-passage" && scenario == 1 {
+        return vec![0.0, 3.0, 0.0, 1.0];
+    }
     let last = (times.len().max(2) - 1) as f64;
     let row = |(k, &time): (usize, &f64)| {
         let (rise, nan) = (k as f64 / last, f64::NAN);

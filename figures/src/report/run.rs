@@ -23,7 +23,10 @@ pub fn summary(drawn: &Drawn<'_>) -> Markup {
             "This run propagated the density of (φ, e) in " (listed(&scenarios)) " with " (manifest.cases.len())
             @if manifest.cases.len() == 1 { " case" } @else { " cases" }
             " and compared each with " b { (manifest.reference) } ". "
-            @if manifest.failures.is_empty() { "Every case ran to its end." }
+            @if manifest.failures.is_empty() && manifest.incomplete_because.is_none() { "Every case ran to its end." }
+        }
+        @if let Some(why) = &manifest.incomplete_because {
+            p.warning { "These results are not whole: " (why) "." }
         }
         @for (label, why) in &manifest.failures {
             p.warning { "The case " b { (label) } " failed and was left out: " (why) "." }

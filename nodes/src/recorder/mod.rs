@@ -143,6 +143,11 @@ pub fn part(folder: &Path, scenario: u32) -> PathBuf {
     folder.join(format!("part-{scenario:06}"))
 }
 
+/// Whether a path is that of a scenario's files, or of a beginning of them.
+pub fn is_part(path: &Path) -> bool {
+    path.is_dir() && path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("part-"))
+}
+
 /// Records scenario after scenario, each into its [`part`] of `folder`, which exists, and every message onto `tape`, a
 /// recording that has been begun, if there is one. Methods are judged against `tolerance`.
 ///
@@ -175,7 +180,8 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>, tolerance: f64
             while let Some(message) = receive(session, &densities)? {
                 let label = unpack(&message.header().label);
                 if roster.is_known() && !roster.takes_part(&label) {
-                    refuse::<Density>(session, &label, "it publishes results, but the launch file has no such label")?;
+                    let why = "it publishes results, but the launch file has no such label";
+                    refuse::<Density>(session, message.header().scenario, &label, why)?;
                 }
                 recording.take_density(*message.header(), message.items());
             }
