@@ -383,7 +383,9 @@ mod tests {
         let of_file = GOOD.replace("[[propagator]]\nlabel = \"mc\"", "accuracy = 1e-9\n[[propagator]]\nlabel = \"mc\"");
         assert_eq!(accuracy(GOOD), Accuracy::Fine);
         assert_eq!(accuracy(&of_file), Accuracy::Medium);
-        assert_eq!(accuracy(&of_file.replace("samples = 10", "accuracy = 1e-6")), Accuracy::Coarse);
+        let another = "[[propagator]]\nlabel = \"dee\"\nnode = \"dee\"\n";
+        let both = of_file.replace("samples = 10", "accuracy = 1e-6") + another;
+        assert_eq!(accuracy(&both), Accuracy::Coarse);
     }
 
     #[test]

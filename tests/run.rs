@@ -73,7 +73,8 @@ fn a_swapped_propagator_leaves_the_other_cases_unchanged() {
     let of = |row: &std::collections::HashMap<String, String>, name: &str| row[name].parse::<f64>().unwrap();
     // At the start a single Gaussian is exact, later it is not.
     assert!(after[15..].iter().all(|row| row["method"] == "gmm-ut"));
-    assert!((of(&after[15], "mean_e") - 0.145).abs() < 1e-12 && (of(&after[15], "std_e") - 0.025).abs() < 1e-9);
+    // But for its part below e = 0, which is cut: 3e-9 of it.
+    assert!((of(&after[15], "mean_e") - 0.145).abs() < 1e-8 && (of(&after[15], "std_e") - 0.025).abs() < 1e-8);
     assert_ne!(before[19]["std_phi_rad"], after[19]["std_phi_rad"]);
 }
 
@@ -157,7 +158,7 @@ fn as_printed_reproduces_table_3_and_the_corrected_methods_agree_with_exact() {
             assert!((0..4).all(|k| relative(ours[k], exact[k]) < 1e-3), "{method}: {ours:?} {exact:?}");
         }
     }
-    assert!((of("gmm-ut-text")[4][3] - 0.0599).abs() < 5e-5, "the text's split gives another deviation");
+    assert!((of("gmm-ut-text")[4][3] - 0.0584).abs() < 5e-5, "the text's split gives another deviation");
 
     let printed = text(&output.stdout);
     assert!(printed.contains("lacks the Jacobian") && printed.contains("as printed splits along e"), "{printed}");
