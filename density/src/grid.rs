@@ -178,7 +178,7 @@ mod tests {
     /// Where rounding would put a value past the last bin, or a value that lies past it inside.
     #[test]
     fn no_value_on_an_axis_is_lost_and_none_beside_it_is_found() {
-        for (low, high, bins) in [(0.1, 0.3, 3), (5.9, 6.283185307179586, 100), (0.0, 1.0, 2000), (-1e-9, 1e-9, 7)] {
+        for (low, high, bins) in [(0.1, 0.3, 3), (5.9, TAU, 100), (0.0, 1.0, 2000), (-1e-9, 1e-9, 7)] {
             let axis = Axis { low, high, bins };
             assert_eq!((axis.bin(high), axis.bin(high.next_down())), (Some(bins - 1), Some(bins - 1)), "{axis:?}");
             assert_eq!((axis.bin(low), axis.bin(low.next_down())), (Some(0), None), "{axis:?}");

@@ -30,7 +30,7 @@ fn wide_start() -> Problem {
 }
 
 fn start_at_phi_0() -> Problem {
-    problem(PAPER, [0.0, 0.145, 0.39269908169872414, 0.05], &[0.0, 0.5, 1.0, 1.5, 2.0], 0.6)
+    problem(PAPER, [0.0, 0.145, std::f64::consts::FRAC_PI_8, 0.05], &[0.0, 0.5, 1.0, 1.5, 2.0], 0.6)
 }
 
 fn my_satellite() -> Problem {
@@ -152,7 +152,7 @@ fn a_mixture_over_zero_eccentricity_has_the_moments_of_the_cut_gaussian_at_the_s
 #[test]
 fn the_verdict_on_dee_is_never_good_where_its_moments_are_off() {
     // The moments of scenario 1 at ten years, which 31 x 31 points do not resolve.
-    let problem = problem(PAPER, [2.2069, 0.145, 0.39269908169872414, 0.05], &[0.0, 2.0, 4.0, 10.0], 0.6);
+    let problem = problem(PAPER, [2.2069, 0.145, std::f64::consts::FRAC_PI_8, 0.05], &[0.0, 2.0, 4.0, 10.0], 0.6);
     let right = [
         None,
         Some([3.326946763338821, 0.8623925196014062, 0.14287896010108553, 0.04351667666159118]),

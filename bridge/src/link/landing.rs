@@ -147,11 +147,11 @@ impl<T: ComesHome> Sink<T> for Landing<T> {
             tracing::warn!("{}: {member} sends {items} items on {}, more than it may", self.host, T::NAME);
             return Ok(None);
         }
-        let outlet = match door.outlet.take().filter(|_| door.scenario == T::scenario(header)) {
+        let outlet = match door.outlet.take().filter(|_| door.scenario == <T as ComesHome>::scenario(header)) {
             Some(outlet) => outlet,
             None => self.domain.outlet(T::most_items(header))?,
         };
-        door.scenario = T::scenario(header);
+        door.scenario = <T as ComesHome>::scenario(header);
         Ok(Some(door.outlet.insert(outlet).draft(items)?))
     }
 

@@ -57,9 +57,9 @@ pub(super) fn advance<const P: usize, W: Watch>(
         let steps = crew.take_steps(&series.radii(), reach);
         watch.see(&series, &steps, &crew);
         series.move_on(&steps);
-        for lane in 0..LANES {
+        for (lane, &step) in steps.iter().enumerate() {
             let is_inside = series.is_inside(lane);
-            if crew.left[lane] > 0.0 && is_inside && !crew.is_stuck(lane, steps[lane]) {
+            if crew.left[lane] > 0.0 && is_inside && !crew.is_stuck(lane, step) {
                 continue;
             }
             let Some(orbit) = crew.orbit[lane] else { continue };

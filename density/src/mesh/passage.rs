@@ -68,7 +68,7 @@ pub fn passage_curve(
     let standard: Vec<[f64; 2]> = points.phi.iter().zip(&points.e).map(standard).collect();
     let lines = lattice_lines(&standard, points.lattice.unwrap_or(0))?;
     let watched = Watched::new(&lines, degree)?;
-    let lower = (degree > 2 && watched.refinement.outer.len() > lines[0].len()).then(|| degree / 2);
+    let lower = (degree > 2 && watched.refinement.outer.len() > lines[0].len()).then_some(degree / 2);
     let compared = lower.map(|degree| Watched::new(&lines, degree)).transpose()?;
     let orbits = Orbits::from_polar(*flow, &points.phi, &points.e);
     let lattices = [Some(watched), compared].into_iter().flatten().map(|watched| watched.started(problem, &orbits));

@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn a_lattice_over_several_turns_is_unfolded_as_it_was_placed() {
-        for (sigma_phi, mean_phi) in [(0.1, 0.02), (0.6, 2.2), (3.14, 6.0)] {
+        for (sigma_phi, mean_phi) in [(0.1, 0.02), (0.6, 2.2), (3.1, 6.0)] {
             let mut problem = scenario(1);
             (problem.initial.sigma_phi, problem.initial.mean_phi) = (sigma_phi, mean_phi);
             let points = initial_points(&problem, 961, Placement::Lattice, 0).unwrap();

@@ -16,7 +16,7 @@ const NUMBERS: usize = 22;
 pub fn time_bar(area: &Area<'_>, times: &[f64]) -> Result<(), DrawError> {
     let mut y = Axis::names(times.iter().map(f64::to_string).collect());
     let stride = times.len().div_ceil(NUMBERS).max(1);
-    y.ticks.retain(|tick| (*tick as usize) % stride == 0);
+    y.ticks.retain(|tick| (*tick as usize).is_multiple_of(stride));
     y.label = "time t [yr]".into();
     let x = Axis { label: String::new(), range: 0.0..1.0, ticks: Vec::new(), labels: Labels::None };
     // As high as the panel beside it, which has labels below.
