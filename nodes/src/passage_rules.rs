@@ -1,6 +1,6 @@
 //! What a first-passage curve must be, whoever sent it.
 //!
-//! The recorder does not use a curve that breaks one of [`breaches`], and tells [`doubts`]; `phasecloud check` reports both.
+//! The recorder does not use a curve that breaks a rule ([`breach`]), and tells [`doubts`]; `phasecloud check` reports both.
 
 use density::problem::Problem;
 use messages::layout::{DensityHeader, PASSAGE_COLUMNS, diagnostic};
