@@ -6,7 +6,7 @@ mod common;
 use common::{Bench, FOUR_CASES, text};
 
 /// Long past the pauses of the others on a loaded machine: what says nothing is waited for that long, some of it twice.
-const PATIENCE: &str = "patience = 10.0\nrestart = \"on-failure\"\n";
+const PATIENCE: &str = "patience = 30.0\nrestart = \"on-failure\"\n";
 
 /// The others' part of a table in which the faulty case's rows, if there are any, come last in each scenario.
 fn of_the_others(bench: &Bench, file: &str) -> Vec<String> {
@@ -55,9 +55,9 @@ fn a_propagator_that_does_not_say_all_it_must_is_named_when_patience_ends() {
     let bench = Bench::new();
     bench.run_well(&bench.launch_file("alone", FOUR_CASES), "alone");
     let faults = [
-        ("silent", "no sign of life for 10 s"),
-        ("counts", "the estimator has waited 10 s for its snapshots"),
-        ("no-passage", "the recorder has waited 10 s for its message on phasecloud/passage"),
+        ("silent", "no sign of life for 30 s"),
+        ("counts", "the estimator has waited 30 s for its snapshots"),
+        ("no-passage", "the recorder has waited 30 s for its message on phasecloud/passage"),
     ];
     std::thread::scope(|scope| {
         for (fault, words) in faults {

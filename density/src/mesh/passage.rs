@@ -52,6 +52,9 @@ pub struct PassageCurve {
     pub error: Vec<f64>,
 }
 
+/// Of a long curve the mesh is judged at the first of so many times.
+const JUDGED: usize = 8;
+
 /// The curve at `times` \[yr\], ascending from zero, of the lattice `points` interpolated to `degree`.
 ///
 /// # Errors
@@ -77,11 +80,13 @@ pub fn passage_curve(
     let outside = 1.0 - (lattices[0].total / initial.mass_inside()).min(1.0);
     // Where the interpolation has lost the flow at any time so far, what it says of passages may be as far off.
     let mut lost = 0.0_f64;
-    for &time in times {
+    for (index, &time) in times.iter().enumerate() {
         walk.on(time - now, &mut lattices)?;
         now = time;
-        let judged = judge_cells(initial, [&lines[0], &lines[1]], &lattices[0].refinement, [&walk.x1, &walk.x2]);
-        lost = lost.max(judged.measure_defect);
+        if index % JUDGED == 0 || times.len() <= JUDGED {
+            let judged = judge_cells(initial, [&lines[0], &lines[1]], &lattices[0].refinement, [&walk.x1, &walk.x2]);
+            lost = lost.max(judged.measure_defect);
+        }
         let [fine, coarse] = lattices[0].passed();
         let other = lattices.get(1).map_or(fine, |lattice| lattice.passed()[0]);
         let hurried = if walk.hurried { 1.0 } else { 0.0 };
