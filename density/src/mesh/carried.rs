@@ -34,8 +34,8 @@ use crate::problem::InitialGaussian;
 
 /// Cells a side to which a lattice is refined for the joint density.
 const FINE_CELLS: usize = 300;
-/// The same where [`FINE_CELLS`] would misplace more than [`MISPLACED`].
-const FINEST_CELLS: usize = 900;
+/// The same where [`FINE_CELLS`] would misplace more than [`MISPLACED`]: the first of these that does not, or the last.
+const FINER_CELLS: [usize; 3] = [450, 600, 900];
 /// Misplacement of the joint density, in total variation, above which the lattice is refined further.
 const MISPLACED: f64 = 1.5e-3;
 
@@ -67,8 +67,8 @@ enum Scheme {
         degree: usize,
         quadrature: Box<Quadrature>,
         fine: Box<FineLattice>,
-        /// Made when it is first needed.
-        finest: OnceLock<Box<FineLattice>>,
+        /// With [`FINER_CELLS`], made when they are first needed.
+        finer: [OnceLock<Box<FineLattice>>; 3],
     },
 }
 
@@ -126,7 +126,7 @@ impl CarriedMesh {
         let fine = Box::new(FineLattice::new(initial, &lines, degree, FINE_CELLS)?);
         let quadrature = Box::new(Quadrature::new(lines.clone(), degree));
         let points = lines[0].len() * lines[1].len();
-        let scheme = Scheme::Lattice { lines, degree, quadrature, fine, finest: OnceLock::new() };
+        let scheme = Scheme::Lattice { lines, degree, quadrature, fine, finer: Default::default() };
         Ok(Self { initial: *initial, points, scheme })
     }
 
@@ -158,19 +158,16 @@ impl CarriedMesh {
                 let moments = second_moments(elements, [phi, e], second, moments, circular.mean);
                 (elements, nodes, (moments, circular), diagnostics)
             }
-            Scheme::Lattice { lines, degree, quadrature, fine, finest } => {
+            Scheme::Lattice { lines, degree, quadrature, fine, finer } => {
                 let mut diagnostics = judge_cells(&self.initial, [&lines[0], &lines[1]], &fine.refinement, [&x1, &x2]);
                 let (mut fine, mut states) = (fine, fine.refine(&x1, &x2));
                 diagnostics.misplaced_mass = fine.misplacement(&states, grid);
-                if diagnostics.misplaced_mass > MISPLACED && fine.refinement.outer.len() <= FINEST_CELLS {
-                    let make = || FineLattice::new(&self.initial, lines, *degree, FINEST_CELLS).map(Box::new);
-                    fine = match finest.get() {
-                        Some(finest) => finest,
-                        None => {
-                            let made = make()?;
-                            finest.get_or_init(|| made)
-                        }
-                    };
+                if let Some(k) = finer_needed(diagnostics.misplaced_mass, fine.refinement.outer.len() - 1) {
+                    if finer[k].get().is_none() {
+                        let made = FineLattice::new(&self.initial, lines, *degree, FINER_CELLS[k])?;
+                        finer[k].get_or_init(|| Box::new(made));
+                    }
+                    fine = finer[k].get().unwrap_or(fine);
                     states = fine.refine(&x1, &x2);
                     diagnostics.misplaced_mass = fine.misplacement(&states, grid);
                 }
@@ -184,6 +181,15 @@ impl CarriedMesh {
         let moments = Moments { prob_above_critical_e: (above / elements.total).clamp(0.0, 1.0), ..moments };
         Ok((Estimate::from_joint(*grid, joint, moments, circular), diagnostics))
     }
+}
+
+/// Which of [`FINER_CELLS`] is needed where so many cells a side misplace so much: straight triangles misplace as the square
+/// of their size.
+fn finer_needed(misplaced: f64, cells: usize) -> Option<usize> {
+    let needed = cells as f64 * (misplaced / MISPLACED).sqrt();
+    let last = FINER_CELLS.len() - 1;
+    let finer = FINER_CELLS.iter().position(|&finer| finer as f64 >= needed).unwrap_or(last);
+    (misplaced > MISPLACED && cells < FINER_CELLS[last]).then_some(finer).filter(|&finer| FINER_CELLS[finer] > cells)
 }
 
 /// How far the interpolated flow of a lattice keeps the invariant measure, cell by cell.

@@ -5,9 +5,11 @@
 //! the initial point (when an orbit passes is not: it jumps where its peak just touches). The probability that it exceeds
 //! the critical eccentricity is that of the pieces of triangles in which its linear interpolation does.
 //!
-//! Between two times the excess `f = e² - e_crit²` of an orbit is followed by the quintic through value, slope and second
-//! derivative at both ends, as in [`crate::first_passage::times`]; steps are so short that no orbit of the lattice turns by
-//! more than half a radian.
+//! The orbits of the lattice are carried in steps so short that none of them turns by more than half a radian. Within a step
+//! the excess `f = e² - e_crit²` of an orbit follows the quintic through value, slope and second derivative at both ends, as
+//! in [`crate::first_passage::times`]; the curve is read off at times that have nothing to do with the steps.
+//!
+//! Of a dense lattice every few lines do, unless the estimated error says otherwise.
 
 use rayon::prelude::*;
 
@@ -24,10 +26,14 @@ use crate::problem::Problem;
 
 /// Cells a side to which the lattice is refined.
 const FINE_CELLS: usize = 300;
+/// Lines of a dense lattice that are tried first.
+const ENOUGH_LINES: usize = 100;
+/// Estimated error of interpolation with which fewer lines will do.
+const GOOD: f64 = 1e-5;
 /// Phase by which an orbit may turn in a step \[rad\].
 const PHASE: f64 = 0.5;
-/// Steps between two times at most, whatever the phase: orbits beyond are those next to `e = 1`.
-const MOST_STEPS: usize = 4096;
+/// Steps of a curve at most, whatever the phase: orbits that need more are those next to `e = 1`.
+const MOST_STEPS: f64 = 8192.0;
 /// How far from its peak the excess must be for the quintic to matter.
 const NEAR: f64 = 0.5;
 
@@ -47,13 +53,10 @@ pub enum PassageError {
 pub struct PassageCurve {
     /// The probability at each time.
     pub probability: Vec<f64>,
-    /// An estimate of its error: what half the refinement and half the degree of interpolation change, the defect of
-    /// the invariant measure so far, and what lies outside the lattice.
+    /// An estimate of its error: what half the refinement and half the degree of interpolation change, the largest defect
+    /// of the invariant measure so far, and what lies outside the lattice.
     pub error: Vec<f64>,
 }
-
-/// Of a long curve the mesh is judged at the first of so many times.
-const JUDGED: usize = 8;
 
 /// The curve at `times` \[yr\], ascending from zero, of the lattice `points` interpolated to `degree`.
 ///
@@ -66,35 +69,73 @@ pub fn passage_curve(
     degree: usize,
     times: &[f64],
 ) -> Result<PassageCurve, PassageError> {
+    let side = points.lattice.unwrap_or(0);
+    if let Some(thinned) = thinned(points, side, degree) {
+        let (curve, interpolation) = curve_of(problem, flow, &thinned, degree, times)?;
+        if interpolation < GOOD {
+            return Ok(curve);
+        }
+    }
+    curve_of(problem, flow, points, degree, times).map(|(curve, _)| curve)
+}
+
+/// Every few lines of a lattice of `side` lines, if it is dense.
+fn thinned(points: &Points, side: usize, degree: usize) -> Option<Points> {
+    let stride = side.saturating_sub(1) / ENOUGH_LINES;
+    if stride < 2 || side * side != points.phi.len() || ENOUGH_LINES <= degree {
+        return None;
+    }
+    let lines: Vec<usize> = (0..side - 1).step_by(stride).chain([side - 1]).collect();
+    let rows = || lines.iter().flat_map(|i| lines.iter().map(move |j| i * side + j));
+    let [phi, e] = [&points.phi, &points.e].map(|column| rows().map(|row| column[row]).collect());
+    Some(Points { phi, e, lattice: Some(lines.len()) })
+}
+
+/// As [`passage_curve`], of all points; also that part of the error which more lines would lower.
+fn curve_of(
+    problem: &Problem,
+    flow: &Flow,
+    points: &Points,
+    degree: usize,
+    times: &[f64],
+) -> Result<(PassageCurve, f64), PassageError> {
     let initial = &problem.initial;
     let standard = |(&phi, &e)| initial.standardise(phi, e).into();
     let standard: Vec<[f64; 2]> = points.phi.iter().zip(&points.e).map(standard).collect();
     let lines = lattice_lines(&standard, points.lattice.unwrap_or(0))?;
-    let watched = Watched::new(&lines, degree)?;
-    let lower = (degree > 2 && watched.refinement.outer.len() > lines[0].len()).then_some(degree / 2);
-    let compared = lower.map(|degree| Watched::new(&lines, degree)).transpose()?;
     let orbits = Orbits::from_polar(*flow, &points.phi, &points.e);
-    let lattices = [Some(watched), compared].into_iter().flatten().map(|watched| watched.started(problem, &orbits));
-    let mut walk = Walk { problem, flow, x1: orbits.x1.clone(), x2: orbits.x2.clone(), steps: 1, hurried: false };
-    let (mut lattices, mut curve, mut now): (Vec<Watched>, _, _) = (lattices.collect(), PassageCurve::default(), 0.0);
-    let outside = 1.0 - (lattices[0].total / initial.mass_inside()).min(1.0);
+    let start = |degree, strides: &[usize]| Watched::new(problem, &lines, degree, strides, &orbits);
+    let mut fine = start(degree, &[1, 2])?;
+    let mut rough = match degree > 2 && fine.refinement.outer.len() > lines[0].len() {
+        true => Some(start(degree / 2, &[2])?),
+        false => None,
+    };
+    let end = times.last().copied().unwrap_or(0.0);
+    let mut walk = Walk { problem, flow, x1: orbits.x1.clone(), x2: orbits.x2.clone(), now: 0.0, end, hurried: false };
+    let (mut curve, mut step) = (PassageCurve::default(), 0.0);
+    let outside = 1.0 - (fine.total / initial.mass_inside()).min(1.0);
     // Where the interpolation has lost the flow at any time so far, what it says of passages may be as far off.
-    let mut lost = 0.0_f64;
-    for (index, &time) in times.iter().enumerate() {
-        walk.on(time - now, &mut lattices)?;
-        now = time;
-        if index % JUDGED == 0 || times.len() <= JUDGED {
-            let judged = judge_cells(initial, [&lines[0], &lines[1]], &lattices[0].refinement, [&walk.x1, &walk.x2]);
+    let (mut lost, mut interpolation) = (0.0_f64, 0.0_f64);
+    for &time in times {
+        while walk.now < time {
+            step = walk.step()?;
+            for lattice in [Some(&mut fine), rough.as_mut()].into_iter().flatten() {
+                lattice.see(problem, step, &walk.x1, &walk.x2);
+            }
+            let judged = judge_cells(initial, [&lines[0], &lines[1]], &fine.refinement, [&walk.x1, &walk.x2]);
             lost = lost.max(judged.measure_defect);
         }
-        let [fine, coarse] = lattices[0].passed();
-        let other = lattices.get(1).map_or(fine, |lattice| lattice.passed()[0]);
+        let within = step - (walk.now - time);
+        let passed = fine.passed(within, step);
+        let (passed, coarse) = (passed[0], passed[1]);
+        let other = rough.as_ref().map_or(coarse, |lattice| lattice.passed(within, step)[0]);
+        interpolation = interpolation.max((coarse - other).abs() + lost);
         let hurried = if walk.hurried { 1.0 } else { 0.0 };
         // Rounding must not let it fall.
-        curve.probability.push(curve.probability.last().map_or(fine, |last| fine.max(*last)));
-        curve.error.push((fine - coarse).abs() + (fine - other).abs() + lost + outside + hurried);
+        curve.probability.push(curve.probability.last().map_or(passed, |last| passed.max(*last)));
+        curve.error.push((passed - coarse).abs() + (coarse - other).abs() + lost + outside + hurried);
     }
-    Ok(curve)
+    Ok((curve, interpolation))
 }
 
 /// The lattice's orbits on their way.
@@ -103,123 +144,161 @@ struct Walk<'a> {
     flow: &'a Flow,
     x1: Vec<f64>,
     x2: Vec<f64>,
-    /// Steps that the last interval took.
-    steps: usize,
-    /// Whether an interval needed more than [`MOST_STEPS`].
+    /// Time \[yr\].
+    now: f64,
+    /// Last time of the curve \[yr\].
+    end: f64,
+    /// Whether a step should have been shorter than [`MOST_STEPS`] allows.
     hurried: bool,
 }
 
 impl Walk<'_> {
-    /// Moves on by `years` in steps that are short enough, which the lattices see.
-    fn on(&mut self, years: f64, lattices: &mut [Watched]) -> Result<(), Escaped> {
-        if years <= 0.0 {
-            return Ok(());
-        }
-        let reached = lattices.iter().map(|lattice| (lattice.excess.clone(), lattice.highest.clone()));
-        let (before, reached) = ((self.x1.clone(), self.x2.clone()), reached.collect::<Vec<_>>());
-        let mut count = self.steps.max(self.needed(years)).min(MOST_STEPS);
+    /// Moves on by a step that is short enough; its length \[yr\].
+    fn step(&mut self) -> Result<f64, Escaped> {
+        let (left, shortest) = (self.end - self.now, self.end / MOST_STEPS);
+        let mut step = (PHASE / self.fastest()).max(shortest).min(left);
+        let before = (self.x1.clone(), self.x2.clone());
         loop {
-            let (step, mut needed) = (years / count as f64, 1);
-            for _ in 0..count {
-                self.flow.advance(&mut self.x1, &mut self.x2, step)?;
-                lattices.iter_mut().for_each(|lattice| lattice.see(self.problem, step, &self.x1, &self.x2));
-                needed = needed.max(self.needed(years));
-                if needed > count && count < MOST_STEPS {
-                    break;
-                }
+            self.flow.advance(&mut self.x1, &mut self.x2, step)?;
+            let too_long = step * self.fastest() > 1.5 * PHASE;
+            self.hurried |= too_long && step <= shortest;
+            if !too_long || step <= shortest {
+                self.now = if step < left { self.now + step } else { self.end };
+                return Ok(step);
             }
-            self.hurried |= needed > MOST_STEPS;
-            if needed <= count || count == MOST_STEPS {
-                self.steps = needed.min(MOST_STEPS);
-                return Ok(());
-            }
-            // Once more, in shorter steps.
+            step = (0.5 * step).max(shortest);
             (self.x1, self.x2) = before.clone();
-            for (lattice, (excess, highest)) in lattices.iter_mut().zip(&reached) {
-                (lattice.excess, lattice.highest) = (excess.clone(), highest.clone());
-            }
-            count = (needed + needed / 4).min(MOST_STEPS);
         }
     }
 
-    /// Steps in which the fastest orbit below the critical eccentricity turns by [`PHASE`] at most.
-    fn needed(&self, years: f64) -> usize {
+    /// Rate at which the fastest orbit below the critical eccentricity turns \[rad/yr\].
+    fn fastest(&self) -> f64 {
         let Problem { force, critical_e, .. } = self.problem;
         let rate = |x1: f64, x2: f64| {
             let turning = (force.oblateness / State { x1, x2 }.s().powi(4) - 1.0).abs().max(1.0);
             SUN_MEAN_MOTION * (turning + force.radiation)
         };
         let below = |&(&x1, &x2): &(&f64, &f64)| x1 * x1 + x2 * x2 < critical_e * critical_e;
-        let fastest = self.x1.iter().zip(&self.x2).filter(below).map(|(&x1, &x2)| rate(x1, x2)).fold(0.0, f64::max);
-        ((fastest * years / PHASE).ceil() as usize).max(1)
+        let rates = self.x1.iter().zip(&self.x2).filter(below).map(|(&x1, &x2)| rate(x1, x2));
+        rates.fold(SUN_MEAN_MOTION, f64::max)
     }
 }
 
 /// The refined lattice and what its orbits have reached.
 struct Watched {
     refinement: Refinement,
-    /// Triangles of the refined lattice, and of the one half as fine, with their probabilities.
-    meshes: [Vec<([u32; 3], f64)>; 2],
+    /// Those points of the refined lattice that are corners of triangles.
+    used: Vec<u32>,
+    /// Triangulations of these, each with the probabilities of its triangles.
+    meshes: Vec<Vec<([u32; 3], f64)>>,
+    /// Probability of the first.
     total: f64,
-    /// Excess `f`, `f'`, `f''` of each point of the refined lattice.
-    excess: Vec<[f64; 3]>,
-    /// The largest excess so far.
-    highest: Vec<f64>,
+    orbits: Vec<Watch>,
+}
+
+/// What is known of an orbit between the two ends of a step.
+#[derive(Debug, Clone, Copy)]
+struct Watch {
+    /// Excess `f`, `f'`, `f''` at both ends.
+    ends: [[f64; 3]; 2],
+    /// The largest excess before the step.
+    reached: f64,
+    /// Time from the start of the step and value of a peak within it, if one matters.
+    peak: Option<(f64, f64)>,
+}
+
+impl Watch {
+    fn new(excess: [f64; 3]) -> Self {
+        Self { ends: [excess; 2], reached: excess[0], peak: None }
+    }
+
+    /// Goes on by a step of so many years to this excess.
+    fn go_on(&mut self, years: f64, excess: [f64; 3]) {
+        let highest = self.reached.max(self.ends[1][0]).max(self.peak.map_or(f64::NEG_INFINITY, |(_, value)| value));
+        let ends = [self.ends[1], excess];
+        let [start, end] = ends;
+        let may_matter = highest < 0.0 && start[1] > 0.0 && end[1] < 0.0 && start[0].max(end[0]) > -NEAR;
+        let peak = || {
+            let quintic = Quintic::new(start, end, years);
+            quintic.peak().map(|time| (time, quintic.at(time)))
+        };
+        *self = Self { ends, reached: highest, peak: may_matter.then(peak).flatten() };
+    }
+
+    /// The largest excess up to a time within a step of so many years.
+    fn highest(&self, within: f64, years: f64) -> f64 {
+        let [start, end] = self.ends;
+        if self.reached >= 0.0 {
+            return self.reached;
+        }
+        let here = if within < years { Quintic::new(start, end, years).at(within) } else { end[0] };
+        let peak = self.peak.filter(|(time, _)| *time <= within).map_or(here, |(_, value)| value);
+        self.reached.max(here).max(peak)
+    }
 }
 
 impl Watched {
-    fn new(lines: &[Vec<f64>; 2], degree: usize) -> Result<Self, MeshError> {
+    /// The orbits of the lattice with these lines, interpolated to `degree`, with triangles between every so many lines of
+    /// the refined lattice.
+    fn new(
+        problem: &Problem,
+        lines: &[Vec<f64>; 2],
+        degree: usize,
+        strides: &[usize],
+        orbits: &Orbits,
+    ) -> Result<Self, MeshError> {
         let factor = FINE_CELLS.div_ceil(lines[0].len() - 1);
         let refinement = Refinement::new(&lines[0], &lines[1], degree, factor)?;
-        let meshes = [1, 2].map(|stride| triangles(&refinement, stride));
+        let mut meshes: Vec<_> = strides.iter().map(|&stride| triangles(&refinement, stride)).collect();
+        let used = number_corners(&mut meshes);
         let total = meshes[0].iter().map(|(_, mass)| mass).sum();
-        Ok(Self { refinement, meshes, total, excess: Vec::new(), highest: Vec::new() })
+        let mut watched = Self { refinement, used, meshes, total, orbits: Vec::new() };
+        watched.orbits = watched.excesses(problem, &orbits.x1, &orbits.x2).into_iter().map(Watch::new).collect();
+        Ok(watched)
     }
 
-    fn started(mut self, problem: &Problem, orbits: &Orbits) -> Self {
-        self.excess = self.excesses(problem, [&orbits.x1, &orbits.x2]);
-        self.highest = self.excess.iter().map(|excess| excess[0]).collect();
-        self
-    }
-
-    fn excesses(&self, problem: &Problem, states: [&[f64]; 2]) -> Vec<[f64; 3]> {
-        let [x1, x2] = states.map(|values| self.refinement.apply(values));
+    /// Of the used points, from the states of the lattice.
+    fn excesses(&self, problem: &Problem, x1: &[f64], x2: &[f64]) -> Vec<[f64; 3]> {
+        let [x1, x2] = [x1, x2].map(|values| self.refinement.apply(values));
         let inside = |x1: f64, x2: f64| {
             // Interpolation may overshoot the domain where it resolves nothing.
             let shrink = (0.999_999 / x1.hypot(x2)).min(1.0);
             State { x1: shrink * x1, x2: shrink * x2 }
         };
-        let excess = |(&x1, &x2)| excess(problem.force, problem.critical_e, inside(x1, x2));
-        x1.par_iter().zip(&x2).map(excess).collect()
+        let excess = |&k: &u32| excess(problem.force, problem.critical_e, inside(x1[k as usize], x2[k as usize]));
+        self.used.par_iter().map(excess).collect()
     }
 
     /// Takes note of a step of so many years to these states of the lattice.
     fn see(&mut self, problem: &Problem, years: f64, x1: &[f64], x2: &[f64]) {
-        let ends = self.excesses(problem, [x1, x2]);
-        let starts = &self.excess;
-        self.highest.par_iter_mut().zip(starts).zip(&ends).for_each(|((highest, &start), &end)| {
-            if *highest >= 0.0 {
-                return;
-            }
-            *highest = highest.max(end[0]);
-            let peaks = start[1] > 0.0 && end[1] < 0.0 && start[0].max(end[0]) > -NEAR;
-            if peaks && let Some(time) = Quintic::new(start, end, years).peak() {
-                *highest = highest.max(Quintic::new(start, end, years).at(time));
-            }
-        });
-        self.excess = ends;
+        let excesses = self.excesses(problem, x1, x2);
+        self.orbits.par_iter_mut().zip(&excesses).for_each(|(orbit, &excess)| orbit.go_on(years, excess));
     }
 
-    /// The share of the probability that has passed, on both triangulations.
-    fn passed(&self) -> [f64; 2] {
-        self.meshes.each_ref().map(|mesh| {
+    /// The share of the probability that has passed up to a time within a step of so many years, on each triangulation.
+    fn passed(&self, within: f64, years: f64) -> Vec<f64> {
+        let highest: Vec<f64> = self.orbits.par_iter().map(|orbit| orbit.highest(within, years)).collect();
+        let of_mesh = |mesh: &Vec<([u32; 3], f64)>| {
             let share = |(corners, mass): &([u32; 3], f64)| {
-                [mass * share_above(corners.map(|corner| self.highest[corner as usize])), *mass]
+                [mass * share_above(corners.map(|corner| highest[corner as usize])), *mass]
             };
             let [passed, total] = crate::estimate::ordered_sum(mesh.len(), |k| share(&mesh[k]));
             (passed / total).clamp(0.0, 1.0)
-        })
+        };
+        self.meshes.iter().map(of_mesh).collect()
     }
+}
+
+/// Numbers the corners of all triangles from zero on; also says which points those are.
+fn number_corners(meshes: &mut [Vec<([u32; 3], f64)>]) -> Vec<u32> {
+    let mut used: Vec<u32> = meshes.iter().flatten().flat_map(|(corners, _)| *corners).collect();
+    used.sort_unstable();
+    used.dedup();
+    let mut number = vec![0; used.last().map_or(0, |&last| last as usize + 1)];
+    used.iter().zip(0..).for_each(|(&point, corner)| number[point as usize] = corner);
+    let corners = meshes.iter_mut().flatten().flat_map(|(corners, _)| corners);
+    corners.for_each(|corner| *corner = number[*corner as usize]);
+    used
 }
 
 /// Triangles between every `stride`-th line of a refined lattice, and the last.

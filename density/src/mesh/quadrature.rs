@@ -44,6 +44,8 @@ pub(super) struct Quadrature {
     /// Points in every cell, along the outer and the inner direction.
     axes: [Vec<Point>; 2],
     points_a_cell: usize,
+    /// Half widths of a cell over the distance from its middle to its outermost point.
+    corner: f64,
 }
 
 /// A quadrature point along one direction.
@@ -61,6 +63,35 @@ struct Part {
     cell: [usize; 2],
     low: [f64; 2],
     high: [f64; 2],
+}
+
+/// Where the image of a cell lies in `(x1, x2)`: in this circle.
+#[derive(Debug, Clone, Copy)]
+struct Disc {
+    middle: State,
+    radius: f64,
+}
+
+/// What an image may bulge beyond the points that are looked at.
+const BULGE: f64 = 1.25;
+
+impl Disc {
+    /// Round points, the farthest of which are `1/reach` of the way to the corners.
+    fn around(points: impl Iterator<Item = State> + Clone, reach: f64) -> Self {
+        let sum = points.clone().fold([0.0; 3], |[x1, x2, n], state| [x1 + state.x1, x2 + state.x2, n + 1.0]);
+        let middle = State { x1: sum[0] / sum[2], x2: sum[1] / sum[2] };
+        let distance = |state: State| (state.x1 - middle.x1).hypot(state.x2 - middle.x2);
+        Self { middle, radius: BULGE * reach * points.map(distance).fold(0.0, f64::max) }
+    }
+
+    /// Whether `phi` and `e` are smooth in it: it is far from the origin, seen in its own size, and off the cut.
+    fn is_regular(&self, cut: f64) -> bool {
+        let e = self.middle.eccentricity();
+        e > FAR * self.radius && {
+            let off_cut = nearest(self.middle.x1.atan2(self.middle.x2) - cut, 0.0).abs();
+            off_cut > (self.radius / e).asin()
+        }
+    }
 }
 
 /// Weighted points of a cloud.
@@ -82,6 +113,12 @@ impl Samples {
         self.phi.append(&mut other.phi);
         self.e.append(&mut other.e);
         self.weights.append(&mut other.weights);
+    }
+
+    fn truncate(&mut self, count: usize) {
+        self.phi.truncate(count);
+        self.e.truncate(count);
+        self.weights.truncate(count);
     }
 
     fn moments(&self, critical_e: f64) -> (Moments, Circular) {
@@ -115,15 +152,27 @@ impl Quadrature {
             };
             cells.flat_map(points).collect()
         });
-        Self { lines, degree, axes, points_a_cell: 2 * rule.len() }
+        let corner = 1.0 / rule.iter().map(|&(x, _)| x).fold(0.0, f64::max);
+        Self { lines, degree, axes, points_a_cell: 2 * rule.len(), corner }
     }
 
     /// Moments of the cloud whose lattice points are at these states.
     pub(super) fn moments(&self, x1: &[f64], x2: &[f64], critical_e: f64) -> (Moments, Circular) {
-        let (mut moments, mut circular) = self.samples(x1, x2, None).moments(critical_e);
+        let (mut samples, discs) = self.of_whole_cells(x1, x2);
+        let (mut moments, mut circular) = samples.moments(critical_e);
+        let (whole, weights) = (samples.weights.len(), samples.weights.clone());
         for _ in 0..2 {
             let cut = circular.mean + PI;
-            (moments, circular) = self.samples(x1, x2, Some(cut)).moments(critical_e);
+            // The points of irregular cells give way to those of their parts.
+            samples.truncate(whole);
+            samples.weights.copy_from_slice(&weights);
+            let irregular = (0..discs.len()).filter(|&cell| !discs[cell].is_regular(cut)).collect::<Vec<_>>();
+            let points = self.points_a_cell * self.points_a_cell;
+            irregular.iter().for_each(|cell| samples.weights[cell * points..(cell + 1) * points].fill(0.0));
+            let cells = self.lines[0].len() - 1;
+            let parts = irregular.iter().map(|cell| self.whole([cell / cells, cell % cells])).collect();
+            samples.append(self.divided(parts, x1, x2, cut));
+            (moments, circular) = samples.moments(critical_e);
             if nearest(circular.mean + PI - cut, 0.0).abs() < SAME_CUT {
                 break;
             }
@@ -131,29 +180,28 @@ impl Quadrature {
         (moments, circular)
     }
 
-    /// Weighted points, irregular cells divided; none is where no cut of the branch of `phi` is given.
-    fn samples(&self, x1: &[f64], x2: &[f64], cut: Option<f64>) -> Samples {
-        let [states1, states2] = [x1, x2].map(|values| self.along_inner(values));
+    /// The points of all cells, one cell after the other, and where the cells lie.
+    fn of_whole_cells(&self, x1: &[f64], x2: &[f64]) -> (Samples, Vec<Disc>) {
+        let along = [x1, x2].map(|values| self.along_inner(values));
         let cells = self.lines[0].len() - 1;
-        let rows: Vec<(Samples, Vec<Part>)> = (0..cells)
-            .into_par_iter()
-            .map(|row| {
-                let all = (0..cells).map(|column| self.whole([row, column]));
-                let is_irregular = |part: &Part| cut.is_some_and(|cut| !self.is_regular(part, x1, x2, cut));
-                let irregular: Vec<Part> = all.filter(is_irregular).collect();
-                (self.row_samples(row, [&states1, &states2], &irregular), irregular)
-            })
-            .collect();
-        let (mut samples, mut parts) = (Samples::default(), Vec::new());
-        for (row, mut irregular) in rows {
+        let rows: Vec<(Samples, Vec<Disc>)> =
+            (0..cells).into_par_iter().map(|row| self.of_row(row, [&along[0], &along[1]])).collect();
+        let (mut samples, mut discs) = (Samples::default(), Vec::with_capacity(cells * cells));
+        for (row, mut of_row) in rows {
             samples.append(row);
-            parts.append(&mut irregular);
+            discs.append(&mut of_row);
         }
-        while let Some(cut) = cut.filter(|_| !parts.is_empty()) {
+        (samples, discs)
+    }
+
+    /// The points of parts of cells, irregular ones divided.
+    fn divided(&self, mut parts: Vec<Part>, x1: &[f64], x2: &[f64], cut: f64) -> Samples {
+        let mut samples = Samples::default();
+        while !parts.is_empty() {
             let last = parts.len() > MOST_PARTS;
             let done: Vec<(Samples, Option<[Part; 4]>)> = parts
                 .par_iter()
-                .map(|part| match last || self.is_small(part) || self.is_regular(part, x1, x2, cut) {
+                .map(|part| match last || self.is_small(part) || self.disc(part, x1, x2).is_regular(cut) {
                     true => (self.part_samples(part, x1, x2), None),
                     false => (Samples::default(), Some(part.quarters())),
                 })
@@ -176,25 +224,24 @@ impl Quadrature {
         values.par_chunks(side).flat_map_iter(row).collect()
     }
 
-    /// Points of a row of cells, but for the irregular ones.
-    fn row_samples(&self, row: usize, along: [&[f64]; 2], irregular: &[Part]) -> Samples {
-        let width = self.axes[1].len();
-        let mut samples = Samples::default();
-        for outer in &self.axes[0][row * self.points_a_cell..(row + 1) * self.points_a_cell] {
-            let mut next = irregular.iter().peekable();
-            for (column, chunk) in self.axes[1].chunks(self.points_a_cell).enumerate() {
-                if next.next_if(|part| part.cell[1] == column).is_some() {
-                    continue;
-                }
-                for (k, inner) in chunk.iter().enumerate() {
-                    let j = column * self.points_a_cell + k;
-                    let [x1, x2] = along.map(|values| outer.stencil.sum(self.degree, |line| values[line * width + j]));
-                    let density = standard_density([outer.at, inner.at]);
-                    samples.push(State { x1, x2 }, density * outer.width * inner.width);
+    /// The points of a row of cells, and where its cells lie.
+    fn of_row(&self, row: usize, along: [&[f64]; 2]) -> (Samples, Vec<Disc>) {
+        let (width, n) = (self.axes[1].len(), self.points_a_cell);
+        let (mut samples, mut discs) = (Samples::default(), Vec::new());
+        let mut states = Vec::with_capacity(n * n);
+        for column in 0..width / n {
+            states.clear();
+            for outer in &self.axes[0][row * n..(row + 1) * n] {
+                for (k, inner) in self.axes[1].iter().enumerate().skip(column * n).take(n) {
+                    let [x1, x2] = along.map(|values| outer.stencil.sum(self.degree, |line| values[line * width + k]));
+                    let weight = standard_density([outer.at, inner.at]) * outer.width * inner.width;
+                    states.push(State { x1, x2 });
+                    samples.push(State { x1, x2 }, weight);
                 }
             }
+            discs.push(Disc::around(states.iter().copied(), self.corner));
         }
-        samples
+        (samples, discs)
     }
 
     /// Points of a part of a cell.
@@ -234,23 +281,13 @@ impl Quadrature {
         width[0].max(width[1]) < NARROW || width[0] * width[1] * standard_density(nearest) < LIGHT
     }
 
-    /// Whether `phi` and `e` are smooth in a part: its image is far from the origin, seen in its own size, and off the cut.
-    fn is_regular(&self, part: &Part, x1: &[f64], x2: &[f64], cut: f64) -> bool {
-        /// What may bulge beyond corners and middles of the edges.
-        const BULGE: f64 = 1.25;
+    fn disc(&self, part: &Part, x1: &[f64], x2: &[f64]) -> Disc {
         let thirds = [0, 1].map(|axis| {
             let (low, high) = (part.low[axis], part.high[axis]);
             [low, low.midpoint(high), high].map(|at| stencil(&self.lines[axis], part.cell[axis], self.degree, at))
         });
-        let at = |i: usize, j: usize| self.state(&thirds[0][i], &thirds[1][j], x1, x2);
-        let middle = at(1, 1);
-        let distance = |k: usize| {
-            let state = at(k / 3, k % 3);
-            (state.x1 - middle.x1).hypot(state.x2 - middle.x2)
-        };
-        let (radius, e) = (BULGE * (0..9).map(distance).fold(0.0, f64::max), middle.eccentricity());
-        let off_cut = nearest(middle.x1.atan2(middle.x2) - cut, 0.0).abs();
-        e > FAR * radius && off_cut > (radius / e).asin()
+        let states: [State; 9] = std::array::from_fn(|k| self.state(&thirds[0][k / 3], &thirds[1][k % 3], x1, x2));
+        Disc::around(states.into_iter(), 1.0)
     }
 }
 
