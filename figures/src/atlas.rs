@@ -7,7 +7,7 @@ use crate::drawings::{
     phase_portrait, probability_above,
 };
 use crate::figure::{DrawError, Figure};
-use crate::scene::Scene;
+use crate::scene::{Method, Scene};
 
 /// Figures that belong together.
 #[derive(Debug)]
@@ -49,9 +49,12 @@ fn plans<'a>(scene: &'a Scene<'a>) -> Vec<Plan<'a>> {
     let separate = indices().flat_map(|index| {
         scene.methods.iter().map(move |m| -> Job<'a> { Box::new(move || joint_density::draw_one(scene, m, index)) })
     });
-    let subtracted = difference::subtrahend(scene).map(|subtrahend| subtrahend.label);
     let differences = indices().flat_map(move |index| {
-        let others = scene.methods.iter().filter(move |m| subtracted.is_some_and(|label| label != m.label));
+        let subtracted = difference::subtrahend(scene, index).map(|subtrahend| subtrahend.label);
+        // Where it withholds its density there is nothing to subtract from, but for that of the case that stands in.
+        let differs =
+            move |m: &&Method<'a>| subtracted.is_some_and(|label| label != m.label) && !difference::is_exact(scene, m);
+        let others = scene.methods.iter().filter(differs);
         others.map(move |m| -> Job<'a> { Box::new(move || difference::draw(scene, m, index)) })
     });
     let passage = scene.methods.iter().any(|m| !m.passage.is_empty()).then(|| job(first_passage::draw));

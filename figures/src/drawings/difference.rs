@@ -6,20 +6,22 @@ use crate::colour_map::Scale;
 use crate::figure::{DrawError, Figure};
 use crate::scene::{Method, Scene};
 
-/// The case that others are subtracted from: the exact one, or else the reference.
-pub fn subtrahend<'s, 'a>(scene: &'s Scene<'a>) -> Option<&'s Method<'a>> {
-    scene.method(scene.exact.unwrap_or(scene.reference))
+/// Whether a case is the one that others are subtracted from wherever it states its density.
+pub fn is_exact(scene: &Scene<'_>, method: &Method<'_>) -> bool {
+    scene.exact.unwrap_or(scene.reference) == method.label
+}
+
+/// The case that others are subtracted from at a snapshot: the exact one, or else the reference, or what stands in for it.
+pub fn subtrahend<'s, 'a>(scene: &'s Scene<'a>, index: usize) -> Option<&'s Method<'a>> {
+    let states = |other: &&Method<'_>| other.densities.get(index).is_some_and(|density| !density.is_withheld());
+    scene.method(scene.exact.unwrap_or(scene.reference)).filter(states).or_else(|| scene.yardstick_at(index))
 }
 
 /// One snapshot of a case.
 pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figure, DrawError> {
     let (density, t) = snapshot(scene, method, index)?;
-    let states = |other: &&Method<'_>| other.densities.get(index).is_some_and(|density| !density.is_withheld());
-    let subtrahend = subtrahend(scene).filter(states).or_else(|| scene.yardstick_at(index));
+    let subtrahend = subtrahend(scene, index);
     let subtrahend = subtrahend.ok_or_else(|| DrawError(format!("no case states its density at {}", at_time(t))))?;
-    if subtrahend.label == method.label {
-        return Err(DrawError(format!("{} is the reference itself at {}", method.label, at_time(t))));
-    }
     let (other, _) = snapshot(scene, subtrahend, index)?;
     if density.grid != other.grid && !density.is_withheld() && !other.is_withheld() {
         return Err(DrawError(format!(

@@ -123,9 +123,6 @@ pub(super) fn snapshot<'s>(
     index: usize,
 ) -> Result<(&'s Density, f64), DrawError> {
     match (method.densities.get(index), scene.times.get(index)) {
-        (Some(density), Some(&t)) if density.is_withheld() => {
-            Err(DrawError(format!("{} withholds its joint density at {}", method.label, at_time(t))))
-        }
         (Some(density), Some(&t)) => Ok((density, t)),
         _ => Err(DrawError(format!("{} has no snapshot {index}", method.label))),
     }

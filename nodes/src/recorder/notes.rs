@@ -194,7 +194,7 @@ mod tests {
 
     fn exact(moments: [f64; 6], mass_on_grid: f64, diagnostics: [f64; 4]) -> DensityHeader {
         let diagnostic = diagnostic::NUMERICAL;
-        DensityHeader { moments, mass_on_grid, diagnostics, diagnostic, ..DensityHeader::default() }
+        DensityHeader { moments, mass_on_grid, resultant: 0.9, diagnostics, diagnostic, ..DensityHeader::default() }
     }
 
     #[test]
@@ -215,6 +215,7 @@ mod tests {
                 diagnostic: diagnostic::MESH,
                 diagnostics: [bad, 0.0, 0.0, f64::NAN],
                 mass_on_grid: 1.0,
+                resultant: 0.9,
                 ..DensityHeader::default()
             };
             assert_eq!(of_density(&mesh).len(), 1);
