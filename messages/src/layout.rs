@@ -165,9 +165,10 @@ codes! {
     pub mod diagnostic {
         /// Nothing.
         pub const NONE: u32 = 0;
-        /// Of a carried mesh: defect of the invariant measure, probability of flipped elements, probability outside the mesh.
+        /// Of a carried mesh: defect of the invariant measure, probability of flipped elements, probability outside the mesh,
+        /// estimated total variation by which straight triangles misplace the joint density.
         pub const MESH: u32 = 1;
-        /// Of a mixture: disagreement of the unscented and the linear prediction.
+        /// Of a mixture: disagreement of the unscented and the linear prediction, probability below `e = 0` that is left out.
         pub const MIXTURE: u32 = 2;
         /// Of an exact density, error estimates: moments (in standard deviations), resultant vector, probability above the
         /// critical eccentricity, joint density in L1.
