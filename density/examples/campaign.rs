@@ -117,7 +117,7 @@ fn try_scenario(scenario: &Scenario, options: &Options, rows: &mut [(Method, Row
     let start = Instant::now();
     let oracle = solve(problem, &grids, &options.effort);
     let (lines, nodes) = oracle.lattice;
-    println!("{name}: oracle on {lines} x {nodes} orbits, {:.1} s", start.elapsed().as_secs_f64());
+    println!("{name}: {scenario}; oracle on {lines} x {nodes} orbits, {:.1} s", start.elapsed().as_secs_f64());
     for contradiction in &oracle.contradictions {
         println!("{name}: the oracle contradicts itself: {contradiction}");
     }

@@ -137,7 +137,7 @@ pub fn counting_noise(joint: &[f64], area: f64, samples: f64) -> f64 {
 }
 
 // The factors below follow from measurements in the paper's three scenarios (`mesh::diagnostics`, `mixture::linearity`); the
-// example `trust_report` prints what random ones say.
+// example `campaign` holds the verdicts against random ones (docs/methods.md).
 
 /// Defects of the invariant measure, in tolerances, up to which a mesh is good for moments.
 const MESH_MOMENTS: f64 = 1.0;

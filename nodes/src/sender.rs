@@ -5,21 +5,21 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::session::LABEL_VARIABLE;
 
-/// What was found when the senders lived: some messages are read when their sender is gone.
-static SEEN: Mutex<BTreeMap<u32, Option<String>>> = Mutex::new(BTreeMap::new());
+/// The labels that were found: some messages are read when their sender is gone.
+static SEEN: Mutex<BTreeMap<u32, String>> = Mutex::new(BTreeMap::new());
 
 /// The label in the environment of a process, which its children inherit; `None` for processes that are no propagators, that
 /// nobody can look into, or that were gone before anybody did.
 pub fn label_of(process: u32) -> Option<String> {
     let mut seen = SEEN.lock().unwrap_or_else(PoisonError::into_inner);
-    match std::fs::read(format!("/proc/{process}/environ")) {
-        // What has ended and is not yet reaped has no environment any more.
-        Ok(environment) if !environment.is_empty() => {
-            let label = label_in(&environment);
+    // What has ended and is not yet reaped has no environment any more, and of pages that are not in memory a part may be
+    // missing: a label once found is kept.
+    match std::fs::read(format!("/proc/{process}/environ")).ok().as_deref().and_then(label_in) {
+        Some(label) => {
             seen.insert(process, label.clone());
-            label
+            Some(label)
         }
-        _ => seen.get(&process).cloned().flatten(),
+        None => seen.get(&process).cloned(),
     }
 }
 

@@ -39,8 +39,8 @@ struct Leaf {
     error: f64,
 }
 
-/// Backward orbits that the way by blocks may take for each orbit that the other may: an orbit of the latter costs as much as
-/// so many.
+/// Backward orbits of one turn that the way by blocks may take for each orbit that the other may: an orbit of the latter costs
+/// as much as so many.
 const BACKWARD: f64 = 4.0;
 /// Orbits that check the way by blocks.
 const CHECKING: usize = 1_000;
@@ -53,7 +53,7 @@ pub(super) fn joint(family: &Family<'_>, grid: &Grid, years: f64, tolerance: f64
     if years == 0.0 {
         return at_start(&family.measure, grid);
     }
-    let most_backward = (BACKWARD * most_orbits as f64 / years.max(1.0)) as usize;
+    let most_backward = (BACKWARD * most_orbits as f64 / turns(family.flow.force, grid, years).max(1.0)) as usize;
     let coarse = by_orbits(family, grid, years, tolerance, CHECKING.min(most_orbits));
     if coarse.error <= tolerance {
         return coarse;
@@ -62,6 +62,12 @@ pub(super) fn joint(family: &Family<'_>, grid: &Grid, years: f64, tolerance: f64
         Some(joint) if joint.error <= tolerance && joint.agrees_with(&coarse, grid) => joint,
         _ => by_orbits(family, grid, years, tolerance, most_orbits),
     }
+}
+
+/// Turns of the fastest orbit on the grid in so many years, about: an integrator's steps are proportional to them.
+fn turns(force: Force, grid: &Grid, years: f64) -> f64 {
+    let s2 = 1.0 - grid.e.high.powi(2);
+    years * (force.oblateness / (s2 * s2) - 1.0).abs().max(1.0)
 }
 
 impl Joint {

@@ -3,7 +3,7 @@
 use density::angle::nearest;
 use density::problem::Problem;
 
-use super::methods::{Answer, Claim, Curve, Shown};
+use super::methods::{Answer, Claim, Curve, Distrust, Shown};
 use super::oracle::{Oracle, Truth};
 
 /// What a figure is.
@@ -69,8 +69,8 @@ pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: 
     for ((shown, truth), &time) in answer.snapshots.iter().zip(&oracle.truths).zip(&problem.times) {
         match shown {
             Ok(shown) => {
-                verdict.warned += usize::from(shown.warning.is_some());
-                let mut desk = Desk { verdict: &mut verdict, time, warned: shown.warning.is_some(), may_withhold };
+                verdict.warned += usize::from(shown.distrusted.any());
+                let mut desk = Desk { verdict: &mut verdict, time, distrusted: shown.distrusted, may_withhold };
                 desk.snapshot(shown, truth);
             }
             Err(why) => verdict.refusals.push(why.clone()),
@@ -78,9 +78,8 @@ pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: 
     }
     match &answer.curve {
         Some(Ok(curve)) => {
-            let warned = verdict.warned > 0;
             let end = problem.times.last().copied().unwrap_or(0.0);
-            let mut desk = Desk { verdict: &mut verdict, time: end, warned, may_withhold };
+            let mut desk = Desk { verdict: &mut verdict, time: end, distrusted: Distrust::default(), may_withhold };
             desk.curve(curve, problem, oracle);
         }
         Some(Err(why)) if verdict.refusals.is_empty() => verdict.refusals.push(why.clone()),
@@ -97,7 +96,7 @@ const TRUST: f64 = 4.0;
 struct Desk<'a> {
     verdict: &'a mut Verdict,
     time: f64,
-    warned: bool,
+    distrusted: Distrust,
     may_withhold: bool,
 }
 
@@ -122,8 +121,12 @@ impl Desk<'_> {
     }
 
     fn note(&mut self, kind: Kind, name: String, off: f64, wrong: bool, detail: String) {
-        // No warning excuses the impossible.
-        let warned = self.warned && kind != Kind::Impossible;
+        let warned = match kind {
+            Kind::Moment | Kind::Above => self.distrusted.moments,
+            Kind::Joint => self.distrusted.density,
+            // Curves have errors of their own, and no warning excuses the impossible.
+            Kind::Passage | Kind::Impossible => false,
+        };
         self.verdict.figures.push(Figure { kind, name, off, wrong, warned, detail });
     }
 

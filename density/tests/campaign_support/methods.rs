@@ -2,7 +2,6 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use density::angle::nearest;
 use density::binning;
 use density::estimate::Estimate;
 use density::exact::{Exact, Settings as ExactSettings};
@@ -12,11 +11,12 @@ use density::first_passage::exact::exact_curve;
 use density::flow::{Flow, Passages};
 use density::grid::Grid;
 use density::mesh::passage::passage_curve;
-use density::mesh::{CarriedMesh, MeshDiagnostics, Placement, initial_points};
-use density::mixture::{self, linearity};
+use density::mesh::{CarriedMesh, Placement, initial_points};
+use density::mixture;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling;
+use density::trust::{Kind, trust};
 use rustix::time::{ClockId, clock_gettime};
 
 /// A method of the campaign.
@@ -75,10 +75,31 @@ pub struct Shown {
     pub estimate: Estimate,
     /// How far off the method says, or lets one think, that it may be.
     pub claim: Claim,
-    /// What it warns of.
-    pub warning: Option<String>,
+    /// Whether its own verdict says that the moments are not to be trusted, and whether the density is not.
+    pub distrusted: Distrust,
     /// Probability outside the grid, if the method says.
     pub mass_outside: Option<f64>,
+}
+
+/// What a method's verdict on itself ([`density::trust`], at the tolerance that is answered for) does not stand behind.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Distrust {
+    /// Moments and the probability above the critical eccentricity.
+    pub moments: bool,
+    /// The joint density.
+    pub density: bool,
+}
+
+impl Distrust {
+    fn of(kind: Kind, diagnostics: [f64; 4]) -> Self {
+        let verdict = trust(kind, diagnostics, TOLERANCE);
+        Self { moments: !verdict.moments(), density: !verdict.density() }
+    }
+
+    /// Whether there is anything.
+    pub fn any(self) -> bool {
+        self.moments || self.density
+    }
 }
 
 /// Errors that a method answers for.
@@ -101,7 +122,7 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// A method that gives no error estimate but does not warn is taken to be right to this.
+/// A method that gives no error estimate is taken to be right to this where its verdict is good.
 pub const TOLERANCE: f64 = 0.01;
 /// By how much an error may exceed its estimate.
 const WITHIN: f64 = 10.0;
@@ -155,7 +176,12 @@ fn exact(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> {
             above: WITHIN * found.probability_error + ROUNDING,
             joint: WITHIN * found.joint_error + ROUNDING,
         };
-        Ok(Shown { estimate: found.estimate, claim, warning: None, mass_outside: Some(found.mass_outside) })
+        Ok(Shown {
+            estimate: found.estimate,
+            claim,
+            distrusted: Distrust::default(),
+            mass_outside: Some(found.mass_outside),
+        })
     };
     let snapshots = (0..grids.len()).map(snapshot).collect();
     let times = times_of_curve(problem);
@@ -175,22 +201,15 @@ fn mesh(problem: &Problem, grids: &[Grid], points: usize) -> Result<Parts, Strin
     let start = initial_points(problem, points, Placement::Lattice, 1).map_err(text)?;
     let mut orbits = Orbits::from_polar(flow, &start.phi, &start.e);
     let (mut phi, mut e) = (vec![0.0; orbits.len()], vec![0.0; orbits.len()]);
-    let mut mesh = None;
+    let mesh = CarriedMesh::new(initial, &start.phi, &start.e, start.lattice, DEGREE).map_err(text)?;
     let mut snapshots = Vec::new();
     for (&time, grid) in problem.times.iter().zip(grids) {
         orbits.advance_to(time).map_err(text)?;
         orbits.read_out(&mut phi, &mut e);
-        if mesh.is_none() {
-            let phi0: Vec<f64> = phi.iter().map(|&phi| nearest(phi, initial.mean_phi)).collect();
-            mesh = Some(CarriedMesh::new(initial, &phi0, &e, start.lattice, DEGREE).map_err(text)?);
-        }
-        let Some(mesh) = &mesh else { continue };
         let found = mesh.estimate(&phi, &e, grid, *critical_e).map_err(text);
         snapshots.push(found.map(|(estimate, says)| {
-            let warning = (!says.is_resolved()).then(|| {
-                format!("measure defect {:.2} above {}", says.measure_defect, MeshDiagnostics::LARGEST_DEFECT)
-            });
-            Shown { estimate, claim: UNSAID, warning, mass_outside: None }
+            let says = [says.measure_defect, says.flipped_mass, says.truncated_mass, says.misplaced_mass];
+            Shown { estimate, claim: UNSAID, distrusted: Distrust::of(Kind::Mesh, says), mass_outside: None }
         }));
     }
     let curve = mesh_curve(problem, &flow, &start, DEGREE);
@@ -209,10 +228,9 @@ fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> 
     let mut snapshot = |time: f64, grid: &Grid| {
         propagator.advance_to(time).map_err(text)?;
         let mixture = propagator.mixture();
-        let disagreement = mixture.disagreement();
-        let warning = (disagreement > linearity::DISTRUST).then(|| format!("components disagree by {disagreement:.2}"));
+        let says = [mixture.disagreement(), mixture::mass_below_zero(&mixture.components), f64::NAN, f64::NAN];
         let estimate = mixture::estimate(&mixture.components, grid, problem.critical_e).map_err(text)?;
-        Ok(Shown { estimate, claim: UNSAID, warning, mass_outside: None })
+        Ok(Shown { estimate, claim: UNSAID, distrusted: Distrust::of(Kind::Mixture, says), mass_outside: None })
     };
     Ok((problem.times.iter().zip(grids).map(|(&time, grid)| snapshot(time, grid)).collect(), None))
 }
@@ -238,7 +256,7 @@ fn monte_carlo(problem: &Problem, grids: &[Grid], samples: usize) -> Result<Part
             above: above.max(STANDARD_ERRORS * rare(samples)),
             joint: f64::INFINITY,
         };
-        snapshots.push(Ok(Shown { estimate, claim, warning: None, mass_outside: None }));
+        snapshots.push(Ok(Shown { estimate, claim, distrusted: Distrust::default(), mass_outside: None }));
     }
     let curve = curve_of_points(noted.iter().copied(), &times);
     let error = |p: f64| STANDARD_ERRORS * ((p * (1.0 - p) / samples as f64).sqrt() + rare(samples));

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use std::fmt;
+
 use density::dynamics::Force;
 use density::problem::{InitialGaussian, Problem};
 use rand::{RngExt, SeedableRng};
@@ -39,6 +41,20 @@ pub fn draw(seed: u64, index: u64) -> Scenario {
 /// To five digits, so that a scenario is short to write down.
 fn rounded(x: f64) -> f64 {
     format!("{x:.4e}").parse().unwrap_or(x)
+}
+
+impl fmt::Display for Scenario {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Problem { force, initial, times, critical_e } = &self.problem;
+        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = initial;
+        write!(
+            f,
+            "C {:.4} W {:.4} phi {mean_phi:.3} +- {sigma_phi:.4} e {mean_e:.4} +- {sigma_e:.5}, critical e {critical_e:.3}, {:.2} yr",
+            force.radiation,
+            force.oblateness,
+            times.last().copied().unwrap_or(0.0)
+        )
+    }
 }
 
 impl Scenario {
