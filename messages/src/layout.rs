@@ -166,7 +166,7 @@ codes! {
         /// Nothing.
         pub const NONE: u32 = 0;
         /// Of a carried mesh: defect of the invariant measure, probability of flipped elements, probability outside the mesh,
-        /// estimated total variation by which straight triangles misplace the joint density.
+        /// estimated total variation by which triangles and interpolation misplace the joint density.
         pub const MESH: u32 = 1;
         /// Of a mixture: disagreement of the unscented and the linear prediction, probability below `e = 0` that is left out.
         pub const MIXTURE: u32 = 2;

@@ -36,7 +36,7 @@ use crate::problem::InitialGaussian;
 const FINE_CELLS: usize = 300;
 /// The same where [`FINE_CELLS`] would misplace more than [`MISPLACED`]: the first of these that does not, or the last.
 const FINER_CELLS: [usize; 3] = [450, 600, 900];
-/// Misplacement of the joint density, in total variation, above which the lattice is refined further.
+/// Misplacement of the joint density by straight triangles, in total variation, above which the lattice is refined further.
 const MISPLACED: f64 = 1.5e-3;
 
 /// A mesh over initial points, ready to be carried.
@@ -161,16 +161,18 @@ impl CarriedMesh {
             Scheme::Lattice { lines, degree, quadrature, fine, finer } => {
                 let mut diagnostics = judge_cells(&self.initial, [&lines[0], &lines[1]], &fine.refinement, [&x1, &x2]);
                 let (mut fine, mut states) = (fine, fine.refine(&x1, &x2));
-                diagnostics.misplaced_mass = fine.misplacement(&states, grid);
-                if let Some(k) = finer_needed(diagnostics.misplaced_mass, fine.refinement.outer.len() - 1) {
+                let mut by_chords = fine.misplaced_by_chords(&states, grid);
+                let by_interpolation = fine.misplaced_by_interpolation([&x1, &x2], &states, grid);
+                if let Some(k) = finer_needed(by_chords, fine.refinement.outer.len() - 1) {
                     if finer[k].get().is_none() {
                         let made = FineLattice::new(&self.initial, lines, *degree, FINER_CELLS[k])?;
                         finer[k].get_or_init(|| Box::new(made));
                     }
                     fine = finer[k].get().unwrap_or(fine);
                     states = fine.refine(&x1, &x2);
-                    diagnostics.misplaced_mass = fine.misplacement(&states, grid);
+                    by_chords = fine.misplaced_by_chords(&states, grid);
                 }
+                diagnostics.misplaced_mass = by_chords + by_interpolation;
                 (&fine.elements, fine.nodes(&states), quadrature.moments(&x1, &x2, critical_e), diagnostics)
             }
         };

@@ -24,8 +24,10 @@
 //! and a half times the defect plus 2.5 %, the latter from sparse tails and coarse densities. It can be far smaller:
 //! triangles keep their probability even where they are misshapen, and bins blur what is misplaced by less than a bin.
 //!
-//! The defect judges the polynomials between the lattice points. What the straight triangles of the refined lattice add where
-//! a cloud winds is estimated on its own, [`MeshDiagnostics::misplaced_mass`].
+//! The defect judges the polynomials between the lattice points by what they do to areas. How far they misplace a thin cloud, and
+//! what the straight triangles of the refined lattice add where it winds, is estimated on its own,
+//! [`MeshDiagnostics::misplaced_mass`]: in scenario 43 of the campaign's seed 3 a defect of 8e-4 goes with a total variation of
+//! 2.2 %.
 
 use crate::problem::InitialGaussian;
 
@@ -43,8 +45,8 @@ pub struct MeshDiagnostics {
     pub measure_defect: f64,
     /// Probability outside the mesh, which is left out.
     pub truncated_mass: f64,
-    /// Estimated total variation by which the joint density is off because it is read from straight triangles; zero where
-    /// that is not estimated.
+    /// Estimated total variation by which the joint density is off because it is read from straight triangles and because the
+    /// interpolation of the flow is: what two degrees less change, in bins; zero where that is not estimated.
     pub misplaced_mass: f64,
 }
 

@@ -8,6 +8,7 @@ use super::lattice::{Refinement, graded_triangles};
 use super::readout::Node;
 use crate::angle::nearest;
 use crate::dynamics::State;
+use crate::estimate::ordered_sum;
 use crate::grid::Grid;
 use crate::problem::InitialGaussian;
 
@@ -50,6 +51,8 @@ impl Elements {
 #[derive(Debug, Clone)]
 pub(super) struct FineLattice {
     pub(super) refinement: Refinement,
+    /// The same two degrees lower, if there is such a thing.
+    rougher: Option<Refinement>,
     /// Those points of the refined lattice that are nodes of triangles.
     used: Vec<u32>,
     pub(super) elements: Elements,
@@ -64,14 +67,16 @@ impl FineLattice {
         cells: usize,
     ) -> Result<Self, MeshError> {
         let factor = cells.div_ceil(lines[0].len() - 1);
-        let refinement = Refinement::new(&lines[0], &lines[1], degree, factor)?;
+        let refined = |degree| Refinement::new(&lines[0], &lines[1], degree, factor);
+        let refinement = refined(degree)?;
+        let rougher = if degree > 2 { Some(refined(degree - 2)?) } else { None };
         let (triangles, used) = number_nodes(graded_triangles(&refinement.outer, &refinement.inner));
         let width = refinement.inner.len() as u32;
         let point = |&k: &u32| [refinement.outer[(k / width) as usize], refinement.inner[(k % width) as usize]];
         let nodes: Vec<[f64; 2]> = used.iter().map(point).collect();
         let mass = triangles.par_iter().map(|t| probability(&t.map(|node| nodes[node as usize]))).collect();
         let elements = Elements::new(initial, &nodes, triangles, mass);
-        Ok(Self { refinement, used, elements })
+        Ok(Self { refinement, rougher, used, elements })
     }
 
     /// All states of the refined lattice from those of the lattice.
@@ -85,9 +90,28 @@ impl FineLattice {
         self.elements.nodes(&used(x1), &used(x2))
     }
 
+    /// Estimated total variation by which the interpolation misplaces the joint density in the bins of `grid`: the mean distance,
+    /// in bins and at most one, by which two degrees less move the points of the refined lattice. `lattice` are the states of
+    /// the lattice, `states` those of the refined one.
+    pub(super) fn misplaced_by_interpolation(&self, lattice: [&[f64]; 2], states: &[Vec<f64>; 2], grid: &Grid) -> f64 {
+        let Some(rougher) = &self.rougher else { return 0.0 };
+        let rough = lattice.map(|values| rougher.apply(values));
+        let width = self.refinement.inner.len();
+        let moved = |k: usize| {
+            let at = [self.refinement.outer[k / width], self.refinement.inner[k % width]];
+            let polar = |x1: f64, x2: f64| (x1.atan2(x2), State { x1, x2 }.eccentricity());
+            let ((phi, e), (rough_phi, rough_e)) = (polar(states[0][k], states[1][k]), polar(rough[0][k], rough[1][k]));
+            let bins = nearest(phi - rough_phi, 0.0).abs() / grid.phi.width() + (e - rough_e).abs() / grid.e.width();
+            let density = standard_density(at);
+            [density * bins.min(1.0), density]
+        };
+        let [moved, total] = ordered_sum(states[0].len(), moved);
+        moved / total
+    }
+
     /// Estimated total variation by which straight triangles misplace the joint density in the bins of `grid`: the mean
     /// distance, in bins and at most one, of a polynomial from the chord over two gaps of the refined lattice.
-    pub(super) fn misplacement(&self, [x1, x2]: &[Vec<f64>; 2], grid: &Grid) -> f64 {
+    pub(super) fn misplaced_by_chords(&self, [x1, x2]: &[Vec<f64>; 2], grid: &Grid) -> f64 {
         let (outer, inner) = (&self.refinement.outer, &self.refinement.inner);
         let width = inner.len();
         let state = |i: usize, j: usize| State { x1: x1[i * width + j], x2: x2[i * width + j] };

@@ -75,6 +75,8 @@ pub struct Shown {
     pub estimate: Estimate,
     /// How far off the method says, or lets one think, that it may be.
     pub claim: Claim,
+    /// Its diagnostics, those of [`density::trust::trust`].
+    pub says: [f64; 4],
     /// Whether its own verdict says that the moments are not to be trusted, and whether the density is not.
     pub distrusted: Distrust,
     /// Probability outside the grid, if the method says.
@@ -179,6 +181,7 @@ fn exact(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> {
         Ok(Shown {
             estimate: found.estimate,
             claim,
+            says: [f64::NAN; 4],
             distrusted: Distrust::default(),
             mass_outside: Some(found.mass_outside),
         })
@@ -209,7 +212,7 @@ fn mesh(problem: &Problem, grids: &[Grid], points: usize) -> Result<Parts, Strin
         let found = mesh.estimate(&phi, &e, grid, *critical_e).map_err(text);
         snapshots.push(found.map(|(estimate, says)| {
             let says = [says.measure_defect, says.flipped_mass, says.truncated_mass, says.misplaced_mass];
-            Shown { estimate, claim: UNSAID, distrusted: Distrust::of(Kind::Mesh, says), mass_outside: None }
+            Shown { estimate, claim: UNSAID, says, distrusted: Distrust::of(Kind::Mesh, says), mass_outside: None }
         }));
     }
     let curve = mesh_curve(problem, &flow, &start, DEGREE);
@@ -230,7 +233,7 @@ fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> 
         let mixture = propagator.mixture();
         let says = [mixture.disagreement(), mixture::mass_below_zero(&mixture.components), f64::NAN, f64::NAN];
         let estimate = mixture::estimate(&mixture.components, grid, problem.critical_e).map_err(text)?;
-        Ok(Shown { estimate, claim: UNSAID, distrusted: Distrust::of(Kind::Mixture, says), mass_outside: None })
+        Ok(Shown { estimate, claim: UNSAID, says, distrusted: Distrust::of(Kind::Mixture, says), mass_outside: None })
     };
     Ok((problem.times.iter().zip(grids).map(|(&time, grid)| snapshot(time, grid)).collect(), None))
 }
@@ -256,7 +259,13 @@ fn monte_carlo(problem: &Problem, grids: &[Grid], samples: usize) -> Result<Part
             above: above.max(STANDARD_ERRORS * rare(samples)),
             joint: f64::INFINITY,
         };
-        snapshots.push(Ok(Shown { estimate, claim, distrusted: Distrust::default(), mass_outside: None }));
+        snapshots.push(Ok(Shown {
+            estimate,
+            claim,
+            says: [f64::NAN; 4],
+            distrusted: Distrust::default(),
+            mass_outside: None,
+        }));
     }
     let curve = curve_of_points(noted.iter().copied(), &times);
     let error = |p: f64| STANDARD_ERRORS * ((p * (1.0 - p) / samples as f64).sqrt() + rare(samples));
