@@ -51,7 +51,7 @@ fn plans<'a>(scene: &'a Scene<'a>) -> Vec<Plan<'a>> {
     });
     let differences = indices().flat_map(move |index| {
         let subtracted = difference::subtrahend(scene, index).map(|subtrahend| subtrahend.label);
-        // Where it withholds its density there is nothing to subtract from, but for that of the case that stands in.
+        // Where the exact case withholds its density another stands in, and neither of the two has a difference to show.
         let differs =
             move |m: &&Method<'a>| subtracted.is_some_and(|label| label != m.label) && !difference::is_exact(scene, m);
         let others = scene.methods.iter().filter(differs);

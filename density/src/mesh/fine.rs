@@ -70,7 +70,8 @@ impl FineLattice {
         let refined = |degree| Refinement::new(&lines[0], &lines[1], degree, factor);
         let refinement = refined(degree)?;
         let rougher = if degree > 2 { Some(refined(degree - 2)?) } else { None };
-        let (triangles, used) = number_nodes(graded_triangles(&refinement.outer, &refinement.inner));
+        let mut triangles = graded_triangles(&refinement.outer, &refinement.inner);
+        let used = number_nodes(triangles.iter_mut().collect());
         let width = refinement.inner.len() as u32;
         let point = |&k: &u32| [refinement.outer[(k / width) as usize], refinement.inner[(k % width) as usize]];
         let nodes: Vec<[f64; 2]> = used.iter().map(point).collect();
@@ -145,13 +146,13 @@ impl FineLattice {
 /// miss the line through it: an eighth of that is the distance of a parabola from its chord, two thirds of it on average.
 const MISPLACED: f64 = 1.0 / 12.0;
 
-/// Numbers the points that triangles use from zero on; also says which those are.
-fn number_nodes(mut triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, Vec<u32>) {
-    let mut used: Vec<u32> = triangles.as_flattened().to_vec();
+/// Numbers the points that triangles use from zero on, and says which those are.
+pub(super) fn number_nodes(triangles: Vec<&mut [u32; 3]>) -> Vec<u32> {
+    let mut used: Vec<u32> = triangles.iter().flat_map(|triangle| **triangle).collect();
     used.sort_unstable();
     used.dedup();
     let mut number = vec![0; used.last().map_or(0, |&last| last as usize + 1)];
     used.iter().zip(0..).for_each(|(&point, node)| number[point as usize] = node);
-    triangles.as_flattened_mut().iter_mut().for_each(|point| *point = number[*point as usize]);
-    (triangles, used)
+    triangles.into_iter().flatten().for_each(|point| *point = number[*point as usize]);
+    used
 }

@@ -9,11 +9,13 @@
 //! the excess `f = e² - e_crit²` of an orbit follows the quintic through value, slope and second derivative at both ends, as
 //! in [`crate::first_passage::times`]; the curve is read off at times that have nothing to do with the steps.
 //!
-//! Of a dense lattice every few lines do, unless the estimated error says otherwise.
+//! A dense lattice is first tried with about a hundred of its lines a side; all are taken where the estimated error of
+//! interpolation is too large for that.
 
 use rayon::prelude::*;
 
 use super::carried::judge_cells;
+use super::fine::number_nodes;
 use super::gaussian::probability;
 use super::lattice::{Refinement, graded_triangles, lattice_lines};
 use super::{MeshError, Points};
@@ -250,7 +252,7 @@ impl Watched {
         let factor = FINE_CELLS.div_ceil(lines[0].len() - 1);
         let refinement = Refinement::new(&lines[0], &lines[1], degree, factor)?;
         let mut meshes: Vec<_> = strides.iter().map(|&stride| triangles(&refinement, stride)).collect();
-        let used = number_corners(&mut meshes);
+        let used = number_nodes(meshes.iter_mut().flatten().map(|(corners, _)| corners).collect());
         let total = meshes[0].iter().map(|(_, mass)| mass).sum();
         let mut watched = Self { refinement, used, meshes, total, orbits: Vec::new() };
         watched.orbits = watched.excesses(problem, &orbits.x1, &orbits.x2).into_iter().map(Watch::new).collect();
@@ -287,18 +289,6 @@ impl Watched {
         };
         self.meshes.iter().map(of_mesh).collect()
     }
-}
-
-/// Numbers the corners of all triangles from zero on; also says which points those are.
-fn number_corners(meshes: &mut [Vec<([u32; 3], f64)>]) -> Vec<u32> {
-    let mut used: Vec<u32> = meshes.iter().flatten().flat_map(|(corners, _)| *corners).collect();
-    used.sort_unstable();
-    used.dedup();
-    let mut number = vec![0; used.last().map_or(0, |&last| last as usize + 1)];
-    used.iter().zip(0..).for_each(|(&point, corner)| number[point as usize] = corner);
-    let corners = meshes.iter_mut().flatten().flat_map(|(corners, _)| corners);
-    corners.for_each(|corner| *corner = number[*corner as usize]);
-    used
 }
 
 /// Triangles between every `stride`-th line of a refined lattice, and the last.
