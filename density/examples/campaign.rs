@@ -97,8 +97,12 @@ fn campaign(options: &Options) -> Result<usize, String> {
     let mut rows: Vec<(Method, Row)> = options.methods.iter().map(|&method| (method, Row::default())).collect();
     let mut skipped = 0;
     println!("seed {}, from index {}", options.seed, options.first);
-    for scenario in scenarios(options)? {
-        pool.install(|| skipped += usize::from(!try_scenario(&scenario, options, &mut rows)));
+    let scenarios = scenarios(options)?;
+    for (tried, scenario) in scenarios.iter().enumerate() {
+        pool.install(|| skipped += usize::from(!try_scenario(scenario, options, &mut rows)));
+        if (tried + 1) % 50 == 0 {
+            eprintln!("{} of {} scenarios so far\n{}", tried + 1, scenarios.len(), table(&rows));
+        }
     }
     println!("\n{}\n{skipped} scenarios skipped", table(&rows));
     Ok(rows.iter().filter(|(method, _)| *method == Method::Exact).map(|(_, row)| row.silently_wrong()).sum())
