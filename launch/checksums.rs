@@ -1,6 +1,6 @@
 //! The checksums of a results folder: written last into the manifest, and checked by `phasecloud verify`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use messages::text::printable;
@@ -21,7 +21,8 @@ pub struct FileRecord {
     pub sha256: String,
 }
 
-/// Every file below `folder` except the manifest, by its path from there.
+/// Every file below `folder` except the manifest, by its path from there. Folders in it that have a manifest of their own are
+/// not looked into.
 ///
 /// # Errors
 /// Which file cannot be read.
@@ -40,6 +41,9 @@ fn collect(folder: &Path, prefix: &str, files: &mut BTreeMap<String, FileRecord>
         if prefix.is_empty() && name == LOST_AND_FOUND {
             continue;
         }
+        if prefix.is_empty() && is_sealed(&path) {
+            continue;
+        }
         if path.is_dir() {
             collect(&path, &format!("{name}/"), files)?;
         } else {
@@ -49,6 +53,18 @@ fn collect(folder: &Path, prefix: &str, files: &mut BTreeMap<String, FileRecord>
     Ok(())
 }
 
+/// Whether a folder has a manifest.
+pub fn is_sealed(folder: &Path) -> bool {
+    folder.join(MANIFEST).is_file()
+}
+
+/// The names of the folders in `folder` that have a manifest of their own.
+fn sealed_folders(folder: &Path) -> Result<BTreeSet<String>, String> {
+    let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let paths = entries.flatten().map(|entry| entry.path()).filter(|path| is_sealed(path));
+    Ok(paths.filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect())
+}
+
 fn record(path: &Path) -> std::io::Result<FileRecord> {
     let content = std::fs::read(path)?;
     let bytes = content.len() as u64;
@@ -56,7 +72,8 @@ fn record(path: &Path) -> std::io::Result<FileRecord> {
     Ok(FileRecord { bytes, sha256 })
 }
 
-/// Compares a results folder with its manifest: how many files there are, and what differs.
+/// Compares a results folder with its manifest, and the results folders that it says are in it with theirs: how many files there
+/// are, and what differs.
 ///
 /// # Errors
 /// If there is no manifest, or a file cannot be read.
@@ -64,17 +81,32 @@ pub fn verify(folder: &Path) -> Result<(usize, Vec<String>), String> {
     #[derive(Deserialize)]
     struct Manifest {
         files: BTreeMap<String, FileRecord>,
+        #[serde(default)]
+        folders: BTreeSet<String>,
     }
     let path = folder.join(MANIFEST);
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let manifest: Manifest = serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
     let found = of(folder)?;
     let names = manifest.files.keys().chain(found.keys().filter(|name| !manifest.files.contains_key(*name)));
-    let differ = names.filter_map(|name| match (manifest.files.get(name), found.get(name)) {
-        (Some(recorded), Some(file)) if recorded == file => None,
-        (Some(_), Some(_)) => Some(format!("{} has been changed", printable(name))),
-        (Some(_), None) => Some(format!("{} is missing", printable(name))),
-        (None, _) => Some(format!("{} does not belong to the results", printable(name))),
-    });
-    Ok((found.len(), differ.collect()))
+    let mut differ: Vec<String> = names
+        .filter_map(|name| match (manifest.files.get(name), found.get(name)) {
+            (Some(recorded), Some(file)) if recorded == file => None,
+            (Some(_), Some(_)) => Some(format!("{} has been changed", printable(name))),
+            (Some(_), None) => Some(format!("{} is missing", printable(name))),
+            (None, _) => Some(format!("{} does not belong to the results", printable(name))),
+        })
+        .collect();
+    let there = sealed_folders(folder)?;
+    let missing = manifest.folders.difference(&there).map(|name| format!("{} is missing", printable(name)));
+    let strange =
+        there.difference(&manifest.folders).map(|name| format!("{} does not belong to the results", printable(name)));
+    differ.extend(missing.chain(strange));
+    let mut count = found.len();
+    for name in manifest.folders.intersection(&there) {
+        let (files, problems) = verify(&folder.join(name))?;
+        count += files;
+        differ.extend(problems.into_iter().map(|problem| format!("{}/{problem}", printable(name))));
+    }
+    Ok((count, differ))
 }

@@ -3,7 +3,7 @@
 //! It does what else the launcher does: it holds the topics open, tells comparator and recorder who takes part and who has
 //! failed, prints what the nodes report, and removes the domain at the end.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -79,7 +79,7 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
     let held = HeldDomain::create(&own.place, capacity).map_err(failed)?;
     let reports = held.domain.inlet::<Status>().map_err(failed)?;
     let roster = held.domain.outlet::<Roster>(arguments.labels.len()).map_err(failed)?;
-    let mut fallen = BTreeSet::new();
+    let mut fallen: BTreeMap<String, String> = BTreeMap::new();
     let mut scenario = 0;
     publish(&roster, arguments, scenario, &fallen).map_err(failed)?;
     let (root, prefix) = (own.place.root.display(), &own.place.prefix);
@@ -94,12 +94,15 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
                 header.phase == phase::DONE && unpack(&header.node) == RECORDER && header.scenario == scenario;
             if is_recorded {
                 // The next scenario is a new chance.
-                (scenario, fallen) = (scenario + 1, BTreeSet::new());
+                (scenario, fallen) = (scenario + 1, BTreeMap::new());
             }
-            if is_recorded
-                || (header.phase == phase::FAILED
-                    && fallen.insert(label_of_member(&unpack(&header.subject)).to_owned()))
-            {
+            let has_failed = header.phase == phase::FAILED && {
+                let label = label_of_member(&unpack(&header.subject)).to_owned();
+                let is_news = !fallen.contains_key(&label);
+                fallen.entry(label).or_insert_with(|| unpack(&header.text));
+                is_news
+            };
+            if is_recorded || has_failed {
                 publish(&roster, arguments, scenario, &fallen).map_err(failed)?;
             }
         }
@@ -111,13 +114,14 @@ fn publish(
     roster: &Outlet<Roster>,
     arguments: &DomainArguments,
     scenario: u32,
-    fallen: &BTreeSet<String>,
+    fallen: &BTreeMap<String, String>,
 ) -> Result<(), PortError> {
     let header = RosterHeader { run_id: RUN_ID, scenario, reserved: 0 };
     let references = references(arguments);
     let entry = |HandCase { label, shards }: &HandCase| RosterEntry {
         label: pack(label),
-        failed: u32::from(fallen.contains(label)),
+        failed: u32::from(fallen.contains_key(label)),
+        reason: fallen.get(label).map_or([0; 192], |why| pack(why)),
         shards: *shards,
         reference: references.iter().position(|reference| reference == label).map_or(0, |place| place as u32 + 1),
         reserved: 0,

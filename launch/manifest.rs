@@ -68,11 +68,7 @@ pub fn write(folder: &Path, launch: &Launch, record: &Record<'_>) -> Result<(), 
         run_id: format!("{run_id:012x}"),
         configuration: recording::configuration(launch),
         started,
-        versions: BTreeMap::from([
-            ("phasecloud", env!("CARGO_PKG_VERSION")),
-            ("iceoryx2", "0.10.0"),
-            ("messages", "2"),
-        ]),
+        versions: versions(),
         launch_file: &launch.text,
         scenarios: launch.scenarios.iter().map(|s| (s.content.name.as_str(), s.text.as_str())).collect(),
         reference: launch.references.first().map_or("", String::as_str),
@@ -86,6 +82,65 @@ pub fn write(folder: &Path, launch: &Launch, record: &Record<'_>) -> Result<(), 
         files: BTreeMap::new(),
     };
     write_json(folder, &manifest)
+}
+
+/// What a service or a sweep has done.
+#[derive(Debug)]
+pub struct Collection<'a> {
+    /// Names the run.
+    pub run_id: u64,
+    /// When it was started.
+    pub started: &'a str,
+    /// The sweep file's text; none of a service.
+    pub sweep: Option<&'a str>,
+    /// The names of the results folders, one a scenario.
+    pub folders: &'a [String],
+    /// Combinations or files that were refused, and why.
+    pub refused: &'a BTreeMap<String, String>,
+    /// Why not all has been done, if it has not.
+    pub incomplete: Option<&'a str>,
+}
+
+/// Writes the manifest of a folder of results folders, which have their own, with the checksums of what else is there.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write_collection(folder: &Path, launch: &Launch, collection: &Collection<'_>) -> Result<(), String> {
+    #[derive(Serialize)]
+    struct Written<'a> {
+        run_id: String,
+        configuration: String,
+        started: &'a str,
+        versions: BTreeMap<&'static str, &'static str>,
+        launch_file: &'a str,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        sweep: Option<&'a str>,
+        refused: &'a BTreeMap<String, String>,
+        complete: bool,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        incomplete_because: Option<&'a str>,
+        folders: &'a [String],
+        files: BTreeMap<String, FileRecord>,
+    }
+    let Collection { run_id, started, sweep, folders, refused, incomplete } = *collection;
+    let written = Written {
+        run_id: format!("{run_id:012x}"),
+        configuration: recording::configuration(launch),
+        started,
+        versions: versions(),
+        launch_file: &launch.text,
+        sweep,
+        refused,
+        complete: incomplete.is_none(),
+        incomplete_because: incomplete,
+        folders,
+        files: checksums::of(folder)?,
+    };
+    write_json(folder, &written)
+}
+
+fn versions() -> BTreeMap<&'static str, &'static str> {
+    BTreeMap::from([("phasecloud", env!("CARGO_PKG_VERSION")), ("iceoryx2", "0.10.0"), ("messages", "2")])
 }
 
 /// Notes the checksums of all other files of `folder` in its manifest; to be done after whatever changes one.

@@ -9,7 +9,7 @@ use nodes::scenario_file;
 
 use crate::BAD_INPUT;
 use crate::cli::ReportArguments;
-use crate::manifest;
+use crate::{checksums, manifest};
 
 /// Makes the report of one folder, or lays several side by side.
 pub fn run(arguments: &ReportArguments) -> ExitCode {
@@ -20,7 +20,7 @@ pub fn run(arguments: &ReportArguments) -> ExitCode {
         }
         folders => {
             let page = arguments.out.clone().unwrap_or_else(|| PathBuf::from(PAGE));
-            side_by_side(folders, &page).map(|missing| (page, missing))
+            outside_of_results(&page).and_then(|()| side_by_side(folders, &page)).map(|missing| (page, missing))
         }
     };
     match made {
@@ -54,6 +54,21 @@ pub fn remove(folder: &Path) {
 pub fn warn(missing: &[String]) {
     for figure in missing {
         remark!("warning: not drawn: {figure}");
+    }
+}
+
+/// Refuses a page in a results folder: it would not belong there, and the checksums would not fit any more.
+fn outside_of_results(page: &Path) -> Result<(), String> {
+    let folder = page.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder.canonicalize().map_err(|e| format!("{}: {e}", folder.display()))?;
+    match folder.ancestors().find(|folder| checksums::is_sealed(folder)) {
+        None => Ok(()),
+        Some(sealed) => Err(format!(
+            "{}: that is in the results folder {}, whose files are sealed; name a place outside, or leave out --out to make the \
+             folder's own page anew",
+            page.display(),
+            sealed.display()
+        )),
     }
 }
 

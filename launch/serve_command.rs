@@ -50,7 +50,7 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
         }
     };
     let mut tally = Tally::default();
-    let begun = Instant::now();
+    let (started, begun) = (clock::seconds(), Instant::now());
     let served = serve(arguments, &service, run_id, &mut tally);
     let is_sweep = service.sweep.is_some();
     let outcome = match served {
@@ -62,6 +62,9 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
     };
     let folder = &service.folder;
     folder.discard();
+    let incomplete = incompleteness(&service, &tally);
+    let outcome =
+        seal(&service, &tally, run_id, &started, incomplete.as_deref()).map_err(Abort::Unpublished).and(outcome);
     let served = tally.folders.len();
     if let Err(Abort::Fatal(problem) | Abort::Unpublished(problem)) = outcome {
         remark!("error: {problem}; {served} scenarios are in {}", folder.path.display());
@@ -71,7 +74,10 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
     tally.failed.iter().for_each(|case| remark!("error: {case}"));
     let refused = if is_sweep { tally.refused.len() } else { 0 };
     match outcome {
-        Err(Abort::Stopped | Abort::Interrupted) if is_sweep => ExitCode::from(INTERRUPTED),
+        Err(Abort::Stopped | Abort::Interrupted) if is_sweep => {
+            incomplete.iter().for_each(|why| remark!("the results are not whole: {why}"));
+            ExitCode::from(INTERRUPTED)
+        }
         _ if tally.failed.is_empty() && refused + tally.contradictions == 0 => ExitCode::SUCCESS,
         _ if is_sweep => {
             let failed = tally.failed.len();
@@ -95,10 +101,28 @@ fn summarise(path: &Path, served: usize, begun: Instant) {
     say!("Results: {}", path.display());
 }
 
+/// Why a sweep is not whole, if it is not.
+fn incompleteness(service: &Service, tally: &Tally) -> Option<String> {
+    let sweep = service.sweep.as_ref()?;
+    let missing = sweep.len().saturating_sub(tally.done.len() + tally.refused.len());
+    (missing > 0).then(|| format!("the sweep was stopped; {missing} of its {} combinations were not done", sweep.len()))
+}
+
+/// Writes the manifest of the whole folder.
+fn seal(service: &Service, tally: &Tally, run_id: u64, started: &str, incomplete: Option<&str>) -> Result<(), String> {
+    let Service { launch, sweep_text, folder, .. } = service;
+    let name = |path: &PathBuf| Some(path.file_name()?.to_string_lossy().into_owned());
+    let folders: Vec<String> = tally.folders.iter().filter_map(name).collect();
+    let (sweep, refused) = (sweep_text.as_deref(), &tally.refused);
+    let collection = manifest::Collection { run_id, started, sweep, folders: &folders, refused, incomplete };
+    manifest::write_collection(&folder.path, launch, &collection)
+}
+
 /// What a service needs before it starts.
 struct Service {
     launch: Launch,
     sweep: Option<Sweep>,
+    sweep_text: Option<String>,
     folder: ResultsFolder,
     most_snapshots: usize,
 }
@@ -107,6 +131,8 @@ fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<Service, String> {
     let mut launch = Launch::load(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
     launch.open_to_hosts(arguments.insecure)?;
     let sweep = arguments.sweep.as_deref().map(Sweep::load).transpose().map_err(|e| e.to_string())?;
+    let text = |path: &PathBuf| std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
+    let sweep_text = arguments.sweep.as_ref().map(text).transpose()?;
     let most_snapshots = arguments.most_snapshots.or_else(|| sweep.as_ref().map(Sweep::most_snapshots));
     let most_snapshots = most_snapshots.unwrap_or(MOST_SNAPSHOTS_ASKED_FOR);
     preflight::check_address_space()?;
@@ -114,7 +140,7 @@ fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<Service, String> {
     preflight::check_descriptors(launch.propagators())?;
     let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
     std::fs::create_dir_all(&folder.path).map_err(|e| format!("{}: {e}", folder.path.display()))?;
-    Ok(Service { launch, sweep, folder, most_snapshots })
+    Ok(Service { launch, sweep, sweep_text, folder, most_snapshots })
 }
 
 /// Conducts the scenarios in a fresh domain, and publishes the folder of each.

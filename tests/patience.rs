@@ -113,6 +113,9 @@ fn a_case_that_reaches_its_budget_is_named_and_serves_the_next_scenario() {
     assert_eq!(failures.len(), 1, "{errors}");
     assert_eq!(failures["scenario-1, slow"], "it has used its budget of 30 s (most_seconds)");
     assert_eq!(manifest["cases"]["slow"]["most_seconds"], 30.0);
+    let notes = bench.table("out/notes.csv");
+    let lost = notes.iter().find(|row| row["method"] == "slow").unwrap();
+    assert_eq!(lost["note"], "lost: it has used its budget of 30 s (most_seconds)");
     assert_eq!(manifest["complete"], true);
     let rows = bench.table("out/moments.csv");
     let of = |scenario: &str, method: &str| {

@@ -126,3 +126,20 @@ fn an_empty_folder_is_filled_and_its_owner_and_number_stay_the_same() {
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("it is a link to nothing"), "{}", text(&output.stderr));
 }
+
+#[test]
+fn no_other_page_is_put_into_a_results_folder() {
+    let bench = Bench::new();
+    bench.run_well(&bench.launch_file("four", FOUR_CASES), "out");
+    for page in ["out/other.html", "out/figures/other.html"] {
+        std::fs::create_dir_all(bench.path("out/figures")).unwrap();
+        let output = bench.phasecloud().arg("report").arg(bench.path("out")).args(["--out", page]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{page}");
+        assert!(text(&output.stderr).contains("whose files are sealed"), "{}", text(&output.stderr));
+    }
+    let output =
+        bench.phasecloud().arg("report").arg(bench.path("out")).args(["--out", "other.html"]).output().unwrap();
+    assert!(output.status.success() && bench.path("other.html").is_file(), "{}", text(&output.stderr));
+    let verified = bench.phasecloud().arg("verify").arg(bench.path("out")).output().unwrap();
+    assert!(verified.status.success(), "{}", text(&verified.stderr));
+}

@@ -73,7 +73,7 @@ fn a_sweep_makes_a_results_folder_a_scenario_and_one_table_of_all() {
         varied, "scenario,parameter,value\nscenario-1-1,disposal.critical_e,0.5\nscenario-1-1,initial.e,0.145\n",
         "the keys are in the order of the alphabet"
     );
-    let verified = bench.phasecloud().arg("verify").arg(bench.path("out/000001-scenario-1-1")).output().unwrap();
+    let verified = bench.phasecloud().arg("verify").arg(bench.path("out/000001-scenario-1-001")).output().unwrap();
     assert!(verified.status.success(), "{}", text(&verified.stderr));
     assert_sweep_table(&bench);
     assert_eq!(bench.domains(), [""; 0]);
@@ -124,6 +124,45 @@ fn a_case_that_fails_in_a_sweep_is_named_in_the_table_and_in_the_exit_code() {
     let failed: Vec<_> = rows.iter().filter(|row| row["method"] == "broken").collect();
     assert!(failed.len() == 2 && failed.iter().all(|row| row["problem"].contains("exit status: 1")), "{rows:?}");
     assert_eq!(rows.iter().filter(|row| row["problem"].is_empty()).count(), 4);
+}
+
+#[test]
+fn a_sweep_that_is_stopped_says_what_it_has_not_done_and_vouches_for_what_it_has() {
+    let bench = Bench::new();
+    let launch = bench.launch_file("small", SMALL);
+    let sweep = sweep(&bench, "\"initial.e\" = { from = 0.1, to = 0.2, count = 500 }");
+    let mut command = bench.phasecloud();
+    command.arg("serve").arg(&launch).arg("--sweep").arg(sweep).args(["--out", "out"]);
+    let service = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let begun = Instant::now();
+    while !bench.path("out/000001-scenario-1-001").exists() {
+        assert!(begun.elapsed() < WATCHDOG, "nothing is recorded");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    kill_process(Pid::from_child(&service), Signal::INT).unwrap();
+    let output = service.wait_with_output().unwrap();
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{errors}");
+    assert!(errors.contains("the results are not whole: the sweep was stopped; "), "{errors}");
+    let rows = bench.table("out/sweep.csv");
+    let left = rows.iter().filter(|row| row["problem"] == "not done: the sweep was stopped").count();
+    assert!(left > 0 && errors.contains(&format!("{left} of its 500 combinations were not done")), "{left}: {errors}");
+    assert_eq!(rows.len(), left + 2 * (500 - left));
+    assert!(text(&bench.read("out/report.html")).contains("this is not the whole of it"));
+    let manifest: serde_json::Value = serde_json::from_slice(&bench.read("out/manifest.json")).unwrap();
+    assert_eq!((&manifest["complete"], manifest["folders"].as_array().unwrap().len()), (&false.into(), 500 - left));
+    let verify = || {
+        let output = bench.phasecloud().arg("verify").arg(bench.path("out")).output().unwrap();
+        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+    };
+    assert_eq!(verify().0, Some(0), "{}", verify().1);
+    std::fs::remove_file(bench.path("out/000000-scenario-1-000/moments.csv")).unwrap();
+    std::fs::remove_dir_all(bench.path("out/000001-scenario-1-001")).unwrap();
+    let (code, said) = verify();
+    assert_eq!(code, Some(1), "{said}");
+    for words in ["000000-scenario-1-000/moments.csv is missing", "000001-scenario-1-001 is missing"] {
+        assert!(said.contains(words), "{said}");
+    }
 }
 
 #[test]

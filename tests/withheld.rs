@@ -82,10 +82,21 @@ fn a_reference_that_withholds_everything_is_printed_in_words_and_nothing_of_it_i
     assert_eq!(references(&bench.table("all/errors.csv"), "exact", |_| true), [""; 0]);
     let exact = out.lines().find(|line| line.starts_with("| exact")).unwrap();
     assert_eq!(exact.matches("withheld").count(), 4, "{exact}");
-    assert!(out.contains("0.00000 to 1.00000"), "the bounds of a withheld first passage: {out}");
+    assert!(out.contains("0.00000 to 1.00000 (bounds)"), "the bounds of a withheld first passage: {out}");
+    let words = "the probability of having reached the critical eccentricity at 65 of 65 times from 0 to 2 yr (in the end strictly \
+        between 0.00000 and 1.00000)";
+    let notes = bench.table("all/notes.csv");
+    for beginning in ["fallback: the reference exact withholds ", "withheld: "] {
+        let says = |row: &HashMap<String, String>| row["note"].starts_with(&format!("{beginning}{words}"));
+        assert!(notes.iter().any(says), "{beginning}: {notes:?}");
+    }
+    assert!(out.contains(&format!("the reference exact withholds {words}; mc is the reference there")), "{out}");
     let passages = bench.table("all/first_passage.csv");
     let last = passages.iter().rfind(|row| row["method"] == "exact").unwrap();
     assert_eq!([&last["prob_reached_critical_e"], &last["low"], &last["high"]], ["NaN", "0.0", "1.0"]);
+    assert_eq!(last["interval"], "bounds");
+    assert!(passages.iter().any(|row| row["method"] == "mc" && row["interval"] == "95 %"));
+    assert!(passages.iter().any(|row| row["method"] == "dee" && row["interval"] == "error estimate"));
 }
 
 #[test]
@@ -95,7 +106,17 @@ fn a_reference_that_has_failed_is_replaced_by_the_next() {
     assert_eq!(code, Some(1), "{errors}");
     assert!(errors.contains("a joint density is withheld as a whole or not at all"), "{errors}");
     assert_eq!(references(&bench.table("failed/errors.csv"), "dee", |_| true), ["mc"]);
-    assert!(out.contains("the reference exact has failed; mc is the reference there"), "{out}");
+    let notes = bench.table("failed/notes.csv");
+    let why = "a joint density is withheld as a whole or not at all";
+    for (beginning, end) in
+        [("lost: ", ""), ("fallback: the reference exact is missing: ", "; mc is the reference there")]
+    {
+        let says = |row: &HashMap<String, String>| {
+            row["note"].starts_with(beginning) && row["note"].contains(why) && row["note"].ends_with(end)
+        };
+        assert!(notes.iter().any(says), "{beginning}: {notes:?}");
+    }
+    assert!(out.contains("the reference exact is missing: "), "{out}");
 }
 
 #[test]
@@ -141,6 +162,7 @@ fn what_a_stranger_sends_that_cannot_be_right_draws_a_word() {
             interval from 0.2 to 0.1",
         ),
         ("impossible-curve", 1, "the probability at 0 yr is 1.995"),
+        ("eager-curve", 0, "warning: its first-passage curve has 0.99000 by "),
         ("degrees", 0, "of its probability is on the comparison grid"),
     ];
     for (fault, exit_code, words) in cases {
@@ -154,7 +176,7 @@ fn what_a_stranger_sends_that_cannot_be_right_draws_a_word() {
         assert!(notes.iter().any(words_of), "{fault}: {notes:?}");
         let curve = bench.table(&format!("{fault}/first_passage.csv"));
         let is_used = curve.iter().any(|row| row["method"] == "stranger");
-        assert_eq!(is_used, fault == "constant-curve", "{fault}");
+        assert_eq!(is_used, ["constant-curve", "eager-curve"].contains(&fault), "{fault}");
         assert!(
             bench.table(&format!("{fault}/moments.csv")).iter().any(|row| row["method"] == "stranger"),
             "its moments stay"

@@ -22,7 +22,7 @@ import matplotlib.pyplot as plt
 
 # The folder, the case and the picture to write; by default the newest folder, its reference and a file in the current folder:
 # results are sealed, `phasecloud verify` would find a file too many in theirs.
-newest = max(pathlib.Path("results").glob("*/manifest.json"), default=None, key=lambda path: path.stat().st_mtime)
+newest = max(pathlib.Path("results").glob("*/densities.npz"), default=None, key=lambda path: path.stat().st_mtime)
 folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else newest and newest.parent
 if folder is None or not (folder / "manifest.json").is_file():
     sys.exit(f"{folder}: not a results folder; name one that `phasecloud run` wrote")
@@ -30,6 +30,9 @@ manifest = json.loads((folder / "manifest.json").read_text())
 scenario = next(iter(manifest["scenarios"]))
 method = sys.argv[2] if len(sys.argv) > 2 else manifest["reference"]
 picture = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else pathlib.Path(f"{folder.resolve().name}-{method}.png")
+sealed = [parent for parent in picture.resolve().parents if (parent / "manifest.json").is_file()]
+if sealed:
+    sys.exit(f"{picture}: that is in the results folder {sealed[0]}, whose files are sealed; name another place as third argument")
 
 # %% [markdown]
 # ## Tables

@@ -132,6 +132,9 @@ pub struct PassageRow {
     pub prob_reached_critical_e: f64,
     pub low: f64,
     pub high: f64,
+    /// What `low` and `high` are; empty without an interval, and in folders of versions that did not say.
+    #[serde(default)]
+    pub interval: String,
 }
 
 /// A row of `diagnostics.csv`.

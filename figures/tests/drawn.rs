@@ -121,6 +121,7 @@ impl Run {
                 prob_reached_critical_e: p,
                 low: p,
                 high: p,
+                interval: "error estimate".into(),
             });
         }
     }

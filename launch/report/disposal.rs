@@ -14,6 +14,7 @@ pub struct Row {
     prob_reached_critical_e: f64,
     low: f64,
     high: f64,
+    interval: String,
 }
 
 /// A table of them.
@@ -29,7 +30,7 @@ impl OfScenario for Row {
 pub fn print(scenario: &str, problem: &Problem, rows: &[&moments::Row], passages: &[&Row]) {
     let times = moments::times(rows);
     let end = times.last().copied().unwrap_or(0.0);
-    let heads = [format!("ever by {end} yr"), "95 % interval".into()];
+    let heads = [format!("ever by {end} yr"), "interval".into()];
     let header = ["method".to_owned()].into_iter().chain(time_heads(&times)).chain(heads);
     let mut table = new_table(header.collect(), 1);
     for method in moments::methods(rows) {
@@ -38,8 +39,8 @@ pub fn print(scenario: &str, problem: &Problem, rows: &[&moments::Row], passages
         let last = passages.iter().rfind(|row| row.method == method && row.t_yr == end);
         let ever = last.map_or("-".into(), |row| probability(row.prob_reached_critical_e));
         let interval = match last {
-            // An interval as narrow as rounding is an exact method's own error estimate.
-            Some(row) if row.high - row.low > 1e-6 => format!("{:.5} to {:.5}", row.low, row.high),
+            // One as narrow as rounding tells nothing in five digits.
+            Some(row) if row.high - row.low > 1e-6 => format!("{:.5} to {:.5} ({})", row.low, row.high, row.interval),
             _ => String::new(),
         };
         table.add_row([method.to_owned()].into_iter().chain(cells).chain([ever, interval]).collect::<Vec<_>>());

@@ -19,7 +19,7 @@ struct Group<'a> {
 }
 
 const FALLBACK: usize = 0;
-const ERROR: usize = 1;
+const ERROR: usize = 2;
 
 /// Prints a line for each reference that another one stands in for.
 pub fn print_fallbacks(scenario: &str, notes: &[Note]) {

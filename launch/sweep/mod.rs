@@ -14,6 +14,9 @@ pub use table::{Row, TABLE};
 /// The file in each scenario's folder that says which values were varied.
 pub const VARIED: &str = "varied.csv";
 
+/// The problem of a combination that was left.
+const NOT_DONE: &str = "not done: the sweep was stopped";
+
 /// A scenario of a sweep that has been recorded.
 #[derive(Debug)]
 pub struct Done {
@@ -41,7 +44,7 @@ pub fn write_varied(sweep: &Sweep, index: usize, scenario: &str, folder: &Path) 
 }
 
 /// Writes the table and the page of what has been done of a sweep. `refused` says why combinations were, by
-/// [`combination_name`]; one that was neither done nor refused is not in the table.
+/// [`combination_name`]; one that was neither done nor refused has not been come to when the sweep was stopped.
 ///
 /// # Errors
 /// Which file cannot be written, or read.
@@ -58,9 +61,8 @@ pub fn write(
     }
     let recorded: BTreeSet<usize> = done.iter().map(|scenario| scenario.index).collect();
     for index in (0..sweep.len()).filter(|index| !recorded.contains(index)) {
-        if let Some(why) = refused.get(&combination_name(index)) {
-            rows.push(Row::refused(sweep, index, why));
-        }
+        let why = refused.get(&combination_name(index)).map_or(NOT_DONE, String::as_str);
+        rows.push(Row::refused(sweep, index, why));
     }
     rows.sort_by_key(|row| row.index);
     let keys: Vec<&str> = sweep.keys().collect();

@@ -45,6 +45,9 @@ fn page(keys: &[&str], rows: &[Row], combinations: usize) -> Markup {
                 h1 { (title) }
                 p {
                     (scenarios.len()) " of " (combinations) " combinations are recorded. "
+                    @if rows.iter().any(|row| row.problem == super::NOT_DONE) {
+                        b.problem { "The sweep was stopped; this is not the whole of it. " }
+                    }
                     @if troubles > 0 { b.problem { (troubles) " rows have no result, each with the reason." } }
                     @else if scenarios.len() == combinations { "Every case ran to its end." }
                 }

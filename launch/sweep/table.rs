@@ -46,7 +46,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The row of a combination that cannot be done.
+    /// The row of a combination that cannot be done, or was not.
     pub fn refused(sweep: &Sweep, index: usize, why: &str) -> Self {
         Self {
             index,

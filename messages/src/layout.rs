@@ -359,7 +359,7 @@ header! {
 
 header! {
     /// One case of a run.
-    #[type_name("phasecloud/RosterEntry/3")]
+    #[type_name("phasecloud/RosterEntry/4")]
     pub struct RosterEntry {
         /// The propagator's label.
         pub label: Label,
@@ -372,6 +372,8 @@ header! {
         pub reference: u32,
         /// 0.
         pub reserved: u32,
+        /// Why it has failed, if it has; the beginning of it if it is long.
+        pub reason: [u8; 192],
     }
 }
 
@@ -388,6 +390,6 @@ mod tests {
         assert_eq!(size_of::<PassageHeader>(), 264);
         assert_eq!(size_of::<StatusHeader>(), 464);
         assert_eq!(size_of::<RosterHeader>(), 16);
-        assert_eq!(size_of::<RosterEntry>(), 48);
+        assert_eq!(size_of::<RosterEntry>(), 240);
     }
 }

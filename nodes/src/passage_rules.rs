@@ -31,8 +31,13 @@ impl Row {
         self.probability.is_nan()
     }
 
+    /// How wide its interval is; NaN if it has none.
+    pub fn width(&self) -> f64 {
+        self.high - self.low
+    }
+
     /// The least and the largest probability that the row allows.
-    fn ends(&self) -> (f64, f64) {
+    pub fn ends(&self) -> (f64, f64) {
         let or = |end: f64| if end.is_nan() { self.probability } else { end };
         (or(self.low), or(self.high))
     }
@@ -160,8 +165,9 @@ fn overtaken(rows: &[Row], samples: u64, snapshot: &DensityHeader) -> Option<Str
     })
 }
 
-/// What a probability of a curve may be off: counting noise, or a width of its own interval.
-fn allowance(probability: f64, samples: u64, width: f64) -> f64 {
+/// What a probability of a curve of `samples` samples (0 if it was not counted) may be off: counting noise, or what its own
+/// interval of this width says.
+pub fn allowance(probability: f64, samples: u64, width: f64) -> f64 {
     match samples {
         0 if width > 0.0 => 10.0 * width + 1e-9,
         0 => GENEROUS,

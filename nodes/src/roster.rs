@@ -19,6 +19,8 @@ pub struct Roster {
     pub references: Vec<String>,
     /// All labels in the launch file's order, with whether they have failed.
     pub cases: Vec<(String, bool)>,
+    /// Why cases have failed, by label.
+    pub reasons: BTreeMap<String, String>,
     /// How many shards each case has, where that is known.
     pub shards: BTreeMap<String, u32>,
 }
@@ -36,6 +38,8 @@ impl Roster {
             self.references = ranked.into_iter().map(|entry| unpack(&entry.label)).collect();
             let entries = message.items().iter().filter(|entry| entry.shards > 0);
             self.shards = entries.map(|entry| (unpack(&entry.label), entry.shards)).collect();
+            let failed = message.items().iter().filter(|entry| entry.failed != 0);
+            self.reasons = failed.map(|entry| (unpack(&entry.label), unpack(&entry.reason))).collect();
             self.cases = message.items().iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect();
         }
         Ok(())
@@ -64,6 +68,11 @@ impl Roster {
     /// Whether case `label` has failed.
     pub fn has_failed(&self, label: &str) -> bool {
         self.cases.iter().any(|(name, failed)| *failed && name == label)
+    }
+
+    /// Why case `label` has failed, if it has and that is known.
+    pub fn reason(&self, label: &str) -> Option<&str> {
+        self.reasons.get(label).map(String::as_str).filter(|reason| !reason.is_empty())
     }
 
     /// The references that have not failed, in their order.

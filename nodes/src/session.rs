@@ -101,7 +101,9 @@ impl Session {
         threads::prepare();
         end_with_launcher()?;
         let refused = |e: std::io::Error| Failure::Refused(format!("cannot catch signals: {e}"));
-        let signals = Signals::catch(&[]).map_err(refused)?;
+        // A node that a launcher started ends with it, and as the launcher it outlives the terminal.
+        let signals = if launcher().is_some() { Signals::outlive_terminal(&[]) } else { Signals::catch(&[]) };
+        let signals = signals.map_err(refused)?;
         signals.end_process_after(GRACE).map_err(refused)?;
         let domain = Domain::enter(place, &name)?;
         let status = domain.outlet::<Status>(2)?;

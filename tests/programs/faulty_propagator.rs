@@ -162,6 +162,7 @@ fn curve(fault: &str, scenario: u32, times: &[f64]) -> Vec<f64> {
         let (rise, nan) = (k as f64 / last, f64::NAN);
         match fault {
             "constant-curve" => Some([time, 0.3, nan, nan]),
+            "eager-curve" => Some([time, if time > 0.0 { 0.99 } else { 0.0 }, nan, nan]),
             "falling-curve" => Some([time, 0.5 * (1.0 - rise), nan, nan]),
             "crossed-interval" => Some([time, 0.0, 0.2, 0.1]),
             "impossible-curve" => Some([time, 1.995, nan, nan]),

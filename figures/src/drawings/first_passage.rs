@@ -26,7 +26,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let sampled: Vec<&&Method<'_>> = curves.iter().filter(|m| m.passage.iter().any(has_interval)).collect();
     let ink = |method: &Method<'_>| method.pen.stroke.ink;
     let mut key: Vec<Entry> = curves.iter().map(|m| (Sample::Line(m.pen.stroke), m.label.to_owned())).collect();
-    key.extend(sampled.iter().map(|m| (Sample::Band(ink(m)), format!("95 % interval of {}", m.label))));
+    key.extend(sampled.iter().map(|m| (Sample::Band(ink(m)), interval_in_words(m))));
     let label = format!("P(e has reached {})", subscript("e", "cri"));
     let rows = || curves.iter().flat_map(|m| m.passage.iter().map(|row| (*m, *row)));
     let limits = rows().filter(|(_, row)| row.high - row.low > NARROW).map(|(_, row)| row.high);
@@ -61,6 +61,16 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         }
         Ok(())
     })
+}
+
+/// What the band of a curve is.
+fn interval_in_words(method: &Method<'_>) -> String {
+    let kind = method.passage.iter().map(|row| row.interval.as_str()).find(|kind| *kind != "bounds");
+    match kind.unwrap_or("bounds") {
+        "95 %" => format!("95 % interval of {}", method.label),
+        "bounds" => format!("strict bounds of {}", method.label),
+        _ => format!("error estimate of {}", method.label),
+    }
 }
 
 /// Which cases have no curve, and which withhold it or a part of it.

@@ -66,7 +66,7 @@ pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
             caption { "Probability that e exceeds " (scene.problem.critical_e) " at each time, and that it has ever reached it. ± is a standard error." }
             thead { tr {
                 th scope="col" { "case" } (time_heads(scene))
-                @if has_passages { th scope="col" { "ever by " (end) " yr" } th scope="col" { "95 % interval" } }
+                @if has_passages { th scope="col" { "ever by " (end) " yr" } th scope="col" { "interval" } }
             } }
             tbody { @for method in &scene.methods { @let last = method.passage.last().copied(); tr {
                 th scope="row" { (method.label) }
@@ -76,7 +76,7 @@ pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
                 } }
                 @if has_passages {
                     td { @if let Some(row) = last { (given(row.prob_reached_critical_e, probability)) } @else { "–" } }
-                    td { @if let Some(row) = last.filter(|row| has_interval(row)) { (plain(row.low)) " to " (plain(row.high)) } @else { "–" } }
+                    td { @if let Some(row) = last.filter(|row| has_interval(row)) { (plain(row.low)) " to " (plain(row.high)) @if !row.interval.is_empty() { " (" (row.interval) ")" } } @else { "–" } }
                 }
             } } }
         }

@@ -1,12 +1,16 @@
 //! Where another case than the first reference is what all are compared with, and why.
 
-use super::Recording;
-use super::notes::{Note, in_a_row, with_estimate};
+use std::collections::BTreeMap;
+
+use super::notes::{Note, in_a_row, with_estimate, withheld_passages};
+use super::{RecordedPassage, Recording};
+use crate::passage_rules::rows;
 use crate::roster::Roster;
 use crate::yardstick::{Quantity, stand_for};
 
-/// A note for every reference that has failed, and for every snapshot at which one withholds something.
-pub(super) fn of(recording: &Recording, roster: &Roster) -> Vec<Note> {
+/// A note for every reference that has failed, for every snapshot at which the first withholds something, and one for its
+/// first-passage curve. `passages` are the curves that can be used.
+pub(super) fn of(recording: &Recording, roster: &Roster, passages: &BTreeMap<String, RecordedPassage>) -> Vec<Note> {
     let mut notes = Vec::new();
     let mut note = |method: &str, t_yr: f64, text: String| {
         let (scenario, method) = (recording.assignment.name.clone(), method.to_owned());
@@ -20,7 +24,11 @@ pub(super) fn of(recording: &Recording, roster: &Roster) -> Vec<Note> {
             note(
                 label,
                 f64::NAN,
-                format!("the reference {label} has failed; {}", in_its_place(there.first().copied())),
+                format!(
+                    "the reference {label} is missing: {}; {}",
+                    roster.reason(label).unwrap_or("it has failed"),
+                    in_its_place(there.first().copied())
+                ),
             );
         }
     }
@@ -48,6 +56,13 @@ pub(super) fn of(recording: &Recording, roster: &Roster) -> Vec<Note> {
                 format!("the reference {first} withholds {withheld}: that is above what it stands behind; {instead}"),
             );
         }
+    }
+    let curve = |label: &str| passages.get(label).map(|passage| &passage.values[..]);
+    if let Some(withheld) = curve(first).and_then(withheld_passages) {
+        let states_all =
+            |label: &&&str| curve(label).is_some_and(|values| rows(values).iter().all(|row| !row.is_withheld()));
+        let instead = in_its_place(there[1..].iter().find(states_all).copied());
+        note(first, f64::NAN, format!("the reference {first} withholds {withheld}; {instead}"));
     }
     notes
 }

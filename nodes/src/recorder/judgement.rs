@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::agreement::{Contradiction, Said, contradictions};
 use super::notes::{Note, of_density, of_passage, severity};
 use super::verdicts::{self, VerdictRow};
-use super::{RecordedPassage, Recording, fallbacks};
+use super::{RecordedPassage, Recording, curves, fallbacks};
 use crate::passage_rules::{breach, doubts, without_rounding};
 use crate::roster::Roster;
 
@@ -25,7 +25,10 @@ pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judg
     let note =
         |method: &str, t_yr: f64, note: String| Note { scenario: scenario.clone(), method: method.into(), t_yr, note };
     let problem = &recording.assignment.problem;
-    let mut notes = fallbacks::of(recording, roster);
+    let mut notes = Vec::new();
+    for (label, _) in roster.cases.iter().filter(|(_, failed)| *failed) {
+        notes.extend(roster.reason(label).map(|why| note(label, f64::NAN, format!("lost: {why}"))));
+    }
     let (mut cases, mut passages) = (Vec::new(), BTreeMap::new());
     for (label, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
         let Some(snapshots) = recording.case(label) else { continue };
@@ -50,6 +53,12 @@ pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judg
         }
         cases.push(said);
     }
+    notes.extend(fallbacks::of(recording, roster, &passages));
+    notes.extend(
+        curves::off_the_reference(&cases, roster)
+            .into_iter()
+            .map(|Contradiction { label, time, what }| note(&label, time, format!("warning: {what}"))),
+    );
     let contradictions = contradictions(&cases, problem.critical_e, recording.assignment.scenarios);
     notes.extend(
         contradictions

@@ -5,6 +5,7 @@
 
 mod agreement;
 mod cloud;
+mod curves;
 mod densities;
 mod fallbacks;
 pub mod join;

@@ -1,5 +1,6 @@
 //! What a user should know about a result, in words.
 
+use density::angle::nearest;
 use density::mesh::MeshDiagnostics;
 use density::mixture::linearity;
 use messages::layout::{DensityHeader, diagnostic};
@@ -7,6 +8,7 @@ use messages::text::unpack;
 use serde::Serialize;
 
 use super::RecordedPassage;
+use crate::passage_rules::{Row, rows};
 use crate::yardstick::Quantity;
 
 /// An exact density whose own error estimate is above this, in standard deviations, is told.
@@ -30,7 +32,7 @@ const MASS_BELOW_ZERO: f64 = 0.005;
 const ROUND_THE_CIRCLE: f64 = 0.3;
 
 /// How grave a note is: the words that it begins with in `notes.csv`, the gravest first.
-pub const SEVERITIES: [&str; 3] = ["fallback: ", "error: ", "warning: "];
+pub const SEVERITIES: [&str; 4] = ["fallback: ", "lost: ", "error: ", "warning: "];
 
 /// The place of a note in the order of gravity; plain remarks come last.
 pub fn severity(note: &str) -> usize {
@@ -158,9 +160,9 @@ fn of_mass(header: &DensityHeader) -> Option<String> {
     let mass = header.mass_on_grid;
     if mass < LEAST_MASS {
         return Some(format!(
-            "warning: only {:.1} % of its probability is on the comparison grid, which holds 99.97 % of the true cloud; are its \
-             angles in radians?",
-            100.0 * mass
+            "warning: only {:.1} % of its probability is on the comparison grid, which holds 99.97 % of the true cloud; {}",
+            100.0 * mass,
+            off_the_grid(header)
         ));
     }
     // A density that withholds its joint has no mass to judge.
@@ -168,15 +170,46 @@ fn of_mass(header: &DensityHeader) -> Option<String> {
         .then(|| format!("warning: its density has a mass of {mass:.4} on the comparison grid; a density has 1"))
 }
 
+/// In which direction a cloud is off its grid.
+fn off_the_grid(header: &DensityHeader) -> String {
+    let [phi_low, phi_high, e_low, e_high] = header.grid;
+    let (phi, e) = (header.moments[0], header.moments[2]);
+    let phi_on_branch = nearest(phi, 0.5 * (phi_low + phi_high));
+    let is_off = |value: f64, low: f64, high: f64| value.is_finite() && !(low..=high).contains(&value);
+    match (is_off(phi_on_branch, phi_low, phi_high), is_off(e, e_low, e_high)) {
+        (_, true) => format!("its mean eccentricity {e:.5} is outside the grid, which is {e_low:.5} to {e_high:.5}"),
+        (true, _) => format!(
+            "its mean solar angle {phi:.5} is outside the grid, which is {phi_low:.5} to {phi_high:.5} rad; are its angles in \
+             radians?"
+        ),
+        (false, false) => "it is centred on the grid, but wider than it".into(),
+    }
+}
+
 /// Whether a number is known, and not above a limit.
 fn is_within(number: f64, limit: f64) -> bool {
     number <= limit
 }
 
-/// Why a method has no first-passage curve.
+/// Why a method has no first-passage curve, or what it withholds of it.
 pub(super) fn of_passage(passage: &RecordedPassage) -> Option<String> {
-    let reason = unpack(&passage.header.reason);
-    passage.values.is_empty().then(|| format!("no first-passage curve: {reason}"))
+    if passage.values.is_empty() {
+        return Some(format!("no first-passage curve: {}", unpack(&passage.header.reason)));
+    }
+    withheld_passages(&passage.values).map(|withheld| format!("withheld: {withheld}"))
+}
+
+/// What a curve withholds: at which times, and between which bounds the probability lies at the last of them.
+pub(super) fn withheld_passages(values: &[f64]) -> Option<String> {
+    let rows = rows(values);
+    let withheld: Vec<&Row> = rows.iter().filter(|row| row.is_withheld()).collect();
+    let (first, last) = (withheld.first()?, withheld.last()?);
+    let when = match withheld.len() {
+        1 => format!("at {} yr", first.time),
+        some => format!("at {some} of {} times from {} to {} yr", rows.len(), first.time, last.time),
+    };
+    let bounds = format!("between {:.5} and {:.5}", last.low, last.high);
+    Some(format!("the probability of having reached the critical eccentricity {when} (in the end strictly {bounds})"))
 }
 
 /// `a, b and c`.
@@ -233,8 +266,17 @@ mod tests {
 
     #[test]
     fn a_cloud_that_is_off_the_grid_and_densities_that_do_not_fit_their_points_draw_a_word() {
-        let header = DensityHeader { mass_on_grid: 0.4, ..DensityHeader::default() };
-        assert!(of_density(&header)[0].contains("only 40.0 % of its probability is on the comparison grid"));
+        let off = |phi: f64, e: f64| {
+            let moments = [phi, 0.1, e, 0.01, 0.0, 0.0];
+            let grid = [6.0, 7.0, 0.1, 0.3];
+            of_density(&DensityHeader { mass_on_grid: 0.4, moments, grid, ..DensityHeader::default() })[0].clone()
+        };
+        assert!(off(372.4, 0.2).contains("only 40.0 % of its probability is on the comparison grid"));
+        assert!(off(372.4, 0.2).contains("are its angles in radians?"), "{}", off(372.4, 0.2));
+        assert!(
+            off(0.2, 0.5).contains("its mean eccentricity 0.50000 is outside the grid, which is 0.10000 to 0.30000")
+        );
+        assert!(off(0.2, 0.2).contains("wider than it"), "the same angle on another branch: {}", off(0.2, 0.2));
         let header = DensityHeader { mass_on_grid: 1.05, ..DensityHeader::default() };
         assert!(of_density(&header)[0].contains("a mass of 1.0500"));
         let header = DensityHeader {
@@ -249,9 +291,9 @@ mod tests {
 
     #[test]
     fn errors_come_before_warnings_and_warnings_before_remarks() {
-        let notes = ["no curve", "warning: coarse", "error: wrong", "fallback: mc"];
+        let notes = ["no curve", "warning: coarse", "lost: too slow", "error: wrong", "fallback: mc"];
         let mut sorted = notes;
         sorted.sort_by_key(|note| severity(note));
-        assert_eq!(sorted, ["fallback: mc", "error: wrong", "warning: coarse", "no curve"]);
+        assert_eq!(sorted, ["fallback: mc", "lost: too slow", "error: wrong", "warning: coarse", "no curve"]);
     }
 }

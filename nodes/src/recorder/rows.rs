@@ -68,8 +68,8 @@ pub(super) struct EffortRow<'a> {
     trajectories: f64,
 }
 
-/// A row of `first_passage.csv`: the probability that `e` has ever reached its critical value by `t_yr`, with a 95 % interval
-/// (of an exact method: its error estimate); NaN without one. A probability that is NaN in an interval is withheld.
+/// A row of `first_passage.csv`: the probability that `e` has ever reached its critical value by `t_yr`, with an interval and what
+/// that is, see [`interval_of`]; NaN without one. A probability that is NaN in an interval is withheld.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct PassageRow<'a> {
     scenario: &'a str,
@@ -78,6 +78,7 @@ pub(super) struct PassageRow<'a> {
     prob_reached_critical_e: f64,
     low: f64,
     high: f64,
+    interval: &'static str,
 }
 
 /// A row of `diagnostics.csv`.
@@ -187,8 +188,20 @@ pub(super) fn passages<'a>(scenario: &'a str, method: &'a str, recorded: &Record
         prob_reached_critical_e: row[1],
         low: row[2],
         high: row[3],
+        interval: interval_of(row, recorded.header.samples),
     };
     recorded.values.chunks_exact(PASSAGE_COLUMNS).map(row).collect()
+}
+
+/// What the interval of a row is: of confidence if `samples` were counted, strict bounds if the probability is withheld, else the
+/// method's own estimate of its error.
+fn interval_of(row: &[f64], samples: u64) -> &'static str {
+    match (row[2].is_nan(), row[1].is_nan(), samples) {
+        (true, ..) => "",
+        (_, true, _) => "bounds",
+        (_, _, 0) => "error estimate",
+        _ => "95 %",
+    }
 }
 
 /// Names of a message's diagnostics.
