@@ -1,14 +1,19 @@
 //! Child processes: started, watched, and ended without exception.
 
+use std::io::{BufRead, BufReader, PipeReader, Read};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use messages::text::printable;
 use nodes::log::{FORMAT_VARIABLE, LEVEL_VARIABLE};
 use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
 
 use crate::log_sink::LogSink;
 
+/// Longest line that is passed on in one piece \[bytes\].
+const LONGEST_LINE: u64 = 1 << 12;
 /// How long a process may take to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1500);
 
@@ -65,12 +70,14 @@ pub struct Supervisor {
     processes: Vec<Process>,
     /// Where what they say goes; to standard error if there is none.
     log: Option<LogSink>,
+    /// Those who pass on what is said there.
+    speakers: Vec<JoinHandle<()>>,
 }
 
 impl Supervisor {
     /// No processes yet; what they say goes to `log`.
     pub fn new(log: LogSink) -> Self {
-        Self { processes: Vec::new(), log: Some(log) }
+        Self { processes: Vec::new(), log: Some(log), speakers: Vec::new() }
     }
 
     /// Starts a process in a group of its own, so that Ctrl-C reaches the launcher alone.
@@ -90,7 +97,12 @@ impl Supervisor {
                 log.follow(name, output).map_err(failed)?;
                 command.spawn().map_err(failed)?
             }
-            None => command.stdout(std::io::stderr()).spawn().map_err(failed)?,
+            None => {
+                let (output, input) = std::io::pipe().map_err(failed)?;
+                command.stdout(input.try_clone().map_err(failed)?).stderr(input);
+                self.speakers.push(std::thread::Builder::new().spawn(move || pass_on(output)).map_err(failed)?);
+                command.spawn().map_err(failed)?
+            }
         };
         tracing::info!(process = child.id(), "started {name}");
         self.processes.push(Process { name: name.into(), child, end: None, asked: false });
@@ -157,5 +169,19 @@ impl Supervisor {
 impl Drop for Supervisor {
     fn drop(&mut self) {
         self.stop_all();
+        let deadline = Instant::now() + GRACE;
+        while Instant::now() < deadline && !self.speakers.iter().all(JoinHandle::is_finished) {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+/// Prints what a program says, line by line, so that it cannot command a terminal.
+fn pass_on(output: PipeReader) {
+    let mut output = BufReader::new(output);
+    let mut bytes = Vec::new();
+    while matches!(output.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes), Ok(1..)) {
+        remark!("{}", printable(String::from_utf8_lossy(&bytes).trim_end_matches(['\r', '\n'])));
+        bytes.clear();
     }
 }

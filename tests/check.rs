@@ -143,3 +143,12 @@ fn the_table_has_a_line_for_every_rule() {
         assert!(table.contains(words), "{table}");
     }
 }
+
+#[test]
+fn what_a_program_under_trial_says_is_passed_on_but_cannot_command_a_terminal() {
+    let bench = Bench::new();
+    let program = ["check", "--", "sh", "-c", "printf 'hello \\033[2J world\\n' >&2; exit 3"];
+    let output = bench.phasecloud().args(program).output().unwrap();
+    let errors = text(&output.stderr);
+    assert!(errors.contains("hello \\u{1b}[2J world") && !errors.contains('\u{1b}'), "{errors:?}");
+}

@@ -73,7 +73,7 @@ fn a_sweep_makes_a_results_folder_a_scenario_and_one_table_of_all() {
         varied, "scenario,parameter,value\nscenario-1-1,disposal.critical_e,0.5\nscenario-1-1,initial.e,0.145\n",
         "the keys are in the order of the alphabet"
     );
-    let verified = bench.phasecloud().arg("verify").arg(bench.path("out/000001-scenario-1-001")).output().unwrap();
+    let verified = bench.phasecloud().arg("verify").arg(bench.path("out/000001-scenario-1-1")).output().unwrap();
     assert!(verified.status.success(), "{}", text(&verified.stderr));
     assert_sweep_table(&bench);
     assert_eq!(bench.domains(), [""; 0]);
