@@ -173,6 +173,10 @@ impl Drawn {
     }
 }
 
+fn number(node: roxmltree::Node<'_, '_>, name: &str) -> f64 {
+    node.attribute(name).unwrap().parse().unwrap()
+}
+
 /// Whether no word and no place of a figure is "NaN"; pictures are encoded in letters that may spell anything.
 fn has_numbers_only(svg: &str) -> bool {
     let document = roxmltree::Document::parse(svg).unwrap();
@@ -224,6 +228,25 @@ fn thirteen_snapshots_have_thirteen_colours_and_a_bar_that_says_which_is_when() 
         drawn.words.iter().filter(|(text, ..)| text.starts_with("t = ")).count() >= 6,
         "labels stand at their clouds"
     );
+}
+
+#[test]
+fn a_key_is_near_every_row_of_the_marginals() {
+    for count in [1, 2, 13, 40] {
+        let svg = Run::new(count).figure("marginals-mc");
+        let drawn = Drawn::of(&svg);
+        let heights =
+            |words: &str| drawn.words.iter().filter(|(text, ..)| text == words).map(|(.., y)| *y).collect::<Vec<f64>>();
+        let keys = heights("exact");
+        assert_eq!(keys.len(), count.div_ceil(2));
+        for index in 0..count {
+            let row = heights(&format!("t = {} yr", 0.25 * index as f64))[0];
+            assert!(keys.iter().any(|key| (0.0..300.0).contains(&(row - key))), "{count}: row {index} at {row}");
+        }
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let bottom = number(document.root_element(), "height");
+        assert!(drawn.words.iter().all(|(.., y)| *y < bottom), "{count}: nothing is cut off below");
+    }
 }
 
 #[test]
