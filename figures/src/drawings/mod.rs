@@ -104,7 +104,7 @@ fn write_absent(panel: &Panel<'_, '_>, words: &str) -> Result<(), DrawError> {
 
 /// `t = 0.5, 1 yr`.
 fn at_times(times: &[f64]) -> String {
-    format!("t = {} yr", times.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
+    format!("t = {} yr", times.iter().map(|&t| time_words(t)).collect::<Vec<_>>().join(", "))
 }
 
 /// What a figure says of the densities that a case withholds; nothing if there are none.
@@ -118,5 +118,21 @@ fn withheld_words(label: &str, times: &[f64]) -> String {
 
 /// `t = 0.5 yr`.
 fn at_time(t: f64) -> String {
-    format!("t = {t} yr")
+    format!("t = {} yr", time_words(t))
+}
+
+/// A time as it was meant: `1.2`, not the `1.2000000000000002` that a sum of steps gives.
+fn time_words(t: f64) -> String {
+    format!("{t:.11e}").parse().unwrap_or(t).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_written_as_they_were_meant() {
+        let words = [0.0, 6.0 * 0.2, 1.0 / 3.0, 1000.0, 1e-6].map(time_words);
+        assert_eq!(words, ["0", "1.2", "0.333333333333", "1000", "0.000001"]);
+    }
 }
