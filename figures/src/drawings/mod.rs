@@ -68,15 +68,14 @@ fn steps(bins: &Bins, values: &[f64]) -> Vec<Point> {
     values.iter().enumerate().flat_map(|(i, &v)| [(bins.edge(i), v), (bins.edge(i + 1), v)]).collect()
 }
 
-/// Whether there are more snapshots than colours that are easily told apart: they then follow a scale from early to late.
+/// Whether there are more snapshots than a key has room for: a bar then says which colour is when.
 fn snapshots_of_many(count: usize) -> bool {
     count > 6
 }
 
 /// The marker of a snapshot in figures of `count`.
 fn snapshot_marker(index: usize, count: usize) -> (Marker, Stroke) {
-    let ink = if snapshots_of_many(count) { Ink::of_many(index, count) } else { Ink::Series(index) };
-    (Marker::of(index), Stroke { ink, width: 0.9, dashes: &[] })
+    (Marker::of(index), Stroke { ink: Ink::of_many(index, count), width: 0.9, dashes: &[] })
 }
 
 /// The representative of an angle near the middle of its cloud; on an axis of one turn the one that lies on it.
