@@ -28,14 +28,19 @@ type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 pub struct SvgBackend<'a> {
     elements: &'a mut String,
     size: (u32, u32),
+    /// Stencils that it has so far.
+    stencils: usize,
 }
+
+/// Stands for the name of the figure in what its elements are called; the figure puts its name there.
+pub const FIGURE: char = '\u{E002}';
 
 /// A whole figure or a part of it, to draw on.
 pub type Area<'a> = DrawingArea<SvgBackend<'a>, Shift>;
 
 /// A drawing area of `size` pixels that writes into `elements`.
 pub fn canvas(elements: &mut String, size: (u32, u32)) -> Area<'_> {
-    SvgBackend { elements, size: (size.0 * SCALE, size.1 * SCALE) }.into_drawing_area()
+    SvgBackend { elements, size: (size.0 * SCALE, size.1 * SCALE), stencils: 0 }.into_drawing_area()
 }
 
 /// How a curve or an outline is drawn.
@@ -136,6 +141,19 @@ impl SvgBackend<'_> {
         self.add(&html! {
             image x=(px(left)) y=(px(top)) width=(px((x1 - x0).abs())) height=(px((y1 - y0).abs()))
                 preserveAspectRatio="none" style="image-rendering:pixelated" href=(address) {}
+        });
+    }
+
+    /// A colour that is laid on a rectangle as strongly as a picture is opaque there.
+    pub fn stencil(&mut self, (x0, y0): BackendCoord, (x1, y1): BackendCoord, address: &str, ink: Ink) {
+        let name = format!("{FIGURE}-stencil-{}", self.stencils);
+        self.stencils += 1;
+        self.add(&html! {
+            mask id=(name) maskContentUnits="objectBoundingBox" {
+                image width="1" height="1" preserveAspectRatio="none" style="image-rendering:pixelated" href=(address) {}
+            }
+            rect class=(ink.fill_class()) x=(px(x0.min(x1))) y=(px(y0.min(y1))) width=(px((x1 - x0).abs()))
+                height=(px((y1 - y0).abs())) fill=(ink.hex()) mask={ "url(#" (name) ")" } {}
         });
     }
 

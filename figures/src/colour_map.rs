@@ -3,7 +3,6 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use colorous::Gradient;
 
 use crate::figure::DrawError;
 
@@ -15,40 +14,47 @@ const SHADES: usize = 255;
 pub enum Scale {
     /// Densities from 0 to this peak, viridis, transparent below a thousandth of it.
     Linear(f64),
-    /// Densities from a thousandth of this peak to the peak, viridis, by the logarithm; transparent below.
-    Logarithmic(f64),
+    /// Densities from a thousandth of this peak to the peak, by the logarithm, as the opacity of a stencil for some ink;
+    /// transparent below.
+    Strength(f64),
     /// Differences from minus to plus this limit, purple to orange, fading where small.
     Difference(f64),
 }
 
 /// Smallest density shown, as a share of the peak.
 pub const LEAST: f64 = 1e-3;
+/// Opacity of the smallest density shown where opacity says how high a density is.
+const FAINTEST: f64 = 0.2;
 
 impl Scale {
-    fn gradient(self) -> Gradient {
+    /// Red, green and blue of a shade.
+    fn colour(self, shade: usize) -> [u8; 3] {
+        let share = shade as f64 / (SHADES - 1) as f64;
         match self {
-            Self::Linear(_) | Self::Logarithmic(_) => colorous::VIRIDIS,
-            Self::Difference(_) => colorous::PURPLE_ORANGE,
+            Self::Linear(_) => colorous::VIRIDIS.eval_continuous(share).into_array(),
+            Self::Difference(_) => colorous::PURPLE_ORANGE.eval_continuous(share).into_array(),
+            // A mask lets through what is white.
+            Self::Strength(_) => [u8::MAX; 3],
         }
     }
 
     /// Opacity of a shade: differences fade into the page, be it light or dark, where they are small.
     fn opacity(self, shade: usize) -> u8 {
-        match self {
-            Self::Linear(_) | Self::Logarithmic(_) => u8::MAX,
-            Self::Difference(_) => {
-                let distance = (2.0 * shade as f64 / (SHADES - 1) as f64 - 1.0).abs();
-                (255.0 * (2.0 * distance).min(1.0)).round() as u8
-            }
-        }
+        let share = shade as f64 / (SHADES - 1) as f64;
+        let opacity = match self {
+            Self::Linear(_) => 1.0,
+            Self::Difference(_) => (2.0 * (2.0 * share - 1.0).abs()).min(1.0),
+            Self::Strength(_) => FAINTEST + (1.0 - FAINTEST) * share,
+        };
+        (255.0 * opacity).round() as u8
     }
 
     /// Palette entry of a value.
     fn shade(self, value: f64) -> u8 {
         let position = match self {
-            Self::Linear(peak) | Self::Logarithmic(peak) if !(value >= LEAST * peak && peak > 0.0) => return 0,
+            Self::Linear(peak) | Self::Strength(peak) if !(value >= LEAST * peak && peak > 0.0) => return 0,
             Self::Linear(peak) => value / peak,
-            Self::Logarithmic(peak) => 1.0 - (value / peak).log10() / LEAST.log10(),
+            Self::Strength(peak) => 1.0 - (value / peak).log10() / LEAST.log10(),
             Self::Difference(limit) if !(limit > 0.0 && value.is_finite()) => return 0,
             Self::Difference(limit) => 0.5 + 0.5 * value / limit,
         };
@@ -81,9 +87,7 @@ pub fn ramp(scale: Scale) -> Result<String, DrawError> {
 
 fn encode(pixels: &[u8], width: usize, height: usize, scale: Scale) -> Result<String, DrawError> {
     let failed = |error: png::EncodingError| DrawError(format!("a picture cannot be made: {error}"));
-    let gradient = scale.gradient();
-    let shades = (0..SHADES).map(|shade| gradient.eval_continuous(shade as f64 / (SHADES - 1) as f64));
-    let palette: Vec<u8> = [0; 3].into_iter().chain(shades.flat_map(colorous::Color::into_array)).collect();
+    let palette: Vec<u8> = [0; 3].into_iter().chain((0..SHADES).flat_map(|shade| scale.colour(shade))).collect();
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width as u32, height as u32);
     encoder.set_color(png::ColorType::Indexed);

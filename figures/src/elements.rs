@@ -26,7 +26,7 @@ enum Shape {
     Curve(Stroke),
     Region(Ink, f64),
     Glyphs { outline: String, stroke: Stroke, filled: bool },
-    Picture(String),
+    Picture(String, Option<Ink>),
 }
 
 impl Element {
@@ -59,7 +59,15 @@ impl Element {
 
     /// A picture with this address between two corners.
     pub fn picture(corner: Point, opposite: Point, address: String) -> Self {
-        Self { points: vec![corner, opposite], shape: Shape::Picture(address) }
+        Self { points: vec![corner, opposite], shape: Shape::Picture(address, None) }
+    }
+
+    /// A picture as a stencil: where it is opaque, `ink` is laid on. Other shapes stay as they are.
+    pub fn inked(self, ink: Ink) -> Self {
+        match self.shape {
+            Shape::Picture(address, _) => Self { shape: Shape::Picture(address, Some(ink)), ..self },
+            shape => Self { shape, ..self },
+        }
     }
 }
 
@@ -93,8 +101,11 @@ impl Drawable<SvgBackend<'_>> for Placed<'_> {
             (Shape::Curve(stroke), points) => backend.curve(points, stroke),
             (Shape::Region(ink, opacity), points) => backend.region(points, *ink, *opacity),
             (Shape::Glyphs { outline, stroke, filled }, points) => backend.glyphs(points, outline, stroke, *filled),
-            (Shape::Picture(address), &[corner, opposite]) => backend.picture(corner, opposite, address),
-            (Shape::Picture(_), _) => {}
+            (Shape::Picture(address, None), &[corner, opposite]) => backend.picture(corner, opposite, address),
+            (Shape::Picture(address, Some(ink)), &[corner, opposite]) => {
+                backend.stencil(corner, opposite, address, *ink);
+            }
+            (Shape::Picture(..), _) => {}
         }
         Ok(())
     }

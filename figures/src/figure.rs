@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use maud::{Markup, PreEscaped, html};
 use plotters::drawing::DrawingAreaErrorKind;
 
-use crate::backend::{Area, canvas};
+use crate::backend::{Area, FIGURE, canvas};
 use crate::legend::{self, Entry};
 use crate::panel::units;
 
@@ -95,7 +95,7 @@ impl Figure {
                 title id=(title) { (self.title) }
                 desc id=(description) { (self.caption) }
                 (backdrop)
-                (PreEscaped(&self.elements))
+                (PreEscaped(self.elements.replace(FIGURE, &format!("{place}{}", self.name))))
             }
         }
     }

@@ -1,16 +1,17 @@
-//! Words beside clouds: each close to some part of its own cloud, clear of other words and as clear of other clouds as there
-//! is room for.
+//! Words beside clouds: each at its own cloud or led to it by a line in the cloud's colour, clear of other words and of other
+//! clouds.
 //!
-//! A cloud may be a ring or lie in parts, so what counts is where its points are, not the rectangle around them.
+//! A cloud may be a ring or lie in parts, so what counts is where its points are, not the rectangle around them. Where there
+//! are too many clouds for words beside each, the first, the last and what fits evenly between have them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use plotters::style::text_anchor::{HPos, VPos};
 
 use crate::backend::Stroke;
 use crate::elements::{Element, Point};
 use crate::figure::DrawError;
-use crate::palette::Ink;
+use crate::palette::{Ink, Marker};
 use crate::panel::{Panel, SMALL, text_style};
 use crate::text::text_width;
 
@@ -23,11 +24,15 @@ type Pixel = (f64, f64);
 const CELL: f64 = 4.0;
 const HEIGHT: f64 = 1.3 * SMALL;
 /// Distances from a cloud at which places are tried \[px\].
-const DISTANCES: [f64; 5] = [3.0, 8.0, 14.0, 24.0, 36.0];
+const DISTANCES: [f64; 7] = [3.0, 8.0, 14.0, 24.0, 36.0, 52.0, 72.0];
 /// From this distance on a line leads from the words to their cloud \[px\].
 const FAR: f64 = 7.0;
+/// What is closer to words than this might be taken for what they name \[px\].
+const AROUND: f64 = 10.0;
 /// Parts of a cloud beside which places are tried, at most.
 const ANCHORS: usize = 60;
+/// Labels that are written, at most: more would hide what they name.
+const MOST: usize = 16;
 
 /// Words that are to stand beside a cloud.
 #[derive(Debug, Clone)]
@@ -36,12 +41,36 @@ pub struct Label {
     pub words: String,
     /// Points of the cloud, many where it is dense.
     pub points: Vec<Point>,
-    /// Colour of the words.
+    /// Colour of the words and of the line that leads to the cloud.
     pub ink: Ink,
 }
 
-/// Where clouds are: which of them have points in a square.
-type Cells = HashMap<(i32, i32), Vec<usize>>;
+/// Where words go.
+#[derive(Debug, Clone, Copy)]
+struct Spot {
+    /// The part of the cloud that they are beside.
+    anchor: Pixel,
+    place: Box4,
+    /// How far the place is from the part.
+    away: f64,
+}
+
+impl Spot {
+    /// The line from the cloud to the words, if there is one.
+    fn leader(&self) -> Option<[Pixel; 2]> {
+        let (x, y) = self.anchor;
+        let end = (x.clamp(self.place[0], self.place[2]), y.clamp(self.place[1], self.place[3]));
+        (self.away > FAR).then_some([self.anchor, end])
+    }
+}
+
+/// Where the clouds are and what has been written.
+struct Map {
+    frame: Box4,
+    /// Which clouds have points in a square.
+    cells: HashMap<(i32, i32), Vec<usize>>,
+    written: Vec<Spot>,
+}
 
 fn cell((x, y): Pixel) -> (i32, i32) {
     ((x / CELL).floor() as i32, (y / CELL).floor() as i32)
@@ -56,64 +85,85 @@ fn distance(b: &Box4, (x, y): Pixel) -> f64 {
     (b[0] - x).max(x - b[2]).max(0.0).hypot((b[1] - y).max(y - b[3]).max(0.0))
 }
 
-/// Writes the labels. One for which there is no place that is clear of the others is left out.
+/// Points along a line, closer together than a square is wide.
+fn along([(x0, y0), (x1, y1)]: [Pixel; 2]) -> impl Iterator<Item = Pixel> {
+    let steps = ((x1 - x0).hypot(y1 - y0) / (0.5 * CELL)).ceil().max(1.0) as usize;
+    let at = move |k: usize| k as f64 / steps as f64;
+    (0..=steps).map(move |k| (x0 + at(k) * (x1 - x0), y0 + at(k) * (y1 - y0)))
+}
+
+/// Whether two lines cross.
+fn cross(a: [Pixel; 2], b: [Pixel; 2]) -> bool {
+    let side = |[p, q]: [Pixel; 2], r: Pixel| (q.0 - p.0) * (r.1 - p.1) - (q.1 - p.1) * (r.0 - p.0);
+    side(a, b[0]) * side(a, b[1]) < 0.0 && side(b, a[0]) * side(b, a[1]) < 0.0
+}
+
+/// Writes the labels. Of those that would cover another cloud, or whose cloud is nowhere apart from others, only the first and
+/// the last are written.
 pub fn write(panel: &Panel<'_, '_>, labels: &[Label]) -> Result<(), DrawError> {
-    let frame = panel.frame();
     let clouds: Vec<Vec<Pixel>> = labels.iter().map(|label| spread(panel, &label.points)).collect();
-    let mut cells = Cells::new();
-    for (owner, points) in clouds.iter().enumerate() {
-        for &point in points {
-            cells.entry(cell(point)).or_default().push(owner);
-        }
-    }
-    let mut written: Vec<Box4> = Vec::new();
-    for (owner, (label, cloud)) in labels.iter().zip(&clouds).enumerate().filter(|(_, (l, _))| !l.words.is_empty()) {
+    let mut map = Map::new(panel.frame(), &clouds);
+    let named: Vec<usize> =
+        (0..labels.len()).filter(|&k| !labels[k].words.is_empty() && !clouds[k].is_empty()).collect();
+    for (turn, owner) in evenly(named.len()).into_iter().map(|k| named[k]).enumerate() {
+        let label = &labels[owner];
         let width = text_width(&label.words, SMALL) + 4.0;
-        let is_free = |b: &Box4| {
-            let inside =
-                b[0] > frame[0] + 1.0 && b[2] < frame[2] - 1.0 && b[1] > frame[1] + 1.0 && b[3] < frame[3] - 1.0;
-            inside && !written.iter().any(|other| meet(b, other))
-        };
-        let mut best: Option<(f64, Pixel, Box4)> = None;
-        for (anchor, place, away) in places(cloud, width) {
-            if best.is_some_and(|(least, ..)| least <= away) {
-                // All that follow are as far away.
-                break;
-            }
-            if is_free(&place) {
-                let cost = cost(&place, away, owner, &cells);
-                best = best.filter(|(least, ..)| *least <= cost).or(Some((cost, anchor, place)));
-            }
+        let may_cover = turn < 2;
+        if let Some(spot) = map.best(owner, &clouds[owner], width, may_cover).filter(|_| map.written.len() < MOST) {
+            draw(panel, label, &spot)?;
+            map.written.push(spot);
         }
-        let Some((_, anchor, place)) = best else { continue };
-        let leader = [anchor, (anchor.0.clamp(place[0], place[2]), anchor.1.clamp(place[1], place[3]))];
-        let mut elements = vec![block(panel, &place)];
-        if distance(&place, anchor) > FAR {
-            let stroke = Stroke { ink: label.ink, width: 0.8, dashes: &[] };
-            elements.push(Element::curve(leader.map(|(x, y)| panel.point(x, y)).to_vec(), stroke));
-        }
-        panel.draw_over(&elements)?;
-        let style = text_style(SMALL, label.ink, HPos::Left, VPos::Center);
-        panel.write(&label.words, panel.point(place[0] + 2.0, 0.5 * (place[1] + place[3])), style)?;
-        written.push(place);
     }
     Ok(())
 }
 
-fn block(panel: &Panel<'_, '_>, place: &Box4) -> Element {
-    Element::block(panel.point(place[0], place[1]), panel.point(place[2], place[3]), Ink::Paper, 0.75)
+/// `0..count` in an order whose beginning is spread evenly: the ends, then the middle, then the middles of the halves.
+fn evenly(count: usize) -> Vec<usize> {
+    let last = count.saturating_sub(1);
+    let mut order: Vec<usize> = (0..count).filter(|&k| k == 0 || k == last).collect();
+    let mut gaps = VecDeque::from([(0, last)]);
+    while let Some((low, high)) = gaps.pop_front() {
+        if high - low > 1 {
+            let middle = low.midpoint(high);
+            order.push(middle);
+            gaps.extend([(low, middle), (middle, high)]);
+        }
+    }
+    order
+}
+
+/// Draws the words, and the line that leads to their cloud with a dot where it ends.
+fn draw(panel: &Panel<'_, '_>, label: &Label, spot: &Spot) -> Result<(), DrawError> {
+    let place = &spot.place;
+    let at = |(x, y): Pixel| panel.point(x, y);
+    let mut elements = vec![Element::block(at((place[0], place[1])), at((place[2], place[3])), Ink::Paper, 0.75)];
+    if let Some(leader) = spot.leader() {
+        let stroke = |ink: Ink| Stroke { ink, width: 0.8, dashes: &[] };
+        let dot =
+            |radius: f64, ink: Ink| Element::markers(vec![at(spot.anchor)], Marker::Circle, radius, stroke(ink), true);
+        elements.push(Element::curve(leader.map(at).to_vec(), stroke(label.ink)));
+        elements.extend([dot(2.6, Ink::Paper), dot(1.7, label.ink)]);
+    }
+    panel.draw_over(&elements)?;
+    // The words end where their cloud is: how wide they are is known only roughly.
+    let (side, x) = match spot.anchor.0 {
+        x if x <= place[0] => (HPos::Left, place[0] + 2.0),
+        x if x >= place[2] => (HPos::Right, place[2] - 2.0),
+        _ => (HPos::Center, 0.5 * (place[0] + place[2])),
+    };
+    panel.write(&label.words, at((x, 0.5 * (place[1] + place[3]))), text_style(SMALL, label.ink, side, VPos::Center))
 }
 
 /// The points of a cloud in pixels, one a square.
 fn spread(panel: &Panel<'_, '_>, points: &[Point]) -> Vec<Pixel> {
-    let mut known = std::collections::HashSet::new();
+    let mut known = HashSet::new();
     let pixels = points.iter().map(|point| panel.pixels(*point));
     pixels.filter(|pixel| known.insert(cell(*pixel))).collect()
 }
 
-/// Places around the parts of a cloud, near ones first: the part, the place, and how far the place is from it.
-fn places(cloud: &[Pixel], width: f64) -> impl Iterator<Item = (Pixel, Box4, f64)> + '_ {
-    let stride = cloud.len() / ANCHORS + 1;
+/// Places around some parts of a cloud, near ones first.
+fn spots(parts: &[Pixel], width: f64) -> impl Iterator<Item = Spot> + '_ {
+    let stride = parts.len() / ANCHORS + 1;
     let around = move |(x, y): Pixel, away: f64| {
         let slant = 0.7 * away;
         let corners = [
@@ -126,25 +176,104 @@ fn places(cloud: &[Pixel], width: f64) -> impl Iterator<Item = (Pixel, Box4, f64
             (x + slant, y + slant),
             (x - slant - width, y + slant),
         ];
-        corners.map(|(left, top)| ((x, y), [left, top, left + width, top + HEIGHT], away))
+        let place = |(left, top): Pixel| [left, top, left + width, top + HEIGHT];
+        corners.map(|corner| Spot { anchor: (x, y), place: place(corner), away })
     };
-    DISTANCES.into_iter().flat_map(move |away| cloud.iter().step_by(stride).flat_map(move |&part| around(part, away)))
+    DISTANCES.into_iter().flat_map(move |away| parts.iter().step_by(stride).flat_map(move |&part| around(part, away)))
 }
 
-/// How bad a place is: what it covers, how far it is from its cloud, and whether another cloud is as close.
-fn cost(place: &Box4, away: f64, owner: usize, cells: &Cells) -> f64 {
-    const AROUND: f64 = 10.0;
-    let (low, high) = (cell((place[0] - AROUND, place[1] - AROUND)), cell((place[2] + AROUND, place[3] + AROUND)));
-    let (mut covered, mut strangers) = (0, 0);
-    for x in low.0..=high.0 {
-        for y in low.1..=high.1 {
-            let Some(owners) = cells.get(&(x, y)) else { continue };
-            let middle = ((f64::from(x) + 0.5) * CELL, (f64::from(y) + 0.5) * CELL);
-            let reach = distance(place, middle);
-            covered += usize::from(reach < 0.5 * CELL);
-            let is_strange = reach < AROUND.min(away + CELL) && owners.iter().any(|other| *other != owner);
-            strangers += usize::from(is_strange);
+impl Map {
+    fn new(frame: Box4, clouds: &[Vec<Pixel>]) -> Self {
+        let mut cells: HashMap<(i32, i32), Vec<usize>> = HashMap::new();
+        for (owner, points) in clouds.iter().enumerate() {
+            for &point in points {
+                cells.entry(cell(point)).or_default().push(owner);
+            }
         }
+        Self { frame, cells, written: Vec::new() }
     }
-    4.0 * covered as f64 + 1.5 * f64::from(strangers as u32) + away
+
+    /// The best place for words beside a cloud, if there is one; words that `may_cover` other clouds do so if they have to.
+    fn best(&self, owner: usize, cloud: &[Pixel], width: f64, may_cover: bool) -> Option<Spot> {
+        // Words beside a part where clouds meet could name any of them.
+        let alone = |reach: i32| cloud.iter().copied().filter(|part| self.is_alone(*part, owner, reach)).collect();
+        let tries: [Vec<Pixel>; 2] = [alone(1), alone(0)];
+        let all = may_cover.then_some(cloud);
+        let parts = tries.iter().map(Vec::as_slice).find(|parts| !parts.is_empty()).or(all)?;
+        let mut best: Option<(f64, Spot)> = None;
+        for spot in spots(parts, width) {
+            if best.is_some_and(|(least, _)| least <= spot.away) {
+                // All that follow are as far away.
+                break;
+            }
+            let cost = self.cost(&spot, owner, may_cover).filter(|_| self.is_free(&spot));
+            if let Some(cost) = cost.filter(|cost| best.is_none_or(|(least, _)| *cost < least)) {
+                best = Some((cost, spot));
+            }
+        }
+        best.map(|(_, spot)| spot)
+    }
+
+    /// Whether no other cloud is in the square of a part of this one or in those around it as far as `reach`.
+    fn is_alone(&self, part: Pixel, owner: usize, reach: i32) -> bool {
+        let (column, row) = cell(part);
+        let mut around = (-reach..=reach).flat_map(|x| (-reach..=reach).map(move |y| (column + x, row + y)));
+        around.all(|square| self.cells.get(&square).is_none_or(|owners| owners.iter().all(|other| *other == owner)))
+    }
+
+    /// Whether a place is in the frame and neither it nor its leader meets what has been written.
+    fn is_free(&self, spot: &Spot) -> bool {
+        let (frame, place) = (&self.frame, &spot.place);
+        let is_inside = place[0] > frame[0] + 1.0
+            && place[2] < frame[2] - 1.0
+            && place[1] > frame[1] + 1.0
+            && place[3] < frame[3] - 1.0;
+        let lies_on = |leader: [Pixel; 2], place: &Box4| along(leader).any(|point| distance(place, point) < 1.0);
+        let meets = |other: &Spot| {
+            let (own, others) = (spot.leader(), other.leader());
+            meet(place, &other.place)
+                || own.is_some_and(|own| lies_on(own, &other.place))
+                || others.is_some_and(|leader| lies_on(leader, place))
+                || own.zip(others).is_some_and(|(a, b)| cross(a, b))
+        };
+        is_inside && !self.written.iter().any(meets)
+    }
+
+    /// How bad a place is: what it covers, how far it is from its cloud, whether another cloud is as close, and what its
+    /// leader crosses. None if it covers another cloud and may not.
+    fn cost(&self, spot: &Spot, owner: usize, may_cover: bool) -> Option<f64> {
+        let Spot { place, away, .. } = spot;
+        let (low, high) = (cell((place[0] - AROUND, place[1] - AROUND)), cell((place[2] + AROUND, place[3] + AROUND)));
+        let (mut covered, mut strangers) = (0_u32, 0_u32);
+        for square in (low.0..=high.0).flat_map(|x| (low.1..=high.1).map(move |y| (x, y))) {
+            let Some(owners) = self.cells.get(&square) else { continue };
+            let middle = ((f64::from(square.0) + 0.5) * CELL, (f64::from(square.1) + 0.5) * CELL);
+            let (reach, is_strange) = (distance(place, middle), owners.iter().any(|other| *other != owner));
+            if is_strange && reach < 0.5 * CELL && !may_cover {
+                return None;
+            }
+            covered += u32::from(reach < 0.5 * CELL);
+            strangers += u32::from(is_strange && reach < AROUND.min(away + CELL));
+        }
+        let leader = spot.leader().into_iter().flat_map(along);
+        let crossed = leader.filter(|point| !self.is_alone(*point, owner, 0)).count();
+        Some(4.0 * f64::from(covered) + 1.5 * f64::from(strangers) + 0.5 * crossed as f64 + away)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ends_come_first_and_every_index_once() {
+        assert_eq!(evenly(0), [] as [usize; 0]);
+        assert_eq!(evenly(1), [0]);
+        assert_eq!(evenly(2), [0, 1]);
+        assert_eq!(evenly(5), [0, 4, 2, 1, 3]);
+        let mut all = evenly(64);
+        assert_eq!(all[..2], [0, 63]);
+        all.sort_unstable();
+        assert_eq!(all, (0..64).collect::<Vec<_>>());
+    }
 }

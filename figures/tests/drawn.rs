@@ -8,8 +8,10 @@ use density::grid::{Axis, Grid};
 use density::problem::{InitialGaussian, Problem};
 use figures::atlas;
 use figures::densities::{Densities, Density};
+use figures::palette::Ink;
 use figures::results::{Manifest, MomentsRow, PassageRow, Results};
 use figures::scene::{Scenario, Scene};
+use figures::text::text_width;
 
 const BINS: usize = 40;
 const NAN: f64 = f64::NAN;
@@ -174,6 +176,65 @@ impl Drawn {
     }
 }
 
+/// A small cloud that goes round as time goes by: its middle at the `index`-th of `count` snapshots.
+fn spot_middle(index: usize, count: usize) -> (f64, f64) {
+    let turn = 5.6 * index as f64 / count as f64;
+    (3.0 + 1.6 * turn.cos(), 0.4 + 0.23 * turn.sin())
+}
+
+/// Half widths of the small cloud.
+const SPOT: (f64, f64) = (0.15, 0.025);
+
+/// A run of small clouds, each at a place of its own.
+fn spots(count: usize) -> Run {
+    let mut run = Run::new(count);
+    for index in 0..count {
+        let middle = spot_middle(index, count);
+        let spot = || density(grid(), |phi, e| ((phi - middle.0) / SPOT.0).hypot((e - middle.1) / SPOT.1) < 1.0);
+        *run.density("exact", index) = spot();
+        *run.density("mc", index) = spot();
+    }
+    run
+}
+
+fn number(node: roxmltree::Node<'_, '_>, name: &str) -> f64 {
+    node.attribute(name).unwrap().parse().unwrap()
+}
+
+/// The label of a snapshot as it is drawn.
+struct Written {
+    index: usize,
+    /// Left, top, right and bottom of the words.
+    place: [f64; 4],
+    /// Where the line that leads to the cloud begins.
+    led_to: Option<(f64, f64)>,
+}
+
+/// The labels at the clouds of a figure of `count` snapshots, a quarter of a year from one to the next.
+fn written(document: &roxmltree::Document<'_>, count: usize) -> Vec<Written> {
+    let with_class = |class: String| document.descendants().filter(move |n| n.attribute("class") == Some(&*class));
+    let of_index = |index: usize| {
+        let (ink, words) = (Ink::of_many(index, count), format!("t = {} yr", 0.25 * index as f64));
+        let text = with_class(ink.fill_class().into_owned()).find(|node| node.text() == Some(&*words))?;
+        let (width, base) = (0.85 * text_width(&words, 11.0), number(text, "y"));
+        let share = match text.attribute("text-anchor") {
+            Some("middle") => 0.5,
+            Some("end") => 1.0,
+            _ => 0.0,
+        };
+        let left = number(text, "x") - share * width;
+        let lines = with_class(ink.stroke_class().into_owned()).filter(|node| node.attribute("fill") == Some("none"));
+        let mut starts = lines.filter_map(|line| line.attribute("d")?.strip_prefix('M')?.split('L').next());
+        let start = starts.next_back().and_then(|start| start.split_once(' '));
+        Some(Written {
+            index,
+            place: [left, base - 9.0, left + width, base + 3.0],
+            led_to: start.map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap())),
+        })
+    };
+    (0..count).filter_map(of_index).collect()
+}
+
 /// Whether no word and no place of a figure is "NaN"; pictures are encoded in letters that may spell anything.
 fn has_numbers_only(svg: &str) -> bool {
     let document = roxmltree::Document::parse(svg).unwrap();
@@ -186,15 +247,13 @@ fn has_numbers_only(svg: &str) -> bool {
 
 #[test]
 fn the_label_of_a_ring_is_at_the_ring_and_not_in_its_empty_middle() {
-    let drawn = Drawn::of(&Run::new(2).figure("joint-density-exact-all"));
-    let place = |words: &str| {
-        let (_, x, y) = drawn.words.iter().find(|(text, ..)| text == words).unwrap_or_else(|| panic!("no {words}"));
-        (*x, *y)
-    };
+    let svg = Run::new(2).figure("joint-density-exact-all");
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let drawn = Drawn::of(&svg);
     // The scale of the figure by its numbers on the axes.
     let ticks = |horizontal: bool| {
         let number = |(text, x, y): &(String, f64, f64)| Some((text.parse::<f64>().ok()?, *x, *y));
-        let all: Vec<(f64, f64, f64)> = drawn.words.iter().filter_map(number).filter(|(_, x, _)| *x < 530.0).collect();
+        let all: Vec<(f64, f64, f64)> = drawn.words.iter().filter_map(number).filter(|(_, x, _)| *x < 580.0).collect();
         let lowest = all.iter().map(|(.., y)| *y).fold(0.0, f64::max);
         let on_axis = |(_, _, y): &&(f64, f64, f64)| (*y > lowest - 1.0) == horizontal;
         let chosen: Vec<_> = all.iter().filter(on_axis).copied().collect();
@@ -202,11 +261,12 @@ fn the_label_of_a_ring_is_at_the_ring_and_not_in_its_empty_middle() {
         let pixel = move |tick: (f64, f64, f64)| if horizontal { tick.1 } else { tick.2 };
         move |at: f64| a.0 + (at - pixel(a)) / (pixel(b) - pixel(a)) * (b.0 - a.0)
     };
-    for words in ["t = 0 yr", "t = 0.25 yr"] {
-        let (x, y) = place(words);
-        let (phi, e) = (ticks(true)(x + 20.0), ticks(false)(y));
+    let labels = written(&document, 2);
+    assert_eq!(labels.len(), 2);
+    for Written { index, place: [left, top, right, bottom], .. } in labels {
+        let (phi, e) = (ticks(true)(0.5 * (left + right)), ticks(false)(0.5 * (top + bottom)));
         let radius = ((phi - 3.0) / 2.0).hypot((e - 0.4) / 0.3);
-        assert!((0.5..1.4).contains(&radius), "{words} at phi = {phi}, e = {e}, {radius} of the ring");
+        assert!((0.5..1.4).contains(&radius), "{index} at phi = {phi}, e = {e}, {radius} of the ring");
     }
 }
 
@@ -225,6 +285,79 @@ fn thirteen_snapshots_have_thirteen_colours_and_a_bar_that_says_which_is_when() 
         drawn.words.iter().filter(|(text, ..)| text.starts_with("t = ")).count() >= 6,
         "labels stand at their clouds"
     );
+}
+
+#[test]
+fn each_label_is_at_its_own_cloud_or_led_to_it_in_its_colour_and_clear_of_other_labels() {
+    for (count, least) in [(2, 2), (5, 5), (13, 13), (40, 12), (64, 12)] {
+        let svg = spots(count).figure("joint-density-exact-all");
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let labels = written(&document, count);
+        assert!(labels.len() >= least, "{count}: {}", labels.len());
+        assert_eq!([labels[0].index, labels.last().unwrap().index], [0, count - 1], "the ends have labels");
+        for (k, label) in labels.iter().enumerate() {
+            let class = Ink::of_many(label.index, count).fill_class();
+            let is_cloud = |node: &roxmltree::Node<'_, '_>| {
+                node.attribute("mask").is_some() && node.attribute("class") == Some(&*class)
+            };
+            let cloud = document.descendants().find(is_cloud).unwrap();
+            let [left, top, width, height] = ["x", "y", "width", "height"].map(|name| number(cloud, name));
+            let ((phi, e), grid) = (spot_middle(label.index, count), grid());
+            let x = left + width * (phi - grid.phi.low) / (grid.phi.high - grid.phi.low);
+            let y = top + height * (grid.e.high - e) / (grid.e.high - grid.e.low);
+            let radius =
+                (width * SPOT.0 / (grid.phi.high - grid.phi.low)).max(height * SPOT.1 / (grid.e.high - grid.e.low));
+            let [l, t, r, b] = label.place;
+            let (end, slack) = label.led_to.map_or(((x.clamp(l, r), y.clamp(t, b)), 9.0), |start| (start, 3.0));
+            let away = (end.0 - x).hypot(end.1 - y);
+            assert!(away < radius + slack, "{count}: label {} is {away} from its cloud of {radius}", label.index);
+            for other in &labels[..k] {
+                let [l2, t2, r2, b2] = other.place;
+                assert!(r <= l2 || r2 <= l || b <= t2 || b2 <= t, "{count}: {} and {}", label.index, other.index);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_snapshot_has_a_colour_of_its_own_that_the_bar_of_times_repeats() {
+    for count in [2, 5, 13, 64] {
+        let svg = spots(count).figure("joint-density-mc-all");
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let classes = |is_cloud: bool| {
+            let nodes = document.descendants().filter(move |node| node.attribute("mask").is_some() == is_cloud);
+            let filled = nodes.filter(|node| node.has_tag_name(("http://www.w3.org/2000/svg", "rect")) == is_cloud);
+            let shades = filled.filter_map(|node| node.attribute("class")).filter(|class| class.starts_with("f-t"));
+            shades.filter(|class| *class != "f-text").collect::<std::collections::BTreeSet<_>>()
+        };
+        assert_eq!(classes(true).len(), count);
+        assert!(classes(true).is_subset(&classes(false)), "the bar has a block of each");
+        let drawn = Drawn::of(&svg);
+        assert!(drawn.has("time t [yr]") && drawn.has("0") && drawn.has(&(0.25 * (count - 1) as f64).to_string()));
+        let masks = document.descendants().filter_map(|node| node.attribute("mask"));
+        for mask in masks.filter_map(|mask| mask.strip_prefix("url(#")?.strip_suffix(')')) {
+            assert_eq!(document.descendants().filter(|node| node.attribute("id") == Some(mask)).count(), 1, "{mask}");
+        }
+    }
+}
+
+#[test]
+fn a_key_is_near_every_row_of_the_marginals() {
+    for count in [1, 2, 13, 40] {
+        let svg = Run::new(count).figure("marginals-mc");
+        let drawn = Drawn::of(&svg);
+        let heights =
+            |words: &str| drawn.words.iter().filter(|(text, ..)| text == words).map(|(.., y)| *y).collect::<Vec<f64>>();
+        let keys = heights("exact");
+        assert_eq!(keys.len(), count.div_ceil(2));
+        for index in 0..count {
+            let row = heights(&format!("t = {} yr", 0.25 * index as f64))[0];
+            assert!(keys.iter().any(|key| (0.0..300.0).contains(&(row - key))), "{count}: row {index} at {row}");
+        }
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let bottom = number(document.root_element(), "height");
+        assert!(drawn.words.iter().all(|(.., y)| *y < bottom), "{count}: nothing is cut off below");
+    }
 }
 
 #[test]

@@ -25,6 +25,8 @@ use crate::scene::{Cloud, Scene};
 /// Samples drawn, as in the paper.
 const SAMPLES: usize = 961;
 const SEED: u64 = 1;
+/// Points that stand for a line across the figure, close enough that no words fit between.
+const LINE_POINTS: usize = 300;
 const BOUND: Stroke = Stroke { ink: Ink::Faint, width: 1.6, dashes: &[] };
 
 /// Draws it.
@@ -65,7 +67,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         if has_bar {
             time_bar(&right, &scene.times)?;
         }
-        labels::write(&panel, &cloud_labels(&scene.times, clouds))
+        labels::write(&panel, &cloud_labels(scene, &phi, clouds))
     })
 }
 
@@ -79,19 +81,18 @@ fn placed(samples: &[Vec<Point>], clouds: &[Option<Cloud>], phi: &Range<f64>) ->
     samples.iter().zip(clouds).map(place).collect()
 }
 
-/// Labels that are written where there are many snapshots, at most.
-const LABELS: usize = 16;
-
-/// The times beside the clouds; every second, third, ... if there are very many.
-pub fn cloud_labels(times: &[f64], clouds: Vec<Vec<Point>>) -> Vec<Label> {
-    let (stride, count) = (times.len().div_ceil(LABELS).max(1), times.len());
-    let label = |(index, points): (usize, Vec<Point>)| {
-        let ink = if snapshots_of_many(count) { Ink::of_many(index, count) } else { Ink::Text };
-        // Without a label a cloud still is what others keep clear of.
-        let words = times.get(index).filter(|_| index % stride == 0).map_or(String::new(), |&t| at_time(t));
-        Label { words, points, ink }
+/// The times beside the clouds, each in the colour of its own; they keep clear of the line of the critical eccentricity.
+pub fn cloud_labels(scene: &Scene<'_>, phi: &Range<f64>, clouds: Vec<Vec<Point>>) -> Vec<Label> {
+    let times = &scene.times;
+    let label = |(index, points): (usize, Vec<Point>)| Label {
+        words: times.get(index).map_or(String::new(), |&t| at_time(t)),
+        points,
+        ink: Ink::of_many(index, times.len()),
     };
-    clouds.into_iter().enumerate().map(label).collect()
+    let along = (0..=LINE_POINTS).map(|k| phi.start + (phi.end - phi.start) * k as f64 / LINE_POINTS as f64);
+    let line = along.map(|phi| (phi, scene.problem.critical_e)).collect();
+    let line = Label { words: String::new(), points: line, ink: CRITICAL.ink };
+    clouds.into_iter().enumerate().map(label).chain([line]).collect()
 }
 
 type Snapshots = (Vec<Vec<Point>>, [f64; 2]);

@@ -1,8 +1,12 @@
 //! Joint densities (Figs. 3 and 4, 10 and 11, 14 and 15): all snapshots of a case in one frame, and each by itself.
+//!
+//! In the common frame clouds lie over one another, so there colour says when and its strength how dense; by itself a
+//! snapshot has the colours for its density.
 
 use std::f64::consts::PI;
 use std::ops::Range;
 
+use super::time_bar::{TIME_BAR, time_bar};
 use super::{
     CRITICAL, TURN, at_time, beside_bar, critical, e_axis, on_axis, phi_axis, withheld_words, write_absent, zoom,
 };
@@ -14,17 +18,19 @@ use crate::densities::Density;
 use crate::drawings::cloud_evolution::cloud_labels;
 use crate::elements::{Element, Point};
 use crate::figure::{DrawError, Figure};
-use crate::labels::{self, Label};
+use crate::labels;
 use crate::legend::Sample;
 use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings, units};
 use crate::scene::{Cloud, Method, Scene};
 
 /// Size of the frame of all snapshots \[px\].
-const WIDTH: u32 = 620;
+const WIDTH: u32 = 760;
 const HEIGHT: u32 = 360;
 /// Width of a colour bar with its labels \[px\].
 const BAR: f64 = 92.0;
+/// How much lower a panel with a title begins than one without \[px\].
+const TITLE: f64 = 13.0;
 /// The same of a small map.
 const SMALL_BAR: f64 = 78.0;
 
@@ -35,24 +41,30 @@ pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawEr
     let densities = scene.yardstick().map_or(&[][..], |yardstick| yardstick.densities);
     let given = || densities.iter().filter(|density| !density.is_withheld());
     let peaks = if given().next().is_some() { densities } else { method.densities };
-    let scale = Scale::Logarithmic(peaks.iter().map(Density::peak).fold(0.0, f64::max));
+    let peak = peaks.iter().map(Density::peak).fold(0.0, f64::max);
+    let scale = Scale::Strength(peak);
     let (line, line_name) = critical(scene, &phi);
     let clouds = scene.clouds();
     let tops = clouds.iter().flatten().map(|cloud| cloud.e.end);
     let highest =
         given().map(|d| d.grid.e.high).chain(tops).chain([1.05 * scene.problem.critical_e]).fold(0.0, f64::max);
-    let shown = || method.densities.iter().zip(&clouds).filter(|(density, _)| !density.is_withheld());
     let mut pictures: Vec<Element> = Vec::new();
-    for (density, cloud) in shown() {
+    for (index, (density, cloud)) in method.densities.iter().zip(&clouds).enumerate() {
+        if density.is_withheld() {
+            continue;
+        }
         let shift = cloud.as_ref().map_or(0.0, |cloud| shift_into(&phi, &cloud.phi));
-        pictures.extend(placed(density, shift, &phi, &density.joint, scale)?);
+        let ink = Ink::of_many(index, scene.times.len());
+        let placed = placed(density, shift, &phi, &density.joint, scale)?;
+        pictures.extend(placed.into_iter().map(|picture| picture.inked(ink)));
     }
     let insets = zoom::insets(scene, method, scale, [&phi, &(0.0..highest.min(1.0))])?;
     let name = scene.figure_name(&format!("joint-density-{}-all", method.label));
     let title = format!("Joint density of {} at all snapshots", method.label);
     let caption = format!(
-        "Logarithmic colour scale over three decades, the same for all cases; below {LEAST} of the highest peak of {} nothing is \
-         drawn.{} Corresponds to Figs. 3, 10 and 14 of Sun et al. (2022).{}",
+        "The colour of a cloud is its time, from early to late; its strength is the density, logarithmic over three decades, the \
+         same for all cases; below {LEAST} of the highest peak of {} nothing is drawn. A label stands at its own cloud or is led \
+         to a point of it; where there is no room for all labels the bar tells the times.{} Corresponds to Figs. 3, 10 and 14 of Sun et al. (2022).{}",
         scene.yardstick().map_or("the reference", |yardstick| yardstick.label),
         if insets.is_empty() {
             ""
@@ -65,23 +77,27 @@ pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawEr
     let size = (WIDTH, HEIGHT + zoom::height(&insets));
     Figure::draw(&name, &title, &caption, size, &key, |area| {
         let (area, below) = area.split_vertically(units(f64::from(HEIGHT)) as i32);
-        let (left, right) = beside_bar(&area, BAR);
+        let (left, bars) = beside_bar(&area, TIME_BAR + BAR);
+        let (times, strengths) = beside_bar(&bars, BAR);
         let around = Surroundings { title: method.label, ..Surroundings::default() };
         let panel = Panel::new(&left, &phi_axis(phi.clone(), 6), &e_axis(0.0..highest.min(1.0), 7), around)?;
         panel.draw(&pictures)?;
         panel.draw(&[line])?;
-        let points =
-            method.densities.iter().zip(&clouds).map(|(density, cloud)| cloud_points(density, cloud.as_ref(), &phi));
-        let labels = cloud_labels(&scene.times, points.collect());
-        labels::write(&panel, &labels.into_iter().map(|label| Label { ink: Ink::Text, ..label }).collect::<Vec<_>>())?;
-        colour_bar(&right, "joint density", scale)?;
+        let points = method
+            .densities
+            .iter()
+            .zip(&clouds)
+            .map(|(density, cloud)| cloud_points(density, cloud.as_ref(), &phi, LEAST * peak));
+        labels::write(&panel, &cloud_labels(scene, &phi, points.collect()))?;
+        time_bar(&times.margin(units(TITLE), 0, 0, 0), &scene.times)?;
+        colour_bar(&strengths, "joint density", scale)?;
         zoom::draw(&below, &insets)
     })
 }
 
-/// Middles of the bins in which a density is visible, on the branch that keeps the cloud whole; none if it is withheld.
-fn cloud_points(density: &Density, cloud: Option<&Cloud>, phi: &Range<f64>) -> Vec<Point> {
-    let least = LEAST * density.peak();
+/// Middles of the bins in which a density is at `least` what is drawn, on the branch that keeps the cloud whole; none if it is
+/// withheld.
+fn cloud_points(density: &Density, cloud: Option<&Cloud>, phi: &Range<f64>, least: f64) -> Vec<Point> {
     let Some(cloud) = cloud.filter(|_| !density.is_withheld() && least > 0.0) else { return Vec::new() };
     let centre = 0.5 * (cloud.phi.start + cloud.phi.end) + shift_into(phi, &cloud.phi);
     let grid = &density.grid;
@@ -193,21 +209,22 @@ fn placed(
 fn colour_bar(area: &Area<'_>, label: &str, scale: Scale) -> Result<(), DrawError> {
     let (end, unit) = match scale {
         Scale::Linear(end) | Scale::Difference(end) => unit(end),
-        Scale::Logarithmic(end) => (end, "1".to_owned()),
+        Scale::Strength(end) => (end, "1".to_owned()),
     };
     let label = format!("{label} [{unit}/rad]");
     let y = match scale {
         Scale::Linear(_) => Axis::linear(&label, 0.0..end, 5),
         Scale::Difference(_) => Axis::linear(&label, -end..end, 5),
-        Scale::Logarithmic(_) if end > 0.0 => Axis::logarithmic(&label, LEAST * end, end, 5),
-        Scale::Logarithmic(_) => Axis::linear(&label, 0.0..1.0, 1),
+        Scale::Strength(_) if end > 0.0 => Axis::logarithmic(&label, LEAST * end, end, 5),
+        Scale::Strength(_) => Axis::linear(&label, 0.0..1.0, 1),
     };
     let x = Axis { label: String::new(), range: 0.0..1.0, ticks: Vec::new(), labels: Labels::None };
     // As high as the map beside it, which has labels below.
-    let area = area.margin(units(13.0), units(35.0), 0, 0);
+    let area = area.margin(units(TITLE), units(35.0), 0, 0);
     let around = Surroundings { is_bar: true, without_grid: true, ..Surroundings::default() };
     let panel = Panel::new(&area, &x, &y, around)?;
-    panel.draw(&[Element::picture((0.0, y.range.start), (1.0, y.range.end), ramp(scale)?)])
+    let colours = Element::picture((0.0, y.range.start), (1.0, y.range.end), ramp(scale)?);
+    panel.draw(&[if let Scale::Strength(_) = scale { colours.inked(Ink::Text) } else { colours }])
 }
 
 /// The end of a scale in units of a power of ten, and how that power is written.

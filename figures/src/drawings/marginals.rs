@@ -8,7 +8,7 @@ use crate::backend::{Area, Stroke};
 use crate::densities::Density;
 use crate::elements::{Element, Point};
 use crate::figure::{DrawError, Figure};
-use crate::legend::{Entry, Sample};
+use crate::legend::{self, Entry, Sample};
 use crate::palette::{Ink, Pen};
 use crate::panel::{Panel, Surroundings, room_beside, units};
 use crate::scene::{Method, Scene};
@@ -16,7 +16,10 @@ use crate::scene::{Method, Scene};
 /// Half width of a 95 % interval in standard deviations.
 const SIGMAS: f64 = 1.96;
 /// Height of a row of panels, and of the densities in it; residuals have the rest \[px\].
-const ROW: u32 = 236;
+const ROW: f64 = 236.0;
+/// Rows below a key: as few that one key is on the screen wherever the reader is.
+const ROWS_A_KEY: usize = 2;
+const WIDTH: u32 = 760;
 const UPPER: f64 = 134.0;
 const BAND: Ink = Ink::Series(0);
 const ZERO: Stroke = Stroke { ink: Ink::Faint, width: 0.8, dashes: &[] };
@@ -56,9 +59,18 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError>
         None => format!("Marginal densities of {}", method.label),
     };
     let rows = method.densities.len();
-    Figure::draw(&name, &title, &caption, (760, ROW * rows as u32), &key, |area| {
-        let areas = area.split_evenly((rows, 2));
-        for (index, (pair, own)) in areas.chunks_exact(2).zip(method.densities).enumerate() {
+    let key_height = legend::height(&key, f64::from(WIDTH));
+    let height = ROW * rows as f64 + key_height * rows.div_ceil(ROWS_A_KEY) as f64;
+    Figure::draw(&name, &title, &caption, (WIDTH, height.ceil() as u32), &[], |area| {
+        let mut rest = area.clone();
+        for (index, own) in method.densities.iter().enumerate() {
+            if index.is_multiple_of(ROWS_A_KEY) {
+                let (head, below) = rest.split_vertically(units(key_height) as i32);
+                legend::draw(&head, &key, f64::from(WIDTH))?;
+                rest = below;
+            }
+            let (row, below) = rest.split_vertically(units(ROW) as i32);
+            rest = below;
             let snapshot = Snapshot {
                 title: scene.times.get(index).map_or(String::new(), |&t| at_time(t)),
                 own,
@@ -66,7 +78,7 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError>
                 reference: reference.and_then(|r| Some((r.densities.get(index)?, r.pen))),
                 sampled: band.and_then(|(mc, n)| Some((mc.densities.get(index)?, n))).filter(|(d, _)| !d.is_withheld()),
             };
-            for (area, of) in pair.iter().zip([Variable::Phi, Variable::E]) {
+            for (area, of) in row.split_evenly((1, 2)).iter().zip([Variable::Phi, Variable::E]) {
                 let (upper, lower) = area.split_vertically(units(UPPER) as i32);
                 let (y, residual) = (density_axis(&snapshot, of), residual(&snapshot, of));
                 let beside = residual.as_ref().map_or(0.0, |residual| room_beside(&residual.axis)).max(room_beside(&y));

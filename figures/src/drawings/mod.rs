@@ -68,15 +68,14 @@ fn steps(bins: &Bins, values: &[f64]) -> Vec<Point> {
     values.iter().enumerate().flat_map(|(i, &v)| [(bins.edge(i), v), (bins.edge(i + 1), v)]).collect()
 }
 
-/// Whether there are more snapshots than colours that are easily told apart: they then follow a scale from early to late.
+/// Whether there are more snapshots than a key has room for: a bar then says which colour is when.
 fn snapshots_of_many(count: usize) -> bool {
     count > 6
 }
 
 /// The marker of a snapshot in figures of `count`.
 fn snapshot_marker(index: usize, count: usize) -> (Marker, Stroke) {
-    let ink = if snapshots_of_many(count) { Ink::of_many(index, count) } else { Ink::Series(index) };
-    (Marker::of(index), Stroke { ink, width: 0.9, dashes: &[] })
+    (Marker::of(index), Stroke { ink: Ink::of_many(index, count), width: 0.9, dashes: &[] })
 }
 
 /// The representative of an angle near the middle of its cloud; on an axis of one turn the one that lies on it.
@@ -104,7 +103,7 @@ fn write_absent(panel: &Panel<'_, '_>, words: &str) -> Result<(), DrawError> {
 
 /// `t = 0.5, 1 yr`.
 fn at_times(times: &[f64]) -> String {
-    format!("t = {} yr", times.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
+    format!("t = {} yr", times.iter().map(|&t| time_words(t)).collect::<Vec<_>>().join(", "))
 }
 
 /// What a figure says of the densities that a case withholds; nothing if there are none.
@@ -118,5 +117,21 @@ fn withheld_words(label: &str, times: &[f64]) -> String {
 
 /// `t = 0.5 yr`.
 fn at_time(t: f64) -> String {
-    format!("t = {t} yr")
+    format!("t = {} yr", time_words(t))
+}
+
+/// A time as it was meant: `1.2`, not the `1.2000000000000002` that a sum of steps gives.
+fn time_words(t: f64) -> String {
+    format!("{t:.11e}").parse().unwrap_or(t).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_written_as_they_were_meant() {
+        let words = [0.0, 6.0 * 0.2, 1.0 / 3.0, 1000.0, 1e-6].map(time_words);
+        assert_eq!(words, ["0", "1.2", "0.333333333333", "1000", "0.000001"]);
+    }
 }

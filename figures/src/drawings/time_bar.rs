@@ -1,5 +1,6 @@
-//! Which colour is which time, where there are too many snapshots for a key.
+//! Which colour is which time.
 
+use super::time_words;
 use crate::axis::{Axis, Labels};
 use crate::backend::Area;
 use crate::elements::Element;
@@ -12,11 +13,16 @@ pub const TIME_BAR: f64 = 84.0;
 /// Times written beside the bar, at most.
 const NUMBERS: usize = 22;
 
+/// Which of `count` snapshots have their times written: every second, third, ... and the last, with room between.
+fn numbered(count: usize) -> impl Iterator<Item = usize> {
+    let stride = count.div_ceil(NUMBERS).max(1);
+    (0..count).filter(move |index| index + 1 == count || (index.is_multiple_of(stride) && index + stride < count))
+}
+
 /// A block of colour a snapshot, from the first below to the last above, with its time.
 pub fn time_bar(area: &Area<'_>, times: &[f64]) -> Result<(), DrawError> {
-    let mut y = Axis::names(times.iter().map(f64::to_string).collect());
-    let stride = times.len().div_ceil(NUMBERS).max(1);
-    y.ticks.retain(|tick| (*tick as usize).is_multiple_of(stride));
+    let mut y = Axis::names(times.iter().map(|&t| time_words(t)).collect());
+    y.ticks = numbered(times.len()).map(|index| index as f64).collect();
     y.label = "time t [yr]".into();
     let x = Axis { label: String::new(), range: 0.0..1.0, ticks: Vec::new(), labels: Labels::None };
     // As high as the panel beside it, which has labels below.
@@ -29,4 +35,20 @@ pub fn time_bar(area: &Area<'_>, times: &[f64]) -> Result<(), DrawError> {
         Element::block((0.0, middle - 0.5), (1.0, middle + 0.5), Ink::of_many(index, count), 1.0)
     };
     panel.draw(&(0..count).map(block).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_and_the_last_time_are_written_and_no_two_are_crowded() {
+        for count in 1..=64 {
+            let numbered: Vec<usize> = numbered(count).collect();
+            assert_eq!([numbered[0], numbered[numbered.len() - 1]], [0, count - 1]);
+            assert!(numbered.len() <= NUMBERS);
+            let least = count.div_ceil(NUMBERS);
+            assert!(numbered.windows(2).all(|pair| pair[1] - pair[0] >= least), "{count}: {numbered:?}");
+        }
+    }
 }

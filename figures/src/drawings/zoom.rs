@@ -94,6 +94,7 @@ pub struct Inset {
     phi: Range<f64>,
     e: Range<f64>,
     picture: String,
+    ink: Ink,
 }
 
 /// The insets of a case on these axes: one a snapshot whose cloud is thin or small, the same part for all cases.
@@ -116,7 +117,8 @@ pub fn insets(
         };
         let ((left, bottom), (right, top)) = window.corners(density);
         let picture = window.picture(density, &density.joint, scale)?;
-        insets.push(Inset { title: at_time(t), phi: left..right, e: bottom..top, picture });
+        let ink = Ink::of_many(index, scene.times.len());
+        insets.push(Inset { title: at_time(t), phi: left..right, e: bottom..top, picture, ink });
     }
     Ok(insets)
 }
@@ -138,7 +140,8 @@ pub fn draw(area: &Area<'_>, insets: &[Inset]) -> Result<(), DrawError> {
         let area = area.margin(0, 0, 0, units(6.0));
         let panel = Panel::new(&area, &x, &y, around)?;
         let ((left, right), (bottom, top)) = ((inset.phi.start, inset.phi.end), (inset.e.start, inset.e.end));
-        panel.draw(&[Element::picture((left, bottom), (right, top), inset.picture.clone())])?;
+        let picture = Element::picture((left, bottom), (right, top), inset.picture.clone());
+        panel.draw(&[picture.inked(inset.ink)])?;
     }
     Ok(())
 }
