@@ -142,8 +142,9 @@ fn verdict(scene: &Scene<'_>) -> String {
 /// Warnings and remarks as sentences.
 pub fn remarks(drawn: &Drawn<'_>) -> Markup {
     let groups = groups(&drawn.results.notes);
-    let is_grave =
-        |group: &NoteGroup<'_>| ["fallback: ", "error: ", "warning: "].iter().any(|word| group.starts_with(word));
+    let is_grave = |group: &NoteGroup<'_>| {
+        ["fallback: ", "lost: ", "error: ", "warning: "].iter().any(|word| group.starts_with(word))
+    };
     html! {
         @if groups.is_empty() { p { "No method doubts its own result." } }
         @else {
