@@ -34,6 +34,57 @@ fn files_that_cannot_be_right_are_refused_with_file_line_and_key() {
 }
 
 #[test]
+fn a_file_that_cannot_be_read_as_what_it_is_draws_one_error_that_says_why() {
+    let bench = Bench::new();
+    let good = "name = \"x\"\nscenarios = [\"scenario-1.toml\"]\nreference = \"mc\"\n[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\n";
+    for (content, words) in [
+        (&b"\x7fELF\x02\x01\x01\x00\xff\xfe\x00"[..], "file.toml:1: is not UTF-8 text from here on"),
+        (b"\x00\x01\x02\n", "file.toml:1: is not TOML: "),
+        (b"This is no TOML.\nNor is this.\n", "file.toml:1: is not TOML: "),
+        (b"", "file.toml: has no key that says whether it is a launch, a scenario or a sweep file"),
+        (good.replace("name = \"x\"\n", "").as_bytes(), "file.toml:1: name: the launch file lacks the key `name`"),
+        (
+            good.replace("reference", "name = \"y\"\nreference").as_bytes(),
+            "file.toml:3: name: stands in its table for the second time",
+        ),
+        (
+            format!("{good}label = \"m\"\n").as_bytes(),
+            "file.toml:7: propagator.label: stands in its table for the second time",
+        ),
+        (
+            format!("{good}[[propagator]]\nlabel = \"gmm\"\nnode = \"gmm-ut\"\nmerge_to = 5000\n").as_bytes(),
+            "file.toml:10: propagator.merge_to: has no effect where the mixture has at most 5000 components",
+        ),
+    ] {
+        std::fs::write(bench.path("file.toml"), content).unwrap();
+        let (code, _, errors) = validate(&bench, &["file.toml"]);
+        assert_eq!((code, errors.lines().count()), (Some(2), 1), "{errors}");
+        assert!(errors.contains(words), "{errors}");
+    }
+}
+
+#[test]
+fn sweeps_that_would_do_a_scenario_twice_or_have_values_without_effect_are_refused() {
+    let bench = Bench::new();
+    let satellite = "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2";
+    let orbit = |line: &&str| line.starts_with("radiation") || line.starts_with("oblateness");
+    let orbit: Vec<&str> = common::SCENARIO_1.lines().filter(orbit).collect();
+    bench.write("satellite.toml", &common::SCENARIO_1.replace(orbit[0], satellite).replace(orbit[1], ""));
+    assert_eq!(validate(&bench, &["satellite.toml"]).0, Some(0));
+    for (scenario, vary, words) in [
+        ("scenario-1", "\"initial.e\" = { from = 0.1, to = 0.2, count = 1 }", "to = 0.2 has no effect"),
+        ("scenario-1", "\"initial.e\" = { from = 0.1, to = 0.1, count = 2 }", "takes the value 0.1 twice"),
+        ("scenario-1", "\"initial.e\" = [0.1, 0.2, 0.1]", "takes the value 0.1 twice"),
+        ("satellite", "\"orbit.radiation\" = [0.1]", "which gives its orbit by the satellite; what can be varied is "),
+    ] {
+        bench.write("sweep.toml", &format!("scenario = \"{scenario}.toml\"\n[vary]\n{vary}\n"));
+        let (code, _, errors) = validate(&bench, &["sweep.toml"]);
+        assert_eq!((code, errors.lines().count()), (Some(2), 1), "{errors}");
+        assert!(errors.contains("sweep.toml:3: vary.") && errors.contains(words), "{errors}");
+    }
+}
+
+#[test]
 fn a_run_that_shared_memory_cannot_hold_is_refused() {
     let bench = Bench::new();
     let launch = bench.launch_file("huge", &FOUR_CASES.replace("4_000", "4_000_000_000_000"));
