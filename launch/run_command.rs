@@ -182,7 +182,7 @@ fn conduct(
     let started = clock::seconds();
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
-    attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
+    attach::announce(&own.place, launch, &folder.path, false).map_err(Abort::Fatal)?;
     let scenarios = folder.keep_scenarios(launch).map_err(Abort::Fatal)?;
     let scenarios = scenarios.iter().flat_map(|file| ["--scenario".into(), file.display().to_string()]).collect();
     let tape = tape.map(|tape| tape.draft.clone());

@@ -123,7 +123,7 @@ fn serve(arguments: &ServeArguments, service: &Service, run_id: u64, tally: &mut
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
     let log = start_log(&folder.path, run_id, arguments.shown, arguments.logged).map_err(Abort::Fatal)?;
-    attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
+    attach::announce(&own.place, launch, &folder.path, arguments.sweep.is_none()).map_err(Abort::Fatal)?;
     let mut scenarios = match &arguments.sweep {
         Some(file) => vec!["--sweep".into(), file.display().to_string()],
         None => vec!["--requests".into()],

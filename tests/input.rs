@@ -85,6 +85,15 @@ fn sweeps_that_would_do_a_scenario_twice_or_have_values_without_effect_are_refus
 }
 
 #[test]
+fn who_submits_without_a_service_is_told_how_to_start_one() {
+    let bench = Bench::new();
+    let output = bench.phasecloud().args(["submit", "scenario-1.toml"]).output().unwrap();
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("start one with `phasecloud serve LAUNCH_FILE`"), "{errors}");
+}
+
+#[test]
 fn a_run_that_shared_memory_cannot_hold_is_refused() {
     let bench = Bench::new();
     let launch = bench.launch_file("huge", &FOUR_CASES.replace("4_000", "4_000_000_000_000"));
