@@ -74,6 +74,7 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
         launch.open_to_hosts(order.insecure)?;
         preflight::check_address_space()?;
         preflight::check_shared_memory(&launch, launch.most_snapshots())?;
+        preflight::check_file_size(&launch, launch.most_snapshots())?;
         preflight::check_descriptors(launch.propagators())?;
         let folder = ResultsFolder::prepare(order.out, results_folder::name_of(&launch), run_id)?;
         let tape = order.record.map(|path| Draft::begin(path, &launch, run_id)).transpose();

@@ -111,6 +111,7 @@ fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<Service, String> {
     let most_snapshots = most_snapshots.unwrap_or(MOST_SNAPSHOTS_ASKED_FOR);
     preflight::check_address_space()?;
     preflight::check_shared_memory(&launch, most_snapshots)?;
+    preflight::check_file_size(&launch, most_snapshots)?;
     preflight::check_descriptors(launch.propagators())?;
     let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
     std::fs::create_dir_all(&folder.path).map_err(|e| format!("{}: {e}", folder.path.display()))?;
