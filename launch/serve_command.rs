@@ -19,7 +19,7 @@ use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
 use crate::run_command::{INTERRUPTED, start_log};
 use crate::sweep::{self, Done, TABLE};
-use crate::{attach, manifest, plans, preflight, report};
+use crate::{attach, manifest, output, plans, preflight, report};
 
 /// Most snapshots of a scenario that a service can be asked for, unless told otherwise.
 const MOST_SNAPSHOTS_ASKED_FOR: usize = 16;
@@ -38,8 +38,13 @@ struct Tally {
     contradictions: usize,
 }
 
-/// Serves until the sweep is done, or until asked to stop.
+/// Serves until the sweep is done, or until asked to stop. If JSON is asked for, that is the result.
 pub fn run(arguments: &ServeArguments) -> ExitCode {
+    let code = carry_out(arguments);
+    if arguments.shown.json { output::end(code) } else { code }
+}
+
+fn carry_out(arguments: &ServeArguments) -> ExitCode {
     let run_id = domains::fresh_run_id();
     let prepared = prepare(arguments, run_id);
     let service = match prepared {
