@@ -30,6 +30,8 @@ pub struct Notice {
     pub name: String,
     /// Where the results will be.
     pub results: PathBuf,
+    /// Whether it is a service, which takes requests.
+    pub takes_requests: bool,
 }
 
 /// A live run.
@@ -48,6 +50,11 @@ impl LiveRun {
         Self { place, notice }
     }
 
+    /// Whether requests may be answered there; nobody knows of a domain that was made by hand.
+    fn may_take_requests(&self) -> bool {
+        self.notice.as_ref().is_none_or(|notice| notice.takes_requests)
+    }
+
     /// The run's number, as the name of its domain's folder.
     pub fn id(&self) -> String {
         self.place.root.file_name().unwrap_or_default().to_string_lossy().into_owned()
@@ -62,15 +69,16 @@ impl LiveRun {
     }
 }
 
-/// Says in the domain's folder what is run there.
+/// Says in the domain's folder what is run there, and whether it takes requests.
 ///
 /// # Errors
 /// If it cannot be written.
-pub fn announce(place: &Place, launch: &Launch, results: &Path) -> Result<(), String> {
+pub fn announce(place: &Place, launch: &Launch, results: &Path, takes_requests: bool) -> Result<(), String> {
     let results = std::path::absolute(results).unwrap_or_else(|_| results.into());
     let path = place.root.join(NOTICE);
     let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-    let text = serde_json::to_vec(&Notice { name: launch.name.clone(), results }).map_err(|e| failed(&e))?;
+    let text =
+        serde_json::to_vec(&Notice { name: launch.name.clone(), results, takes_requests }).map_err(|e| failed(&e))?;
     std::fs::write(&path, text).map_err(|e| failed(&e))
 }
 
@@ -84,6 +92,23 @@ pub fn live_runs() -> Vec<LiveRun> {
 /// # Errors
 /// That there is none, or which there are to choose from.
 pub fn find(target: &Target) -> Result<LiveRun, String> {
+    find_among(live_runs(), target, "there is no live run; start one with `phasecloud run`")
+}
+
+/// The service that `target` means.
+///
+/// # Errors
+/// That there is none, or which there are to choose from.
+pub fn find_service(target: &Target) -> Result<LiveRun, String> {
+    let services = live_runs().into_iter().filter(LiveRun::may_take_requests).collect();
+    find_among(
+        services,
+        target,
+        "there is no service that takes requests; start one with `phasecloud serve LAUNCH_FILE`",
+    )
+}
+
+fn find_among(mut runs: Vec<LiveRun>, target: &Target, none: &str) -> Result<LiveRun, String> {
     if let Some(domain) = &target.domain {
         let (root, prefix) = domain.rsplit_once(':').ok_or("--domain must be ROOT:PREFIX")?;
         let place = Place { root: root.into(), prefix: prefix.into() };
@@ -93,12 +118,11 @@ pub fn find(target: &Target) -> Result<LiveRun, String> {
             Err(format!("no run lives in {domain}"))
         };
     }
-    let mut runs = live_runs();
     let wanted = target.run.as_deref().unwrap_or("");
     let matching: Vec<usize> = (0..runs.len()).filter(|&i| runs[i].id().starts_with(wanted)).collect();
     match matching[..] {
         [one] => Ok(runs.swap_remove(one)),
-        [] if runs.is_empty() => Err("there is no live run; start one with `phasecloud run`".into()),
+        [] if runs.is_empty() => Err(none.into()),
         _ => Err(format!("which run? Give --run ID, one of:\n{}", list(&runs))),
     }
 }

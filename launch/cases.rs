@@ -61,6 +61,9 @@ pub enum Runs {
     Recorded(PathBuf),
 }
 
+/// The keys of every propagator's table, besides its settings.
+pub const KEYS: [&str; 7] = ["label", "node", "command", "shards", "reduce", "hosts", "most_seconds"];
+
 /// What every propagator's table has besides its settings.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -134,7 +137,7 @@ fn case(
         return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
     };
     let mut head = DeTable::new();
-    for key in ["label", "node", "command", "shards", "reduce", "hosts", "most_seconds"] {
+    for key in KEYS {
         if let Some((key, value)) = settings.remove_entry(key) {
             head.insert(key, value);
         }

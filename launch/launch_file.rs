@@ -12,6 +12,7 @@ use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use nodes::scenario_file::{self, ScenarioFile};
 use nodes::screen::MOST_BINS;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use toml::Spanned;
 use toml::de::Deserializer;
 
@@ -115,6 +116,9 @@ struct Raw {
     hosts: Option<RawHosts>,
     /// Of the built-in cases that do not set their own.
     accuracy: Option<Spanned<AccuracySetting>>,
+    /// Read on their own; here so that the answer to a key that is not known names them too.
+    #[serde(rename = "propagator")]
+    _propagators: Option<IgnoredAny>,
 }
 
 impl Launch {

@@ -63,7 +63,11 @@ fn main() -> ExitCode {
         remark!("error: {problem}");
         return ExitCode::from(BAD_INPUT);
     }
-    let command = Cli::parse().command.or_else(|| Cli::parse_from(["phasecloud", "run"]).command);
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(answer) => return output::answer(&answer),
+    };
+    let command = cli.command.or_else(|| Cli::parse_from(["phasecloud", "run"]).command);
     match command.unwrap_or(Command::Run(RunArguments::default())) {
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Serve(arguments) => serve_command::run(&arguments),
@@ -74,7 +78,7 @@ fn main() -> ExitCode {
         Command::Topics(target) => output::end(observe::topics::run(&target)),
         Command::Echo(arguments) => output::end(observe::echo::run(&arguments)),
         Command::Hz(arguments) => output::end(observe::hz::run(&arguments)),
-        Command::Watch(arguments) => observe::watch::run(&arguments),
+        Command::Watch(arguments) => output::end(observe::watch::run(&arguments)),
         Command::Graph { launch_file } => output::end(graph::run(launch_file.as_deref())),
         Command::Report(arguments) => report_command::run(&arguments),
         Command::Validate { files } => output::end(validate_command::run(&files)),

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use messages::text::printable;
 use nodes::input::{PLAIN_NAME, is_plain_name};
 
 use crate::BAD_INPUT;
@@ -108,11 +109,15 @@ pub fn run(arguments: &NewArguments) -> ExitCode {
 
 fn write(arguments: &NewArguments) -> Result<String, String> {
     let folder = &arguments.folder;
-    let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    if !is_plain_name(name) {
-        return Err(format!("\"{name}\" is not allowed as a name, {PLAIN_NAME}"));
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    if !is_plain_name(&name) {
+        return Err(format!(
+            "\"{}\" is not allowed: the last part of the path is the propagator's name, and {PLAIN_NAME}",
+            printable(&folder.to_string_lossy())
+        ));
     }
-    let files = if arguments.python { python_files() } else { rust_files(name)? };
+    check_place(folder)?;
+    let files = if arguments.python { python_files() } else { rust_files(&name)? };
     let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
     // Fails where there is something already: nothing is ever overwritten.
     std::fs::create_dir(folder).map_err(|e| failed(folder, e))?;
@@ -123,7 +128,21 @@ fn write(arguments: &NewArguments) -> Result<String, String> {
         }
         std::fs::write(&path, text).map_err(|e| failed(&path, e))?;
     }
-    Ok(if arguments.python { python_next(folder) } else { rust_next(folder, name) })
+    Ok(if arguments.python { python_next(folder) } else { rust_next(folder, &name) })
+}
+
+/// Nothing is ever overwritten, and only the last folder of a path is made.
+fn check_place(folder: &Path) -> Result<(), String> {
+    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+    if std::fs::symlink_metadata(folder).is_ok() {
+        return Err(format!("{} is there already; take another name", folder.display()));
+    }
+    match parent {
+        Some(parent) if !parent.is_dir() => {
+            Err(format!("{}: there is no folder {}; make it first", folder.display(), parent.display()))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn python_files() -> Vec<(&'static str, String)> {

@@ -5,6 +5,8 @@ use std::io::{Error, ErrorKind, Write};
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
+use crate::BAD_INPUT;
+
 /// Why something could not be printed on standard output, if it was not that nobody reads it.
 static UNPRINTED: OnceLock<String> = OnceLock::new();
 
@@ -43,11 +45,16 @@ pub fn note(printed: Result<(), Error>) -> bool {
 /// The end of a command whose result is what it prints: it has failed if that could not be written, unless its reader had
 /// seen enough.
 pub fn end(code: ExitCode) -> ExitCode {
-    match UNPRINTED.get() {
-        Some(why) if code == ExitCode::SUCCESS => {
-            remark!("error: standard output cannot be written: {why}");
-            ExitCode::FAILURE
-        }
-        _ => code,
+    let Some(why) = UNPRINTED.get() else { return code };
+    remark!("error: standard output cannot be written: {why}");
+    if code == ExitCode::SUCCESS { ExitCode::FAILURE } else { code }
+}
+
+/// Prints what the reader of the command line says in place of a command: help, the version, or what it does not understand.
+pub fn answer(answer: &clap::Error) -> ExitCode {
+    let printed = answer.print().and_then(|()| std::io::stdout().flush());
+    if !answer.use_stderr() {
+        note(printed);
     }
+    end(ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(BAD_INPUT)))
 }

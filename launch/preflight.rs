@@ -1,5 +1,7 @@
 //! What must be there before anything is started.
 
+use messages::domain::segment_bytes;
+use messages::topic::{Capacity, Density, Snapshot};
 use nodes::reduced;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
@@ -13,6 +15,8 @@ const DESCRIPTORS: usize = 250;
 const DESCRIPTORS_PER_PROPAGATOR: usize = 10;
 /// Address space without which a launcher of a few processes has been seen to be refused the memory for its own lists \[bytes\].
 const ADDRESSES: u64 = 96 << 20;
+/// Room for the log, the tables and the report, and for what in a file of messages is none \[bytes\].
+const FILES: u64 = 64 << 20;
 /// Room for management data, per process \[bytes\].
 const OVERHEAD: u64 = 2 << 20;
 
@@ -70,20 +74,55 @@ pub fn check_address_space() -> Result<(), String> {
     }
 }
 
+/// Checks that files may be as long as those of a run are. What a process sends lies in one file of shared memory, and a process that
+/// makes a file longer than it may is killed.
+///
+/// # Errors
+/// How much is needed and how much is allowed.
+pub fn check_file_size(launch: &Launch, snapshots: usize) -> Result<(), String> {
+    let needed = longest_segment(launch, snapshots).saturating_add(FILES);
+    match getrlimit(Resource::Fsize).current {
+        Some(allowed) if allowed < needed => Err(format!(
+            "the run needs files of up to {} MiB, most of it in shared memory and not filled, {} KiB are allowed; raise the limit \
+             (ulimit -f)",
+            needed.div_ceil(1 << 20),
+            allowed >> 10
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Length of the longest file that holds the messages of a process \[bytes\].
+fn longest_segment(launch: &Launch, snapshots: usize) -> u64 {
+    let hosts = launch.hosts.as_ref().map_or(0, |hosts| hosts.names.len());
+    let capacity = Capacity { propagators: launch.propagators(), cases: launch.cases.len(), snapshots, hosts };
+    let of_shard = |case: &Case| numbers(launch, case).div_ceil(u64::from(case.shards));
+    let snapshot = launch.cases.iter().map(of_shard).max().unwrap_or(0);
+    segment_bytes::<Snapshot>(&capacity, snapshot).max(segment_bytes::<Density>(&capacity, density_numbers(launch)))
+}
+
 /// Every snapshot and density of a scenario is held until the scenario ends.
 fn needed_bytes(launch: &Launch, snapshots: u64) -> u64 {
+    let per_snapshot = launch.cases.iter().map(|case| numbers(launch, case).saturating_add(density_numbers(launch)));
+    let per_snapshot = per_snapshot.fold(0, u64::saturating_add);
+    let payload = per_snapshot.saturating_mul(8 * (snapshots + 1));
+    payload.saturating_add((launch.propagators() as u64 + 5) * OVERHEAD)
+}
+
+/// Numbers of a density on the comparison grid, with its marginals.
+fn density_numbers(launch: &Launch) -> u64 {
     let (phi, e) = (launch.bins.0 as u64, launch.bins.1 as u64);
-    let density_numbers = phi * e + phi + e;
-    let numbers = |case: &Case| match &case.runs {
+    phi * e + phi + e
+}
+
+/// The most numbers of a snapshot of a case.
+fn numbers(launch: &Launch, case: &Case) -> u64 {
+    match &case.runs {
         Runs::BuiltIn { .. } if case.reduce => {
             u64::from(case.shards).saturating_mul(reduced::most_numbers(launch.bins.0 * launch.bins.1) as u64)
         }
         Runs::BuiltIn { settings, .. } => settings.most_numbers(launch.bins) as u64,
         // Nobody knows what a foreign program will ask for, and a recorded case is checked where it is played.
         Runs::Command(_) | Runs::Recorded(_) => 0,
-    };
-    let per_snapshot = launch.cases.iter().map(|case| numbers(case).saturating_add(density_numbers));
-    let per_snapshot = per_snapshot.fold(0, u64::saturating_add);
-    let payload = per_snapshot.saturating_mul(8 * (snapshots + 1));
-    payload.saturating_add((launch.propagators() as u64 + 5) * OVERHEAD)
+    }
 }

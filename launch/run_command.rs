@@ -21,7 +21,7 @@ use crate::log_sink::{LogSink, View};
 use crate::recording::Draft;
 use crate::results_folder::{self, ResultsFolder};
 use crate::run::{Abort, Failures, Run};
-use crate::{attach, manifest, plans, preflight, report, report_command};
+use crate::{attach, manifest, output, plans, preflight, report, report_command};
 
 /// The user asked to stop.
 pub const INTERRUPTED: u8 = 130;
@@ -63,8 +63,14 @@ pub fn run(arguments: &RunArguments) -> ExitCode {
     execute(launch.map_err(|e| e.to_string()), &order)
 }
 
-/// Runs what has been read, or says why that could not be read.
+/// Runs what has been read, or says why that could not be read. Of a run that prints JSON that is the result, and it has failed if
+/// it could not be written; the results folder is there all the same.
 pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
+    let code = carry_out(launch, order);
+    if order.shown.json { output::end(code) } else { code }
+}
+
+fn carry_out(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
     let run_id = domains::fresh_run_id();
     let prepared = launch.and_then(|mut launch| {
         if order.record.is_some() {
@@ -74,6 +80,7 @@ pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
         launch.open_to_hosts(order.insecure)?;
         preflight::check_address_space()?;
         preflight::check_shared_memory(&launch, launch.most_snapshots())?;
+        preflight::check_file_size(&launch, launch.most_snapshots())?;
         preflight::check_descriptors(launch.propagators())?;
         let folder = ResultsFolder::prepare(order.out, results_folder::name_of(&launch), run_id)?;
         let tape = order.record.map(|path| Draft::begin(path, &launch, run_id)).transpose();
@@ -182,7 +189,7 @@ fn conduct(
     let started = clock::seconds();
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
-    attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
+    attach::announce(&own.place, launch, &folder.path, false).map_err(Abort::Fatal)?;
     let scenarios = folder.keep_scenarios(launch).map_err(Abort::Fatal)?;
     let scenarios = scenarios.iter().flat_map(|file| ["--scenario".into(), file.display().to_string()]).collect();
     let tape = tape.map(|tape| tape.draft.clone());

@@ -19,7 +19,7 @@ use crate::results_folder::ResultsFolder;
 use crate::run::{Abort, Failures, Run};
 use crate::run_command::{INTERRUPTED, start_log};
 use crate::sweep::{self, Done, TABLE};
-use crate::{attach, manifest, plans, preflight, report};
+use crate::{attach, manifest, output, plans, preflight, report};
 
 /// Most snapshots of a scenario that a service can be asked for, unless told otherwise.
 const MOST_SNAPSHOTS_ASKED_FOR: usize = 16;
@@ -38,8 +38,13 @@ struct Tally {
     contradictions: usize,
 }
 
-/// Serves until the sweep is done, or until asked to stop.
+/// Serves until the sweep is done, or until asked to stop. If JSON is asked for, that is the result.
 pub fn run(arguments: &ServeArguments) -> ExitCode {
+    let code = carry_out(arguments);
+    if arguments.shown.json { output::end(code) } else { code }
+}
+
+fn carry_out(arguments: &ServeArguments) -> ExitCode {
     let run_id = domains::fresh_run_id();
     let prepared = prepare(arguments, run_id);
     let service = match prepared {
@@ -137,6 +142,7 @@ fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<Service, String> {
     let most_snapshots = most_snapshots.unwrap_or(MOST_SNAPSHOTS_ASKED_FOR);
     preflight::check_address_space()?;
     preflight::check_shared_memory(&launch, most_snapshots)?;
+    preflight::check_file_size(&launch, most_snapshots)?;
     preflight::check_descriptors(launch.propagators())?;
     let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
     std::fs::create_dir_all(&folder.path).map_err(|e| format!("{}: {e}", folder.path.display()))?;
@@ -149,7 +155,7 @@ fn serve(arguments: &ServeArguments, service: &Service, run_id: u64, tally: &mut
     domains::sweep();
     let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
     let log = start_log(&folder.path, run_id, arguments.shown, arguments.logged).map_err(Abort::Fatal)?;
-    attach::announce(&own.place, launch, &folder.path).map_err(Abort::Fatal)?;
+    attach::announce(&own.place, launch, &folder.path, arguments.sweep.is_none()).map_err(Abort::Fatal)?;
     let mut scenarios = match &arguments.sweep {
         Some(file) => vec!["--sweep".into(), file.display().to_string()],
         None => vec!["--requests".into()],

@@ -83,7 +83,7 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
 
 /// Has all scenarios done, as far as there is a service that does them.
 fn submit(scenarios: &[ScenarioFile], target: &Target, tally: &mut Tally) -> Result<(), Trouble> {
-    let LiveRun { place, notice } = attach::find(target).map_err(Trouble::NoService)?;
+    let LiveRun { place, notice } = attach::find_service(target).map_err(Trouble::NoService)?;
     let asked = ask(scenarios, &place, notice.map(|notice| notice.results), tally);
     if domains::is_live(&place) {
         return asked;

@@ -37,16 +37,16 @@ pub fn run(files: &[PathBuf]) -> ExitCode {
 /// What a good file is, or all that is wrong with it.
 fn validate(path: &Path) -> Result<String, Vec<String>> {
     let file = InputFile::read(path).map_err(|e| vec![e.to_string()])?;
+    file.table().map_err(|e| vec![e.to_string()])?;
     match FileKind::of(&file) {
         Some(FileKind::Scenario) => scenario(&file),
         Some(FileKind::Sweep) => sweep(&file),
         Some(FileKind::Launch) => launch(&file),
-        None => {
-            let first = launch(&file).err().unwrap_or_default();
-            let hint =
-                format!("{}: has no key that says whether it is a launch, a scenario or a sweep file", path.display());
-            Err(first.into_iter().chain([hint]).collect())
-        }
+        None => Err(vec![format!(
+            "{}: has no key that says whether it is a launch, a scenario or a sweep file, or keys of several kinds; a launch file \
+             has [[propagator]] tables, a scenario file [orbit], [initial], [times] and [disposal], a sweep file scenario and [vary]",
+            path.display()
+        )]),
     }
 }
 

@@ -3,7 +3,13 @@
 
 mod common;
 
+use std::path::Path;
+
 use common::{Bench, FOUR_CASES, text};
+use launch::cases::KEYS;
+use launch::launch_file::Launch;
+use nodes::builtin::BuiltIn;
+use nodes::input::InputFile;
 
 fn refused(bench: &Bench, launch: &std::path::Path, out: &str) -> String {
     let output = bench.run(launch, out);
@@ -31,6 +37,66 @@ fn files_that_cannot_be_right_are_refused_with_file_line_and_key() {
     let negative = refused(&bench, &good, "out");
     assert!(negative.contains("scenario-1.toml") && negative.contains("initial.delta_e"), "{negative}");
     assert!(!bench.path("out").exists());
+}
+
+#[test]
+fn a_file_that_cannot_be_read_as_what_it_is_draws_one_error_that_says_why() {
+    let bench = Bench::new();
+    let good = "name = \"x\"\nscenarios = [\"scenario-1.toml\"]\nreference = \"mc\"\n[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\n";
+    for (content, words) in [
+        (&b"\x7fELF\x02\x01\x01\x00\xff\xfe\x00"[..], "file.toml:1: is not UTF-8 text from here on"),
+        (b"\x00\x01\x02\n", "file.toml:1: is not TOML: "),
+        (b"This is no TOML.\nNor is this.\n", "file.toml:1: is not TOML: "),
+        (b"", "file.toml: has no key that says whether it is a launch, a scenario or a sweep file"),
+        (good.replace("name = \"x\"\n", "").as_bytes(), "file.toml:1: name: the launch file lacks the key `name`"),
+        (
+            good.replace("reference", "name = \"y\"\nreference").as_bytes(),
+            "file.toml:3: name: stands in its table for the second time",
+        ),
+        (
+            format!("{good}label = \"m\"\n").as_bytes(),
+            "file.toml:7: propagator.label: stands in its table for the second time",
+        ),
+        (
+            format!("{good}[[propagator]]\nlabel = \"gmm\"\nnode = \"gmm-ut\"\nmerge_to = 5000\n").as_bytes(),
+            "file.toml:10: propagator.merge_to: has no effect where the mixture has at most 5000 components",
+        ),
+    ] {
+        std::fs::write(bench.path("file.toml"), content).unwrap();
+        let (code, _, errors) = validate(&bench, &["file.toml"]);
+        assert_eq!((code, errors.lines().count()), (Some(2), 1), "{errors}");
+        assert!(errors.contains(words), "{errors}");
+    }
+}
+
+#[test]
+fn sweeps_that_would_do_a_scenario_twice_or_have_values_without_effect_are_refused() {
+    let bench = Bench::new();
+    let satellite = "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2";
+    let orbit = |line: &&str| line.starts_with("radiation") || line.starts_with("oblateness");
+    let orbit: Vec<&str> = common::SCENARIO_1.lines().filter(orbit).collect();
+    bench.write("satellite.toml", &common::SCENARIO_1.replace(orbit[0], satellite).replace(orbit[1], ""));
+    assert_eq!(validate(&bench, &["satellite.toml"]).0, Some(0));
+    for (scenario, vary, words) in [
+        ("scenario-1", "\"initial.e\" = { from = 0.1, to = 0.2, count = 1 }", "to = 0.2 has no effect"),
+        ("scenario-1", "\"initial.e\" = { from = 0.1, to = 0.1, count = 2 }", "takes the value 0.1 twice"),
+        ("scenario-1", "\"initial.e\" = [0.1, 0.2, 0.1]", "takes the value 0.1 twice"),
+        ("satellite", "\"orbit.radiation\" = [0.1]", "which gives its orbit by the satellite; what can be varied is "),
+    ] {
+        bench.write("sweep.toml", &format!("scenario = \"{scenario}.toml\"\n[vary]\n{vary}\n"));
+        let (code, _, errors) = validate(&bench, &["sweep.toml"]);
+        assert_eq!((code, errors.lines().count()), (Some(2), 1), "{errors}");
+        assert!(errors.contains("sweep.toml:3: vary.") && errors.contains(words), "{errors}");
+    }
+}
+
+#[test]
+fn who_submits_without_a_service_is_told_how_to_start_one() {
+    let bench = Bench::new();
+    let output = bench.phasecloud().args(["submit", "scenario-1.toml"]).output().unwrap();
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("start one with `phasecloud serve LAUNCH_FILE`"), "{errors}");
 }
 
 #[test]
@@ -139,4 +205,87 @@ fn the_manifest_has_the_settings_that_have_an_effect_and_no_other() {
     let settings = manifest["cases"]["gmm-ut"]["settings"].as_array().unwrap();
     let has = |start: &str| settings.iter().any(|line| line.as_str().unwrap().starts_with(start));
     assert!(has("split = \"adaptive\"") && has("sigma_points = ") && !has("components"), "{settings:?}");
+}
+
+const PAGE: &str = include_str!("../docs/launch-files.md");
+
+/// The rows of the page's table below this heading, cell by cell.
+fn rows(heading: &str) -> Vec<Vec<&'static str>> {
+    let (_, rest) = PAGE.split_once(&format!("\n## {heading}\n")).unwrap_or_else(|| panic!("no heading {heading}"));
+    let section = rest.split("\n## ").next().unwrap();
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    rows.map(|line| line.trim_matches('|').split(" | ").map(str::trim).collect()).collect()
+}
+
+/// The keys that the answer to a key that is not known names.
+fn known_to(launch: &str) -> Vec<String> {
+    let file = InputFile::from_text(Path::new("launch.toml"), launch);
+    let error = Launch::check(&file, None, None).unwrap_err().to_string();
+    let (_, keys) = error.split_once("expected one of ").unwrap_or_else(|| panic!("{error}"));
+    keys.split(", ").map(|key| key.trim_matches('`').to_owned()).collect()
+}
+
+#[test]
+fn the_page_about_launch_files_lists_every_key_and_no_other() {
+    let head = "name = \"l\"\nscenarios = [\"s.toml\"]\nreference = \"a\"\n";
+    let node = |name: &str| format!("{head}[[propagator]]\nlabel = \"a\"\nnode = \"{name}\"\nunknown = 1\n");
+    let mut tables = vec![
+        ("Top level".to_owned(), known_to(&format!("{head}unknown = 1\n"))),
+        ("`[hosts]`".to_owned(), known_to(&format!("{head}[hosts]\nunknown = 1\n"))),
+        ("`[[propagator]]`: every case".to_owned(), KEYS.map(str::to_owned).into()),
+    ];
+    tables.extend(BuiltIn::NAMES.map(|name| (format!("`node = \"{name}\"`"), known_to(&node(name)))));
+    for (heading, mut known) in tables {
+        let rows = rows(&heading);
+        let mut listed: Vec<String> = rows.iter().map(|row| row[0].trim_matches('`').to_owned()).collect();
+        assert!(rows.iter().all(|row| row.len() == 6), "{heading}");
+        known.sort();
+        listed.sort();
+        assert_eq!(listed, known, "{heading}");
+    }
+}
+
+#[test]
+fn the_page_about_launch_files_has_the_defaults_of_the_program() {
+    for name in BuiltIn::NAMES {
+        let rows = rows(&format!("`node = \"{name}\"`"));
+        let defaults = BuiltIn::from_settings(name, toml::Table::new()).unwrap().unwrap().to_lines().unwrap();
+        assert!(!defaults.is_empty());
+        for line in defaults {
+            let default: toml::Table = toml::from_str(&line).unwrap();
+            let (key, value) = default.iter().next().unwrap();
+            let row = rows.iter().find(|row| row[0] == format!("`{key}`")).unwrap_or_else(|| panic!("{key}"));
+            let told = row[3].split('`').nth(1).unwrap_or_else(|| panic!("{key}: {}", row[3]));
+            let told: toml::Table = toml::from_str(&format!("{key} = {told}")).unwrap();
+            assert_eq!(told[key], *value, "{name}: {key}");
+        }
+    }
+}
+
+#[test]
+fn the_examples_of_the_page_about_launch_files_are_good() {
+    let example = PAGE.split("```").nth(1).and_then(|block| block.strip_prefix("toml\n")).unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("launch/scenarios/scenario-1.toml");
+    let check = |text: &str| {
+        let file = InputFile::from_text(Path::new("launch.toml"), text);
+        Launch::check(&file, None, Some(&scenario)).unwrap_or_else(|error| panic!("{error}: {text}"))
+    };
+    assert_eq!(check(example).cases.len(), 3);
+    // Every example of a setting, with what it needs beside it.
+    for name in BuiltIn::NAMES {
+        for row in rows(&format!("`node = \"{name}\"`")) {
+            let (key, example) = (row[0].trim_matches('`'), row[5].trim_matches('`'));
+            let more = match (name, key) {
+                ("mc", "draws") => "replicates = 2\n",
+                ("dee", "seed") => "placement = \"random\"\n",
+                ("dee", "resolution") => "mesh = \"hull\"\n",
+                ("gmm-ut", "components" | "across" | "keep_variance") => "split = \"both\"\n",
+                _ => "",
+            };
+            check(&format!(
+                "name = \"l\"\nscenarios = []\nreference = \"a\"\n[[propagator]]\nlabel = \"a\"\nnode = \"{name}\"\n{key} = \
+                 {example}\n{more}"
+            ));
+        }
+    }
 }

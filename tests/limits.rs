@@ -192,6 +192,14 @@ fn too_few_file_descriptors_are_refused() {
 }
 
 #[test]
+fn files_that_may_not_be_as_long_as_those_of_a_run_are_refused() {
+    let bench = Bench::new();
+    let launch = bench.launch_file("four", FOUR_CASES);
+    let output = run_prepared(&bench, "ulimit -f 1", false, &launch, "out");
+    check(&bench, &output, 2, &["raise the limit (ulimit -f)"], "out");
+}
+
+#[test]
 fn a_case_that_is_refused_memory_is_named_and_the_others_are_compared() {
     let bench = Bench::new();
     let big = "[[propagator]]\nlabel = \"big\"\nnode = \"mc\"\nsamples = 20_000_000\n";

@@ -50,10 +50,14 @@ fn nothing_is_overwritten_and_names_are_checked() {
     let bench = Bench::new();
     bench.write("taken", "mine");
     for (name, told) in [
-        ("taken", "File exists"),
-        ("-", "is not allowed"),
+        ("taken", "taken is there already"),
+        ("taken/mine", "there is no folder taken; make it first"),
+        ("nowhere/mine", "there is no folder nowhere; make it first"),
+        ("-", "the last part of the path is the propagator's name, and it must be 1 to 31 letters"),
+        ("sub/a b", "\"sub/a b\" is not allowed"),
         ("1st", "must start with a letter"),
-        ("..", ""),
+        ("..", "\"..\" is not allowed"),
+        ("", "a value is required"),
         ("deps", "take another, like my-deps"),
         ("fn", "like my-fn"),
         ("nodes", "like my-nodes"),
@@ -63,4 +67,13 @@ fn nothing_is_overwritten_and_names_are_checked() {
         assert!(text(&output.stderr).contains(told), "{}", text(&output.stderr));
     }
     assert_eq!(bench.read("taken"), b"mine");
+}
+
+#[test]
+fn a_path_may_lead_to_it_and_its_last_part_is_the_name() {
+    let bench = Bench::new();
+    std::fs::create_dir(bench.path("sub")).unwrap();
+    let output = bench.phasecloud().args(["new", "sub/mine/"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&bench.read("sub/mine/Cargo.toml")).contains("name = \"mine\""));
 }

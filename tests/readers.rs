@@ -34,14 +34,16 @@ const SINKS: [fn() -> Stdio; 2] = [closed_pipe, full_device];
 
 #[test]
 fn a_run_goes_on_to_its_results_whoever_stops_reading() {
-    for sink in SINKS {
+    for (sink, full) in SINKS.into_iter().zip([false, true]) {
         for options in [&[][..], &["--json"], &["--log", "debug"]] {
             let bench = Bench::new();
             let launch = bench.launch_file("small", SMALL);
             let mut command = bench.phasecloud();
             command.arg("run").arg(launch).args(["--out", "out"]).args(options);
             let status = into(&mut command, sink).status().unwrap();
-            assert_eq!(status.code(), Some(0), "{options:?}");
+            // Whoever asks for JSON has no other result to look at, and gets it whole or is told; those who have seen enough are not.
+            let is_lost = full && options == ["--json"];
+            assert_eq!(status.code(), Some(i32::from(is_lost)), "{options:?}");
             assert_eq!(bench.table("out/moments.csv").len(), 5);
             assert_eq!(bench.domains(), [""; 0]);
         }
@@ -54,7 +56,7 @@ fn commands_that_print_their_result_do_not_panic_and_say_when_it_could_not_be_wr
     let launch = bench.launch_file("small", SMALL).display().to_string();
     bench.run_well(&bench.path("small.toml"), "out");
     bench.write("bad.toml", "name = 1");
-    let commands: [(&[&str], i32, i32); 11] = [
+    let commands: [(&[&str], i32, i32); 14] = [
         (&["graph", &launch], 0, 1),
         (&["validate", &launch], 0, 1),
         (&["validate", "bad.toml"], 2, 2),
@@ -64,7 +66,10 @@ fn commands_that_print_their_result_do_not_panic_and_say_when_it_could_not_be_wr
         (&["report", "out"], 0, 0),
         (&["clean"], 0, 0),
         (&["watch"], 2, 2),
-        (&["--help"], 0, 0),
+        (&["--help"], 0, 1),
+        (&["--version"], 0, 1),
+        (&["help", "run"], 0, 1),
+        (&["--nonsense"], 2, 2),
         (&["run", "bad.toml"], 2, 2),
     ];
     for (words, when_closed, when_full) in commands {
@@ -73,8 +78,14 @@ fn commands_that_print_their_result_do_not_panic_and_say_when_it_could_not_be_wr
             assert_eq!(status.code(), Some(expected), "{words:?}");
         }
     }
-    let output = bench.phasecloud().args(["graph", &launch]).stdout(full_device()).output().unwrap();
-    assert!(text(&output.stderr).contains("standard output cannot be written: No space left"));
+    for words in [&["graph", &launch][..], &["--help"], &["run", "small.toml", "--json", "--out", "json"]] {
+        let output = bench.phasecloud().args(words).stdout(full_device()).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{words:?}");
+        assert!(text(&output.stderr).contains("standard output cannot be written: No space left"), "{words:?}");
+    }
+    assert!(bench.path("json/manifest.json").exists());
+    let output = bench.phasecloud().arg("--help").stdout(closed_pipe()).output().unwrap();
+    assert_eq!((output.status.code(), text(&output.stderr).as_str()), (Some(0), ""));
 }
 
 #[test]

@@ -286,7 +286,7 @@ fn a_service_answers_requests_also_after_a_process_was_killed_and_ends_on_reques
     }
     assert_eq!(bench.domains(), [""; 0]);
     let nobody = submit(&bench, &bench.path("scenario-1.toml"));
-    assert!(text(&nobody.stderr).contains("no live run"), "{}", text(&nobody.stderr));
+    assert!(text(&nobody.stderr).contains("no service that takes requests"), "{}", text(&nobody.stderr));
 }
 
 /// Memory \[kB\] and descriptors of a process.

@@ -20,6 +20,10 @@ pub const PREFIX_VARIABLE: &str = "PHASECLOUD_PREFIX";
 
 /// Messages of a topic that a reader may hold at once.
 pub const MOST_HELD: usize = 4;
+/// Messages that a publisher may write at once.
+pub(crate) const MOST_DRAFTS: usize = 2;
+/// What iceoryx2 puts before a message, at most \[bytes\].
+const MESSAGE_OVERHEAD: u64 = 256;
 
 /// Longest root and prefix together: with a slash, a number of 39 digits and `.event` they make the name of a Unix socket,
 /// which has at most 107 bytes.
@@ -229,7 +233,7 @@ impl Domain {
             .publish_subscribe::<[T::Item]>()
             .user_header::<T::Header>()
             .enable_safe_overflow(T::LATCHED)
-            .history_size(if T::LATCHED { 1 } else { depth })
+            .history_size(history::<T>(capacity))
             .subscriber_max_buffer_size(depth)
             .subscriber_max_borrowed_samples(MOST_HELD)
             .max_publishers(capacity.nodes())
@@ -248,6 +252,21 @@ impl Domain {
             .map_err(|e| failed(&e))?;
         Ok((messages, events))
     }
+}
+
+/// Messages of a topic that are kept for readers to come.
+fn history<T: Topic>(capacity: &Capacity) -> usize {
+    if T::LATCHED { 1 } else { T::depth(capacity) }
+}
+
+/// About how long the file in shared memory is that holds all messages of one publisher, if each has at most so many items \[bytes\]. It has
+/// room for what every reader may leave waiting or hold, for what is kept for readers to come, and for what is being written;
+/// memory is taken by what is written alone.
+pub fn segment_bytes<T: Topic>(capacity: &Capacity, most_items: u64) -> u64 {
+    let waiting = capacity.nodes() * (T::depth(capacity) + MOST_HELD);
+    let messages = (waiting + history::<T>(capacity) + MOST_DRAFTS) as u64;
+    let message = most_items.saturating_mul(size_of::<T::Item>() as u64).saturating_add(size_of::<T::Header>() as u64);
+    messages.saturating_mul(message.saturating_add(MESSAGE_OVERHEAD))
 }
 
 /// The domain of a run, with every topic held open. Dropping it closes them; [`Place::remove`] then removes the rest.
@@ -296,7 +315,7 @@ mod tests {
 
     fn place(name: &str) -> Place {
         let root = std::env::temp_dir().join(format!("pc-place-{name}-{}", std::process::id()));
-        Place { root, prefix: "pc-place-".into() }
+        Place { root, prefix: format!("pc-place-{name}-{}-", std::process::id()) }
     }
 
     #[test]
@@ -318,6 +337,26 @@ mod tests {
         } else {
             assert!(place.create().is_err());
         }
+        place.remove().unwrap();
+    }
+
+    #[test]
+    fn the_file_of_a_publisher_is_as_long_as_foretold() {
+        let (place, items) = (place("segment"), 1000);
+        let capacity = Capacity { propagators: 2, cases: 2, snapshots: 3, hosts: 0 };
+        let held = HeldDomain::create(&place, &capacity).unwrap();
+        let longest = || {
+            let files = place.files_in_shared_memory().unwrap().into_iter();
+            files.map(|file| file.metadata().unwrap().len()).max().unwrap()
+        };
+        let sender = Domain::enter(&place, "sender").unwrap();
+        let is_as_foretold = |foretold: u64| longest() <= foretold && longest() > foretold / 10 * 9;
+        let snapshots = sender.outlet::<Snapshot>(items).unwrap();
+        assert!(is_as_foretold(segment_bytes::<Snapshot>(&capacity, items as u64)), "{}", longest());
+        let densities = sender.outlet::<Density>(items).unwrap();
+        assert!(is_as_foretold(segment_bytes::<Density>(&capacity, items as u64)), "{}", longest());
+        drop((snapshots, densities, sender));
+        drop(held);
         place.remove().unwrap();
     }
 

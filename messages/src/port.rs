@@ -15,7 +15,7 @@ use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::publish_subscribe;
 
-use crate::domain::Services;
+use crate::domain::{MOST_DRAFTS, Services};
 use crate::patience::Attention;
 use crate::topic::Topic;
 use crate::wait::Awaited;
@@ -115,7 +115,7 @@ impl<T: Topic> Outlet<T> {
             .allocation_strategy(AllocationStrategy::Static)
             .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
             .set_backpressure_handler(move |info| when_full(&readers, info, patience, &waited))
-            .max_loaned_samples(2)
+            .max_loaned_samples(MOST_DRAFTS)
             .create()
             .map_err(|e| failed(&format_args!("{e:?} for {most_items} items a message; is there memory for them?")))?;
         let notifier = events.notifier_builder().create().map_err(|e| failed(&e))?;

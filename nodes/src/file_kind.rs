@@ -23,9 +23,17 @@ impl FileKind {
     /// Keys at the top of the file that no other kind has.
     fn keys(self) -> &'static [&'static str] {
         match self {
-            Self::Launch => {
-                &["propagator", "scenarios", "reference", "bins", "patience", "restart", "hosts", "accuracy"]
-            }
+            Self::Launch => &[
+                "propagator",
+                "scenarios",
+                "reference",
+                "tolerance",
+                "bins",
+                "patience",
+                "restart",
+                "hosts",
+                "accuracy",
+            ],
             Self::Scenario => &["orbit", "initial", "times", "disposal"],
             Self::Sweep => &["vary", "scenario"],
         }

@@ -2,7 +2,7 @@
 
 use density::mixture::library::{self, Variance};
 use density::mixture::merge::merge;
-use density::mixture::plan::Adaptive;
+use density::mixture::plan::{Adaptive, LEAST_POINTS};
 use density::mixture::split::Direction;
 use density::mixture::unscented::Unscented;
 use density::mixture::{self, Mixture, Split};
@@ -85,6 +85,19 @@ impl Settings {
                 return Err(Misfit::new(key, problem));
             }
         }
+        if adaptive && self.sigma_points() < LEAST_POINTS {
+            let problem =
+                format!("{} are too few to plan a split with, it must be at least {LEAST_POINTS}", self.sigma_points());
+            return Err(Misfit::new("sigma_points", problem));
+        }
+        let most = self.most_components();
+        if self.merge_to.is_some_and(|merge_to| merge_to >= most) {
+            let because = format!("where the mixture has at most {most} components, none of which are merged");
+            return Err(Misfit::no_effect("merge_to", &because));
+        }
+        if self.keep_variance.is_some() && most == 1 {
+            return Err(Misfit::no_effect("keep_variance", "on a single component, whose variance is kept anyway"));
+        }
         Ok(())
     }
 
@@ -96,7 +109,7 @@ impl Settings {
             split: Some(self.split()),
             components: of_library.then(|| self.components()),
             across: of_library.then(|| self.across()),
-            keep_variance: of_library.then(|| self.keeps_variance()),
+            keep_variance: (of_library && self.most_components() > 1).then(|| self.keeps_variance()),
             sigma_points: adaptive.then(|| self.sigma_points()),
             ..self.clone()
         }
@@ -239,14 +252,25 @@ mod tests {
             ("keep_variance = false", "keep_variance"),
             ("mode = \"as-printed\"\nsigma_points = 100", "sigma_points"),
             ("split = \"both\"\nsigma_points = 100", "sigma_points"),
+            ("merge_to = 5000", "merge_to"),
+            ("sigma_points = 600\nmerge_to = 601", "merge_to"),
+            ("split = \"both\"\ncomponents = 5\nacross = 3\nmerge_to = 15", "merge_to"),
+            ("mode = \"as-printed\"\ncomponents = 1\nkeep_variance = true", "keep_variance"),
         ] {
             let misfit = settings(text).check().unwrap_err();
             assert!(misfit.key == key && misfit.problem.contains("has no effect"), "{text}: {misfit}");
         }
-        for good in ["sigma_points = 100", "mode = \"as-printed\"\ncomponents = 39", "split = \"both\"\nacross = 3"] {
+        for good in [
+            "sigma_points = 600",
+            "mode = \"as-printed\"\ncomponents = 39",
+            "split = \"both\"\nacross = 3\nkeep_variance = true",
+            "sigma_points = 600\nmerge_to = 599",
+        ] {
             settings(good).check().unwrap();
         }
-        assert_eq!(settings("split = \"both\"\nacross = 4").check().unwrap_err().key, "across");
+        for (text, key) in [("split = \"both\"\nacross = 4", "across"), ("sigma_points = 599", "sigma_points")] {
+            assert_eq!(settings(text).check().unwrap_err().key, key);
+        }
     }
 
     #[test]
@@ -258,6 +282,10 @@ mod tests {
                 "mode = \"as-printed\"",
                 "split = \"eccentricity\"\ncomponents = 39\nacross = 1\nkeep_variance = false\nmode = \"as-printed\"\n"
                     .into(),
+            ),
+            (
+                "split = \"both\"\ncomponents = 1",
+                "split = \"both\"\ncomponents = 1\nacross = 1\nmode = \"corrected\"\n".into(),
             ),
         ] {
             let resolved = settings(text).resolved();

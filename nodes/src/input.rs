@@ -12,6 +12,7 @@ use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error};
 use toml::Spanned;
 use toml::de::DeTable;
 
+use crate::file_kind::FileKind;
 use crate::key_path::key_at;
 
 /// Longest file that is read \[bytes\]; a launch file with all its cases has a hundredth of it.
@@ -104,12 +105,31 @@ impl InputFile {
     /// # Errors
     /// [`InputError`] if it is not TOML.
     pub fn table(&self) -> Result<Spanned<DeTable<'_>>, InputError> {
-        DeTable::parse(&self.text).map_err(|error| self.toml_error(&error))
+        DeTable::parse(&self.text).map_err(|error| match error.message() {
+            "duplicate key" => {
+                self.error_at(error.span(), "stands in its table for the second time; leave out one of the two")
+            }
+            message => self.error_at(error.span(), &format!("is not TOML: {message}")),
+        })
     }
 
-    /// An error that the TOML reader found.
+    /// An error that the TOML reader found in a table's keys or values.
     pub fn toml_error(&self, error: &toml::de::Error) -> InputError {
-        self.error_at(error.span(), error.message())
+        let told = self.error_at(error.span(), error.message());
+        let Some(missing) = error.message().strip_prefix("missing field `").and_then(|rest| rest.split('`').next())
+        else {
+            return told;
+        };
+        let (key, table) = match told.key.as_str() {
+            "" => (missing.to_owned(), self.kind_in_words()),
+            table => (format!("{table}.{missing}"), format!("the table `{table}`")),
+        };
+        InputError { key, problem: format!("{table} lacks the key `{missing}`"), ..told }
+    }
+
+    /// The file, as what it looks like.
+    fn kind_in_words(&self) -> String {
+        FileKind::of(self).map_or("the file".into(), |kind| format!("the {}", kind.words().trim_start_matches("a ")))
     }
 
     /// Parses the file.
@@ -117,7 +137,7 @@ impl InputFile {
     /// # Errors
     /// [`InputError`] with line and key.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, InputError> {
-        toml::from_str(&self.text).map_err(|error| self.toml_error(&error))
+        T::deserialize(toml::de::Deserializer::from(self.table()?)).map_err(|error| self.toml_error(&error))
     }
 
     /// An error at a value.
@@ -131,13 +151,11 @@ impl InputFile {
     }
 
     fn error_at(&self, span: Option<Range<usize>>, problem: &str) -> InputError {
-        // What is missing from the file as a whole is said of all its bytes.
-        let start = span.filter(|span| *span != (0..self.text.len())).map(|span| span.start);
+        // What is missing from the file as a whole is said of all its bytes, or of none.
+        let whole = [0..self.text.len(), 0..0];
+        let start = span.filter(|span| !whole.contains(span)).map(|span| span.start);
         let before = start.and_then(|start| self.text.get(..start)).unwrap_or("");
-        let mut key = start.map_or(String::new(), |start| key_at(&self.text, start));
-        if let Some(missing) = problem.strip_prefix("missing field `").and_then(|rest| rest.split('`').next()) {
-            key = if key.is_empty() { missing.into() } else { format!("{key}.{missing}") };
-        }
+        let key = start.map_or(String::new(), |start| key_at(&self.text, start));
         InputError {
             file: self.path.clone(),
             line: before.matches('\n').count() + 1,
@@ -217,6 +235,36 @@ mod tests {
         let error = file.parse::<All>().unwrap_err();
         assert_eq!((error.line, error.key.as_str()), (3, "orbit.radiation"));
         assert!(error.to_string().starts_with("a.toml:3: orbit.radiation: invalid type: string \"x\""), "{error}");
+    }
+
+    #[test]
+    fn a_key_that_is_missing_or_stands_there_twice_is_told_so() {
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code)]
+        struct Orbit {
+            radiation: f64,
+        }
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code)]
+        struct All {
+            name: String,
+            orbit: Orbit,
+        }
+        for (text, told) in [
+            ("[orbit]\nradiation = 1.0\n", "a.toml:1: name: the scenario file lacks the key `name`"),
+            ("other = 1\n", "a.toml:1: name: the file lacks the key `name`"),
+            ("name = \"a\"\n[orbit]\n", "a.toml:2: orbit.radiation: the table `orbit` lacks the key `radiation`"),
+            ("name = \"a\"\n\nname = \"b\"\n", "a.toml:3: name: stands in its table for the second time"),
+            (
+                "name = \"a\"\n[orbit]\nradiation = 1.0\nradiation = 1.0\n",
+                "a.toml:4: orbit.radiation: stands in its table",
+            ),
+            ("name = \"a\"\n[orbit]\n[initial]\n[orbit]\n", "a.toml:4: orbit: stands in its table for the second time"),
+            ("hello\n", "a.toml:1: is not TOML: "),
+        ] {
+            let error = InputFile::from_text(Path::new("a.toml"), text).parse::<All>().unwrap_err().to_string();
+            assert!(error.starts_with(told), "{error}");
+        }
     }
 
     #[test]

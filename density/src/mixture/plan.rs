@@ -25,7 +25,7 @@ use crate::flow::Flow;
 use crate::problem::Problem;
 
 /// Fewest points to plan with: those of the pilot and of a coarse lattice.
-const LEAST_POINTS: usize = 600;
+pub const LEAST_POINTS: usize = 600;
 /// Orientations tried in a quarter turn.
 const ORIENTATIONS: u32 = 6;
 /// Spacings tried, each a sixth of an octave below the last.
