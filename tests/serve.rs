@@ -336,7 +336,7 @@ fn a_service_does_not_grow() {
     let (before, shared_before, files_before) = measure();
     // An allocator may keep what one scenario needed at its peak, and is asked once more; a leak grows each time.
     let mut memory = before.iter().map(|held| held.0).collect::<Vec<_>>();
-    let mut round = 1;
+    let (mut shared, mut round) = (shared_before, 1);
     let (shared_after, files_after) = loop {
         request(served);
         let (mut after, mut shared_after, mut files_after) = measure();
@@ -359,6 +359,11 @@ fn a_service_does_not_grow() {
             }
             *memory = after.0;
         }
+        // Pools of messages touch their pages one by one; a leak of the smallest snapshot would be 8 kB a scenario.
+        if shared_after >= shared + 8192 * served {
+            grown.push("shared memory".into());
+        }
+        shared = shared_after;
         if grown.is_empty() {
             break (shared_after, files_after);
         }
@@ -368,6 +373,5 @@ fn a_service_does_not_grow() {
     println!("shared memory: {shared_before} -> {shared_after} bytes, {files_before} -> {files_after} files");
     // A few connections may not have been used before, however many scenarios come.
     assert!(files_after <= files_before + 4, "{files_before} -> {files_after}");
-    assert!(shared_after <= shared_before + shared_before / 4, "{shared_before} -> {shared_after}");
     assert_eq!(end(service), Some(0));
 }
