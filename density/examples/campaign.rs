@@ -5,7 +5,8 @@
 //! - `--index K`: only scenario `K` of the seed, once more; `--first K`: from `K` on
 //! - `--file FILE`: the scenario in a file instead
 //! - `--methods exact,mc`: of exact, dee-961, dee-1e5, gmm-ut, mc
-//! - `--bins N`: bins an axis of the comparison grids; `--threads N`; `--quick`: with a coarser oracle
+//! - `--bins N`: bins an axis of the comparison grids; `--threads N`
+//! - `--quick`: with a coarser oracle first, and the finer one where something seems to be silently wrong
 //!
 //! Whatever is wrong without a warning is printed with the scenario. Exit code 1 if `exact` was.
 
@@ -15,9 +16,9 @@ mod campaign_support;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use campaign_support::judge::judge;
+use campaign_support::judge::Oracles;
 use campaign_support::methods::{Method, run};
-use campaign_support::oracle::{Effort, solve};
+use campaign_support::oracle::Effort;
 use campaign_support::scenario::{Scenario, draw};
 use campaign_support::summary::{Row, table};
 use density::flow::Flow;
@@ -119,22 +120,25 @@ fn try_scenario(scenario: &Scenario, options: &Options, rows: &mut [(Method, Row
         }
     };
     let start = Instant::now();
-    let oracle = solve(problem, &grids, &options.effort);
-    let (lines, nodes) = oracle.lattice;
+    let mut oracles = Oracles::new(problem, &grids, &options.effort);
+    let (lines, nodes) = oracles.quick.lattice;
     println!("{name}: {scenario}; oracle on {lines} x {nodes} orbits, {:.1} s", start.elapsed().as_secs_f64());
-    for contradiction in &oracle.contradictions {
+    for contradiction in &oracles.quick.contradictions {
         println!("{name}: the oracle contradicts itself: {contradiction}");
     }
     let mut is_fine = true;
     for (method, row) in rows {
         let answer = run(*method, problem, &grids);
-        let verdict = judge(problem, &answer, &oracle, *method == Method::Exact);
+        let verdict = oracles.judge(&answer, *method == Method::Exact);
         row.add(&verdict, answer.seconds);
         for why in verdict.refusals.iter().take(1) {
             println!("{name}: {} refused: {why}", method.name());
         }
         for withheld in &verdict.withheld {
             println!("{name}: {} withholds {withheld}", method.name());
+        }
+        for figure in &verdict.undecided {
+            println!("{name}: {} undecided, the oracle comes closer with more orbits: {figure}", method.name());
         }
         for figure in verdict.silently_wrong() {
             println!("{name}: {} is silently wrong: {}, {}", method.name(), figure.name, figure.detail);

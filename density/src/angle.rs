@@ -6,10 +6,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// The representative of `phi` in `[low, low + 2π)` \[rad\].
+/// The representative of `phi` in `[low, low + 2π)` \[rad\]; NaN stays NaN.
 pub fn fold(phi: f64, low: f64) -> f64 {
     let folded = low + (phi - low).rem_euclid(TAU);
-    if folded < low + TAU { folded } else { low }
+    if folded >= low + TAU { low } else { folded }
 }
 
 /// The representative of `phi` within π of `centre` \[rad\].
@@ -46,6 +46,11 @@ mod tests {
                 assert!((folded.sin() - phi.sin()).abs() < 1e-13);
             }
         }
+    }
+
+    #[test]
+    fn what_is_no_angle_stays_none() {
+        assert!(fold(f64::NAN, 0.0).is_nan() && nearest(f64::NAN, 1.0).is_nan());
     }
 
     #[test]

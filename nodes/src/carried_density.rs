@@ -4,9 +4,14 @@
 //! `e/s dphi de`, so the points alone say what `n` must be: the initial Gaussian's density times `(e/s) / (e0/s0)`. A propagator
 //! whose `n` is another contradicts its own points.
 
+use std::f64::consts::TAU;
+
 use density::angle::nearest;
 use density::dynamics::{State, density_growth};
 use density::problem::InitialGaussian;
+
+/// Standard deviations of the solar angle from the mean within which points are looked for.
+const EXTENT: f64 = 6.0;
 
 /// Where the points started, and their initial densities.
 #[derive(Debug)]
@@ -15,11 +20,17 @@ pub(crate) struct CarriedDensity {
 }
 
 impl CarriedDensity {
-    /// Points of the first snapshot, at `t = 0`.
-    pub(crate) fn begin(initial: &InitialGaussian, phi: &[f64], e: &[f64]) -> Self {
-        let at =
-            |(&phi, &e): (&f64, &f64)| (State::from_polar(phi, e), initial.density(nearest(phi, initial.mean_phi), e));
-        Self { start: phi.iter().zip(e).map(at).collect() }
+    /// Points of the first snapshot, at `t = 0`, with the densities that they have been given. Angles come modulo a turn: of a
+    /// cloud that spans several, a point is on the turn whose density is closest to its own.
+    pub(crate) fn begin(initial: &InitialGaussian, phi: &[f64], e: &[f64], n: &[f64]) -> Self {
+        let turns = (EXTENT * initial.sigma_phi / TAU).round() as i32;
+        let at = |((&phi, &e), &n): ((&f64, &f64), &f64)| {
+            let phi = nearest(phi, initial.mean_phi);
+            let densities = (-turns..=turns).map(|turn| initial.density(phi + TAU * f64::from(turn), e));
+            let closest = densities.min_by(|a, b| (a - n).abs().total_cmp(&(b - n).abs()));
+            (State::from_polar(phi, e), closest.unwrap_or(f64::NAN))
+        };
+        Self { start: phi.iter().zip(e).zip(n).map(at).collect() }
     }
 
     /// The mean of `|n - right| / max(n, right)` over all points, weighted by their initial densities: 0 where `n` is
@@ -46,7 +57,7 @@ mod tests {
     fn a_carried_density_is_right_if_it_grows_by_the_change_of_e_over_s_and_wrong_by_as_much_as_it_does_not() {
         let initial = InitialGaussian { mean_phi: 6.2, mean_e: 0.2, sigma_phi: 0.1, sigma_e: 0.02 };
         let (phi, e) = ([6.2, 0.0, 6.1], [0.2, 0.21, 0.0]);
-        let carried = CarriedDensity::begin(&initial, &phi, &e);
+        let carried = CarriedDensity::begin(&initial, &phi, &e, &[0.0; 3]);
         let n: Vec<f64> = carried.start.iter().map(|(_, density)| *density).collect();
         assert!(n[1] > 0.0 && n[2] == 0.0, "the nearest turn is meant; nothing is on e = 0");
         assert_eq!(carried.error_of(&phi, &e, &n), 0.0);
@@ -56,5 +67,17 @@ mod tests {
         assert!(carried.error_of(&phi, &later, &right) < 1e-12);
         let half = right.map(|n| 0.5 * n);
         assert!((carried.error_of(&phi, &later, &half) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn points_of_a_cloud_of_several_turns_are_on_the_turn_that_their_densities_are_of() {
+        let initial = InitialGaussian { mean_phi: 3.0, mean_e: 0.2, sigma_phi: 1.5, sigma_e: 0.02 };
+        let (unfolded, e) = ([-3.0, 3.0, 8.0], [0.2; 3]);
+        let n = [0, 1, 2].map(|i| initial.density(unfolded[i], e[i]));
+        let phi = unfolded.map(|phi: f64| phi.rem_euclid(TAU));
+        assert!(CarriedDensity::begin(&initial, &phi, &e, &n).error_of(&phi, &e, &n) < 1e-12);
+        let half = n.map(|n| 0.5 * n);
+        let off = CarriedDensity::begin(&initial, &phi, &e, &half).error_of(&phi, &e, &half);
+        assert!(off > 0.4, "{off}");
     }
 }

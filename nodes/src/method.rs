@@ -132,7 +132,7 @@ impl Case {
         let (estimate, mesh_says) =
             mesh.estimate(phi, e, grid, assignment.problem.critical_e).map_err(|e| e.to_string())?;
         self.mesh = Some(mesh);
-        let start = self.carried.get_or_insert_with(|| CarriedDensity::begin(initial, phi, e));
+        let start = self.carried.get_or_insert_with(|| CarriedDensity::begin(initial, phi, e, n));
         let carried_density_error = start.error_of(phi, e, n);
         let MeshDiagnostics { measure_defect, flipped_mass, truncated_mass, misplaced_mass, .. } = mesh_says;
         Ok(Estimated {

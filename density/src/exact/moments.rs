@@ -120,7 +120,8 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre) -> SmoothMoments
         + cut / std_phi
         + 2.0 * cut * PI / std_phi.powi(2);
     SmoothMoments {
-        mean_phi: centre.phi + mean(5),
+        // Centre and circular mean may lie on either side of 2π.
+        mean_phi: nearest(centre.phi + mean(5), fold(circular.mean, 0.0)),
         std_phi,
         mean_e: centre.e + mean(3),
         std_e,

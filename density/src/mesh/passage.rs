@@ -10,7 +10,7 @@
 //! in [`crate::first_passage::times`]; the curve is read off at times that have nothing to do with the steps.
 //!
 //! A dense lattice is first tried with about a hundred of its lines a side; all are taken where the estimated error of
-//! interpolation is too large for that.
+//! interpolation is too large for that, unless the orbits turn so often that this would take minutes.
 
 use rayon::prelude::*;
 
@@ -36,6 +36,11 @@ const GOOD: f64 = 1e-5;
 const PHASE: f64 = 0.5;
 /// Steps of a curve at most, whatever the phase: orbits that need more are those next to `e = 1`.
 const MOST_STEPS: f64 = 8192.0;
+/// A curve of more steps is not walked a second time, with all lines of a dense lattice.
+const MANY_STEPS: usize = 1024;
+/// What two refinements or two degrees differ by is told so many times over: where an orbit just touches the critical eccentricity
+/// both err to the same side.
+const SAFETY: f64 = 3.0;
 /// How far from its peak the excess must be for the quintic to matter.
 const NEAR: f64 = 0.5;
 
@@ -55,8 +60,9 @@ pub enum PassageError {
 pub struct PassageCurve {
     /// The probability at each time.
     pub probability: Vec<f64>,
-    /// An estimate of its error: what half the refinement and half the degree of interpolation change, the largest defect
-    /// of the invariant measure so far, and what lies outside the lattice.
+    /// An estimate of its error: three times what half the refinement and half the degree of interpolation change, the largest
+    /// defect of the invariant measure so far, and what lies outside the lattice. None at `t = 0`, where the probability is that
+    /// of the initial Gaussian.
     pub error: Vec<f64>,
 }
 
@@ -73,12 +79,12 @@ pub fn passage_curve(
 ) -> Result<PassageCurve, PassageError> {
     let side = points.lattice.unwrap_or(0);
     if let Some(thinned) = thinned(points, side, degree) {
-        let (curve, interpolation) = curve_of(problem, flow, &thinned, degree, times)?;
-        if interpolation < GOOD {
+        let Walked { curve, interpolation, steps } = curve_of(problem, flow, &thinned, degree, times)?;
+        if interpolation < GOOD || steps > MANY_STEPS {
             return Ok(curve);
         }
     }
-    curve_of(problem, flow, points, degree, times).map(|(curve, _)| curve)
+    curve_of(problem, flow, points, degree, times).map(|walked| walked.curve)
 }
 
 /// Every few lines of a lattice of `side` lines, if it is dense.
@@ -93,14 +99,23 @@ fn thinned(points: &Points, side: usize, degree: usize) -> Option<Points> {
     Some(Points { phi, e, lattice: Some(lines.len()) })
 }
 
-/// As [`passage_curve`], of all points; also that part of the error which more lines would lower.
+/// A curve, and what it took.
+struct Walked {
+    curve: PassageCurve,
+    /// That part of its error which more lines would lower.
+    interpolation: f64,
+    /// Steps of the lattice's orbits.
+    steps: usize,
+}
+
+/// As [`passage_curve`], of all points.
 fn curve_of(
     problem: &Problem,
     flow: &Flow,
     points: &Points,
     degree: usize,
     times: &[f64],
-) -> Result<(PassageCurve, f64), PassageError> {
+) -> Result<Walked, PassageError> {
     let initial = &problem.initial;
     let standard = |(&phi, &e)| initial.standardise(phi, e).into();
     let standard: Vec<[f64; 2]> = points.phi.iter().zip(&points.e).map(standard).collect();
@@ -114,13 +129,14 @@ fn curve_of(
     };
     let end = times.last().copied().unwrap_or(0.0);
     let mut walk = Walk { problem, flow, x1: orbits.x1.clone(), x2: orbits.x2.clone(), now: 0.0, end, hurried: false };
-    let (mut curve, mut step) = (PassageCurve::default(), 0.0);
+    let (mut curve, mut step, mut steps) = (PassageCurve::default(), 0.0, 0);
+    let at_start = initial.probability_above(problem.critical_e);
     let outside = 1.0 - (fine.total / initial.mass_inside()).min(1.0);
     // Where the interpolation has lost the flow at any time so far, what it says of passages may be as far off.
     let (mut lost, mut interpolation) = (0.0_f64, 0.0_f64);
     for &time in times {
         while walk.now < time {
-            step = walk.step()?;
+            (step, steps) = (walk.step()?, steps + 1);
             for lattice in [Some(&mut fine), rough.as_mut()].into_iter().flatten() {
                 lattice.see(problem, step, &walk.x1, &walk.x2);
             }
@@ -128,16 +144,22 @@ fn curve_of(
             lost = lost.max(judged.measure_defect);
         }
         let within = step - (walk.now - time);
+        if time == 0.0 {
+            curve.probability.push(at_start);
+            curve.error.push(0.0);
+            continue;
+        }
         let passed = fine.passed(within, step);
         let (passed, coarse) = (passed[0], passed[1]);
         let other = rough.as_ref().map_or(coarse, |lattice| lattice.passed(within, step)[0]);
         interpolation = interpolation.max((coarse - other).abs() + lost);
-        let hurried = if walk.hurried { 1.0 } else { 0.0 };
-        // Rounding must not let it fall.
-        curve.probability.push(curve.probability.last().map_or(passed, |last| passed.max(*last)));
-        curve.error.push((passed - coarse).abs() + (coarse - other).abs() + lost + outside + hurried);
+        let hurried = f64::from(walk.hurried);
+        // It does not fall, and at least as many have passed as were above at the start.
+        curve.probability.push(curve.probability.last().map_or(passed.max(at_start), |last| passed.max(*last)));
+        let differences = (passed - coarse).abs() + (coarse - other).abs();
+        curve.error.push(SAFETY * differences + lost + outside + hurried);
     }
-    Ok((curve, interpolation))
+    Ok(Walked { curve, interpolation, steps })
 }
 
 /// The lattice's orbits on their way.
