@@ -61,8 +61,8 @@ pub struct PassageCurve {
     /// The probability at each time.
     pub probability: Vec<f64>,
     /// An estimate of its error: three times what half the refinement and half the degree of interpolation change, the largest
-    /// defect of the invariant measure so far, and what lies outside the lattice. None at `t = 0`, where the probability is that
-    /// of the initial Gaussian.
+    /// defect of the invariant measure so far, and what lies outside the lattice. Rounding at `t = 0`, where the probability
+    /// is that of the initial Gaussian.
     pub error: Vec<f64>,
 }
 
@@ -146,7 +146,7 @@ fn curve_of(
         let within = step - (walk.now - time);
         if time == 0.0 {
             curve.probability.push(at_start);
-            curve.error.push(0.0);
+            curve.error.push(f64::EPSILON);
             continue;
         }
         let passed = fine.passed(within, step);
