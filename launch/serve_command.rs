@@ -68,8 +68,11 @@ fn carry_out(arguments: &ServeArguments) -> ExitCode {
     let folder = &service.folder;
     folder.discard();
     let incomplete = incompleteness(&service, &tally);
-    let outcome =
-        seal(&service, &tally, run_id, &started, incomplete.as_deref()).map_err(Abort::Unpublished).and(outcome);
+    let sealed = seal(&service, &tally, run_id, &started, incomplete.as_deref()).map_err(Abort::Unpublished);
+    let outcome = match outcome {
+        Err(Abort::Fatal(_) | Abort::Unpublished(_)) => outcome, // what came first is told
+        other => sealed.and(other),
+    };
     let served = tally.folders.len();
     if let Err(Abort::Fatal(problem) | Abort::Unpublished(problem)) = outcome {
         remark!("error: {problem}; {served} scenarios are in {}", folder.path.display());
