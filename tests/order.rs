@@ -22,7 +22,7 @@ fn any_order_of_starts_gives_the_same_bytes() {
     for seed in first..first + orders {
         let out = format!("out-{seed}");
         let mut command = bench.phasecloud();
-        command.arg("run").arg(&launch).args(["--quiet", "--start-order", &seed.to_string(), "--out"]);
+        command.arg("run").arg(&launch).args(["--quiet", "--no-report", "--start-order", &seed.to_string(), "--out"]);
         let output = command.arg(bench.path(&out)).output().unwrap();
         assert!(output.status.success(), "seed {seed}: {}", text(&output.stderr));
         for file in REPRODUCIBLE {
@@ -50,7 +50,7 @@ fn a_reader_that_stands_still_for_a_while_loses_nothing() {
 fn stands_still(bench: &Bench, launch: &std::path::Path, label: &str, attempt: u32) -> bool {
     let out = format!("out-{label}-{attempt}");
     let mut command = bench.phasecloud();
-    command.arg("run").arg(launch).args(["--quiet", "--out"]).arg(bench.path(&out));
+    command.arg("run").arg(launch).args(["--quiet", "--no-report", "--out"]).arg(bench.path(&out));
     let mut run = command.stderr(Stdio::piped()).spawn().unwrap();
     let begun = Instant::now();
     let sleeper = loop {

@@ -76,6 +76,11 @@ impl Settings {
                 "beside split = \"adaptive\", which plans its components itself; set sigma_points, or another split";
             return Err(Misfit::no_effect(key, because));
         }
+        if self.split() == SplitChoice::Both && self.across() == 1 {
+            let problem = "is needed beside split = \"both\": how many components along phi, 3 or more; with one of them \
+                           the split is \"eccentricity\"";
+            return Err(Misfit::new("across", problem));
+        }
         if self.sigma_points.is_some() && !adaptive {
             return Err(Misfit::no_effect("sigma_points", "on a split that is not adaptive; set components"));
         }
@@ -251,7 +256,7 @@ mod tests {
             ("split = \"adaptive\"\nacross = 3", "across"),
             ("keep_variance = false", "keep_variance"),
             ("mode = \"as-printed\"\nsigma_points = 100", "sigma_points"),
-            ("split = \"both\"\nsigma_points = 100", "sigma_points"),
+            ("split = \"both\"\nacross = 3\nsigma_points = 100", "sigma_points"),
             ("merge_to = 5000", "merge_to"),
             ("sigma_points = 600\nmerge_to = 601", "merge_to"),
             ("split = \"both\"\ncomponents = 5\nacross = 3\nmerge_to = 15", "merge_to"),
@@ -268,7 +273,11 @@ mod tests {
         ] {
             settings(good).check().unwrap();
         }
-        for (text, key) in [("split = \"both\"\nacross = 4", "across"), ("sigma_points = 599", "sigma_points")] {
+        for (text, key) in [
+            ("split = \"both\"\nacross = 4", "across"),
+            ("split = \"both\"", "across"),
+            ("sigma_points = 599", "sigma_points"),
+        ] {
             assert_eq!(settings(text).check().unwrap_err().key, key);
         }
     }
@@ -284,8 +293,8 @@ mod tests {
                     .into(),
             ),
             (
-                "split = \"both\"\ncomponents = 1",
-                "split = \"both\"\ncomponents = 1\nacross = 1\nmode = \"corrected\"\n".into(),
+                "split = \"solar-angle\"\ncomponents = 1",
+                "split = \"solar-angle\"\ncomponents = 1\nacross = 1\nmode = \"corrected\"\n".into(),
             ),
         ] {
             let resolved = settings(text).resolved();

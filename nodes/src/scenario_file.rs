@@ -201,7 +201,12 @@ fn stepped_times(file: &InputFile, end_at: &Spanned<f64>, every: &Spanned<f64>) 
         );
         return Err(file.error(every, &problem));
     }
-    Ok((0..=steps as u32).map(|k| if f64::from(k) == steps { end } else { f64::from(k) * step }).collect())
+    Ok((0..=steps as u32).map(|k| if f64::from(k) == steps { end } else { as_meant(f64::from(k) * step) }).collect())
+}
+
+/// A multiple of a step as a person would write it: six times 0.2 is 1.2, not 1.2000000000000002.
+fn as_meant(multiple: f64) -> f64 {
+    format!("{multiple:.11e}").parse().unwrap_or(multiple)
 }
 
 /// The text of a scenario file that says `problem`.
@@ -240,6 +245,14 @@ mod tests {
         let scenario = load(GOOD).unwrap();
         assert_eq!(scenario.problem.times, [0.0, 0.5, 1.0, 1.5, 2.0]);
         assert_eq!(scenario.problem.initial.sigma_e, 0.025);
+    }
+
+    #[test]
+    fn times_by_a_step_are_as_a_person_would_write_them() {
+        let stepped = load_with("step = 0.5", "step = 0.2").unwrap().problem.times;
+        assert_eq!(stepped, [0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0]);
+        let thirds = load_with("step = 0.5", "step = 0.6666666666666666").unwrap().problem.times;
+        assert_eq!(thirds, [0.0, 0.666666666667, 1.33333333333, 2.0]);
     }
 
     #[test]
