@@ -9,7 +9,7 @@ use common::{Bench, FOUR_CASES, text};
 fn a_babbling_propagator_is_blamed_and_the_others_results_stay_the_same_bytes() {
     let bench = Bench::new();
     bench.run_well(&bench.launch_file("quiet", FOUR_CASES), "quiet");
-    let program = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/babbler");
+    let program = common::examples::example("babbler");
     for seed in [1, 2, 3] {
         let babbler = format!(
             "[[propagator]]\nlabel = \"babbler\"\ncommand = [\"{}\", \"{seed}\"]\n{FOUR_CASES}",

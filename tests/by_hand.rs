@@ -148,7 +148,7 @@ fn a_program_of_ones_own_needs_the_line_that_the_domain_prints() {
     let bench = bench();
     let holder = Terminal::open(&bench, &commands()[0].replace("demo exact mc", "mine1 exact mine"));
     let export = holder.wait_for("export ");
-    let own = Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/stt-gaussian").display().to_string();
+    let own = common::examples::example("stt-gaussian").display().to_string();
     let mut terminals: Vec<Terminal> = Vec::new();
     for command in &commands()[1..] {
         let command = command.replace("demo", "mine1");

@@ -3,17 +3,11 @@
 
 mod common;
 
-use std::path::{Path, PathBuf};
-
+use common::examples::example;
 use common::{Bench, text};
 
 /// Long past what a propagator needs to end, also on a loaded machine.
 const GRACE: [&str; 2] = ["--grace", "30"];
-
-/// A program of `cargo test`'s examples.
-fn example(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples").join(name)
-}
 
 /// The exit code, and the rules with their verdicts and what was seen.
 fn check(bench: &Bench, options: &[&str], command: &[&str]) -> (Option<i32>, Vec<[String; 3]>) {

@@ -16,7 +16,7 @@ fn of_the_others(bench: &Bench, file: &str) -> Vec<String> {
 
 /// Runs the four cases and one with this fault, and checks that the four are as they are without it.
 fn run_beside(bench: &Bench, fault: &str) -> (Option<i32>, String) {
-    let program = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/faulty-propagator");
+    let program = common::examples::example("faulty-propagator");
     let command = format!("command = [\"{}\", \"{fault}\"]", program.display());
     let cases = format!("{PATIENCE}{FOUR_CASES}[[propagator]]\nlabel = \"faulty\"\n{command}\n");
     let output = bench.run(&bench.launch_file(fault, &cases), fault);

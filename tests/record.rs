@@ -3,7 +3,6 @@
 
 mod common;
 
-use std::path::Path;
 use std::process::{Command, Output};
 
 use common::{Bench, FOUR_CASES, text};
@@ -81,7 +80,7 @@ fn a_replay_gives_the_same_bytes_whichever_part_is_played() {
 #[test]
 fn one_case_is_replaced_or_left_out_and_the_others_stay_as_recorded() {
     let bench = recorded();
-    let mine = Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/stt-gaussian");
+    let mine = common::examples::example("stt-gaussian");
     replay_well(&bench, &["--replace", &format!("gmm-ut={}", mine.display()), "--out", "mine"]);
     for table in ["moments.csv", "errors.csv", "distances.csv"] {
         let [before, after] = ["a", "mine"].map(|folder| without(&bench, &format!("{folder}/{table}"), "gmm-ut"));

@@ -61,7 +61,7 @@ fn the_same_seeds_give_the_same_bytes_also_beside_another_run() {
 #[test]
 fn a_swapped_propagator_leaves_the_other_cases_unchanged() {
     let bench = Bench::new();
-    let mine = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/stt-gaussian");
+    let mine = common::examples::example("stt-gaussian");
     // Through a shell that stays in between, as scripts do.
     let command = format!("command = [\"sh\", \"-c\", \"{}; true\"]", mine.display());
     let swapped = FOUR_CASES.replace("node = \"gmm-ut\"", &command);

@@ -173,7 +173,7 @@ fn a_shard_that_fails_for_good_fails_its_case_and_the_others_are_compared() {
 fn after_a_scenario_that_one_shard_cannot_do_all_do_the_next() {
     let bench = Bench::new();
     bench.write("scenario-2.toml", &common::SCENARIO_1.replace("scenario-1", "scenario-2").replace("0.145", "0.2"));
-    let program = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/faulty-propagator");
+    let program = common::examples::example("faulty-propagator");
     let launch = bench.write(
         "two.toml",
         &format!(
@@ -199,7 +199,7 @@ fn after_a_scenario_that_one_shard_cannot_do_all_do_the_next() {
 #[test]
 fn a_shard_with_the_wrong_rows_is_refused_by_name() {
     let bench = Bench::new();
-    let program = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/faulty-propagator");
+    let program = common::examples::example("faulty-propagator");
     let mine = format!(
         "[[propagator]]\nlabel = \"mine\"\nshards = 2\ncommand = [\"{}\", \"unsplit\"]\n\
          [[propagator]]\nlabel = \"odd\"\nshards = 2\ncommand = [\"{0}\", \"range\"]\n",
@@ -217,7 +217,7 @@ fn a_shard_with_the_wrong_rows_is_refused_by_name() {
 #[test]
 fn a_program_of_ones_own_that_cannot_be_split_says_so() {
     let bench = Bench::new();
-    let program = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/stt-gaussian");
+    let program = common::examples::example("stt-gaussian");
     let mine = format!("[[propagator]]\nlabel = \"stt\"\nshards = 2\ncommand = [\"{}\"]\n", program.display());
     let mc = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 2_000\n";
     let output = bench.run(&launch_file(&bench, "own", &format!("{mc}{mine}")), "out");

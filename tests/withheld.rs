@@ -11,7 +11,7 @@ const MC: &str = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 4_000
 const DEE: &str = "[[propagator]]\nlabel = \"dee\"\nnode = \"dee\"\nsamples = 961\n";
 
 fn program(name: &str, words: &str) -> String {
-    let path = std::path::Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples").join(name);
+    let path = common::examples::example(name);
     format!("command = [\"{}\", \"{words}\"]\n", path.display())
 }
 

@@ -1,6 +1,7 @@
 //! A fresh folder and a fresh place for shared memory for every test, and the program under test.
 #![allow(dead_code, missing_docs, reason = "each test file uses its own part")]
 
+pub mod examples;
 pub mod processes;
 
 use std::path::{Path, PathBuf};
@@ -97,7 +98,7 @@ impl Bench {
 
     /// A case of the faulty propagator among the examples, with this fault.
     pub fn faulty(&self, label: &str, fault: &str) -> String {
-        let program = Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples/faulty-propagator");
+        let program = examples::example("faulty-propagator");
         format!("[[propagator]]\nlabel = \"{label}\"\ncommand = [\"{}\", \"{fault}\"]\n", program.display())
     }
 
