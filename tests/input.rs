@@ -279,7 +279,7 @@ fn the_examples_of_the_page_about_launch_files_are_good() {
                 ("mc", "draws") => "replicates = 2\n",
                 ("dee", "seed") => "placement = \"random\"\n",
                 ("dee", "resolution") => "mesh = \"hull\"\n",
-                ("gmm-ut", "components" | "across" | "keep_variance") => "split = \"both\"\n",
+                ("gmm-ut", "components" | "across" | "keep_variance") => "split = \"solar-angle\"\n",
                 _ => "",
             };
             check(&format!(
