@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use bytemuck::{Pod, bytes_of_mut};
 use messages::domain::{Domain, Place};
-use messages::layout::{ComparisonHeader, DensityHeader, SnapshotHeader, StatusHeader, comparison, phase};
+use messages::layout::{ComparisonHeader, DensityHeader, SnapshotHeader, StatusHeader, comparison, event};
 use messages::text::pack;
 use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
 use nodes::failure::Failure;
@@ -83,9 +83,9 @@ fn on<T: Topic<Header: Pod>>(domain: &Domain, random: &mut Random, run_id: u64) 
 fn lie(domain: &Domain, run_id: u64) {
     let said = || -> Result<(), messages::port::PortError> {
         let status = domain.outlet::<Status>(2)?;
-        for (node, phase) in [("recorder", phase::DONE), ("estimator", phase::FAILED), ("mc", phase::FAILED)] {
+        for (node, event) in [("recorder", event::DONE), ("estimator", event::FAILED), ("mc", event::FAILED)] {
             let header =
-                StatusHeader { run_id, phase, node: pack(node), subject: pack(node), ..StatusHeader::default() };
+                StatusHeader { run_id, event, node: pack(node), subject: pack(node), ..StatusHeader::default() };
             status.send_items(header, &[0.0; 2])?;
         }
         let label = pack("mc");

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use bridge::plan::HOME;
+use messages::service::Service;
 use nodes::builtin::{BuiltIn, Misfit};
 use nodes::input::{InputError, InputFile};
 use nodes::screen::MOST_CASES;
@@ -123,8 +124,8 @@ pub(crate) fn cases(
 const MOST_PROPAGATORS: usize = 128;
 /// Longest name of a process.
 const LONGEST_NAME: usize = 31;
-/// Labels of the processes that are not propagators.
-const RESERVED: [&str; 6] = ["scenario", "estimator", "comparator", "recorder", "launcher", "bridge"];
+/// What the launcher is called where processes are named; no case may have this label, nor that of a service.
+const LAUNCHER: &str = "launcher";
 
 fn case(
     file: &InputFile,
@@ -146,7 +147,7 @@ fn case(
         RawCase::deserialize(Deserializer::from(Spanned::new(span.clone(), head))).map_err(|e| file.toml_error(&e))?;
     check_name(file, &raw.label)?;
     let label = raw.label.get_ref().clone();
-    if RESERVED.contains(&label.as_str()) {
+    if label == LAUNCHER || Service::named(&label).is_some() {
         return Err(file.error(&raw.label, &format!("\"{label}\" is the name of one of phasecloud's own processes")));
     }
     let runs = match (raw.node, raw.command) {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use messages::domain::{PREFIX_VARIABLE, Place, ROOT_VARIABLE};
+use messages::service::Service;
 use nodes::session::{
     ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE,
 };
@@ -16,12 +17,6 @@ use crate::launch_file::Launch;
 
 /// The program that runs in a process that looks there, and in its children until they run another one.
 const RUNNING: &str = "/proc/self/exe";
-/// The process that publishes the scenarios.
-pub const SCENARIO_NODE: &str = "scenario";
-/// The processes that every run needs besides its cases.
-pub const SERVICES: [&str; 4] = ["estimator", "comparator", "recorder", SCENARIO_NODE];
-/// The process that a run over several hosts needs as well.
-pub const BRIDGE: &str = bridge::plan::NAME;
 
 /// What the commands of a run are made of.
 #[derive(Debug)]
@@ -112,20 +107,20 @@ impl Commands<'_> {
 
     fn of_service(&self, name: &str, scenario: u32) -> Result<Command, String> {
         let mut command = own_command(name)?;
-        match name {
-            "recorder" => {
+        match Service::named(name) {
+            Some(Service::Recorder) => {
                 command.arg("--out").arg(&self.draft).args(["--tolerance", &self.launch.tolerance.to_string()]);
                 command.args(self.tape.iter().flat_map(|tape| [Path::new("--recording"), tape]));
             }
-            SCENARIO_NODE => {
+            Some(Service::Scenario) => {
                 let (phi, e) = self.launch.bins;
                 command.args(["--bins", &phi.to_string(), &e.to_string(), "--first", &scenario.to_string()]);
                 command.args(&self.scenarios);
             }
-            BRIDGE => {
+            Some(Service::Bridge) => {
                 command.args(self.post.iter().flat_map(|post| [Path::new("--post"), post]));
             }
-            _ => {}
+            Some(Service::Estimator | Service::Comparator) | None => {}
         }
         Ok(command)
     }

@@ -9,12 +9,12 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, ROOT_VARIABLE};
-use messages::layout::{RosterEntry, RosterHeader, StatusHeader, phase};
+use messages::layout::{RosterEntry, RosterHeader};
 use messages::port::{Outlet, PortError};
-use messages::text::{pack, unpack};
+use messages::report::{Event, Report};
+use messages::text::pack;
 use messages::topic::{Capacity, Roster, Status};
 use messages::wait::Signals;
-use nodes::scenario::RECORDER;
 use nodes::scenario_file;
 use nodes::session::RUN_VARIABLE;
 use nodes::shard::label_of_member;
@@ -88,20 +88,19 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
     while !signals.stop_requested() {
         signals.wait(&[&reports, &roster], TICK).map_err(failed)?;
         while let Some(report) = reports.receive().map_err(failed)? {
-            let header = *report.header();
-            remark!("{}", describe(&header, report.items()));
-            let is_recorded =
-                header.phase == phase::DONE && unpack(&header.node) == RECORDER && header.scenario == scenario;
+            let Ok(report) = Report::from_parts(report.header(), report.items()) else { continue };
+            remark!("{}", describe(&report));
+            let is_recorded = report.is_end_of(scenario);
             if is_recorded {
                 // The next scenario is a new chance.
                 (scenario, fallen) = (scenario + 1, BTreeMap::new());
             }
-            let has_failed = header.phase == phase::FAILED && {
-                let label = label_of_member(&unpack(&header.subject)).to_owned();
-                let is_news = !fallen.contains_key(&label);
-                fallen.entry(label).or_insert_with(|| unpack(&header.text));
-                is_news
-            };
+            let mut has_failed = false;
+            if let Event::Failed { case, why } = report.event {
+                let label = label_of_member(&case).to_owned();
+                has_failed = !fallen.contains_key(&label);
+                fallen.entry(label).or_insert(why);
+            }
             if is_recorded || has_failed {
                 publish(&roster, arguments, scenario, &fallen).map_err(failed)?;
             }
@@ -130,13 +129,17 @@ fn publish(
 }
 
 /// A report in words.
-pub fn describe(header: &StatusHeader, units: &[f64]) -> String {
-    let (node, scenario) = (unpack(&header.node), header.scenario);
-    match (header.phase, units) {
-        (phase::READY, _) => format!("{node}: ready"),
-        (phase::WORKING, [done, of]) => format!("{node}: scenario {scenario}, {done} of {of}"),
-        (phase::DONE, _) => format!("{node}: scenario {scenario} done"),
-        (phase::FAILED, _) => format!("{node}: {} failed: {}", unpack(&header.subject), unpack(&header.text)),
-        (other, _) => format!("{node}: phase {other}"),
+pub fn describe(Report { node, scenario, event }: &Report) -> String {
+    match event {
+        Event::Ready => format!("{node}: ready"),
+        Event::Accepted { name, .. } => format!("{node}: scenario {scenario} is {name}"),
+        Event::Refused { name, why } => format!("{node}: {name} is refused: {why}"),
+        Event::Progress { done, of: 0 } => format!("{node}: scenario {scenario}, {done} done"),
+        Event::Progress { done, of } => format!("{node}: scenario {scenario}, {done} of {of}"),
+        Event::WaitsFor { case, what, .. } => format!("{node}: scenario {scenario} waits for {case}: {what}"),
+        Event::Done => format!("{node}: scenario {scenario} done"),
+        Event::Failed { case, why } => format!("{node}: {case} failed: {why}"),
+        Event::Joined { host } => format!("{node}: host {host} has joined"),
+        Event::Total => format!("{node}: {scenario} scenarios in all"),
     }
 }

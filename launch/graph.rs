@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use crate::BAD_INPUT;
 use crate::cases::{Case, Runs};
 use crate::launch_file::Launch;
+use messages::service::Service;
 
 /// Prints the graph of a launch file.
 pub fn run(launch_file: Option<&Path>) -> ExitCode {
@@ -31,7 +32,7 @@ fn mermaid(launch: &Launch) -> String {
         text += &format!("  case{number} -- snapshot --> estimator\n");
         text += &format!("  case{number} -- passage --> recorder\n");
     }
-    for service in ["estimator", "comparator", "recorder"] {
+    for service in [Service::Estimator, Service::Comparator, Service::Recorder].map(Service::name) {
         text += &format!("  scenario -- scenario --> {service}\n");
     }
     text += "  estimator -- density --> comparator\n  estimator -- density --> recorder\n";

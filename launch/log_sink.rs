@@ -7,11 +7,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use messages::service::Service;
 use nodes::log::{Format, Line};
 use tracing::Level;
 use tracing::level_filters::LevelFilter;
-
-use crate::commands::BRIDGE;
 
 /// The log's name in the results folder.
 const NAME: &str = "log.jsonl";
@@ -140,7 +139,10 @@ impl LogSink {
     fn take(&self, node: &str, text: &str) -> usize {
         match serde_json::from_str::<Line>(text) {
             // The bridge passes on what is said on other hosts.
-            Ok(line) if line.run == self.run && (line.node == node || (node == BRIDGE && line.node.contains('@'))) => {
+            Ok(line)
+                if line.run == self.run
+                    && (line.node == node || (Service::Bridge.is(node) && line.node.contains('@'))) =>
+            {
                 self.record(&line)
             }
             _ => {

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use messages::domain::Place;
+use messages::service::Service;
 use nodes::builtin::BuiltIn;
 use nodes::failure::Failure;
 use nodes::log;
@@ -13,19 +14,17 @@ use nodes::{comparator, estimator, player, recorder, scenario};
 
 use crate::BAD_INPUT;
 use crate::cli::NodeArguments;
-use crate::commands::BRIDGE;
 use crate::domains;
 
 /// A node as the command line describes it.
 enum Kind {
-    Scenario,
     Propagator(BuiltIn),
-    Estimator,
-    Comparator,
-    Recorder,
+    Service(Service),
     Player,
-    Bridge,
 }
+
+/// The node that plays a recorded one.
+const PLAYER: &str = "player";
 
 /// Runs a node until it is asked to stop.
 pub fn run(arguments: NodeArguments) -> ExitCode {
@@ -48,13 +47,12 @@ pub fn run(arguments: NodeArguments) -> ExitCode {
 }
 
 fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
-    Ok(match arguments.kind.as_str() {
-        "scenario" => Kind::Scenario,
-        "estimator" => Kind::Estimator,
-        "comparator" => Kind::Comparator,
-        "recorder" => Kind::Recorder,
-        "player" => Kind::Player,
-        BRIDGE => Kind::Bridge,
+    let name = arguments.kind.as_str();
+    if let Some(service) = Service::named(name) {
+        return Ok(Kind::Service(service));
+    }
+    Ok(match name {
+        PLAYER => Kind::Player,
         name => {
             let text = arguments.settings.join("\n");
             let table = toml::Deserializer::parse(&text).map_err(|e| format!("--set: {}", e.message()))?;
@@ -65,9 +63,9 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
                     Kind::Propagator(settings)
                 }
                 None => {
-                    let others = "scenario, estimator, comparator, recorder, player, bridge";
+                    let others = Service::ALL.map(Service::name).join(", ");
                     return Err(format!(
-                        "there is no kind \"{name}\"; there are {}, {others}",
+                        "there is no kind \"{name}\"; there are {}, {others}, {PLAYER}",
                         BuiltIn::NAMES.join(", ")
                     ));
                 }
@@ -96,7 +94,7 @@ fn shard(arguments: &NodeArguments) -> Result<Shard, String> {
 fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArguments) -> Result<(), Failure> {
     let session = Session::enter_as(place, name, shard, arguments.run_id)?;
     let served = match kind {
-        Kind::Scenario => {
+        Kind::Service(Service::Scenario) => {
             let [phi, e] = arguments.bins[..] else {
                 return Err(Failure::Refused("--bins needs two numbers".into()));
             };
@@ -110,9 +108,9 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
             scenario::run(&session, &scenario::Settings { source, first, bins, most_snapshots })
         }
         Kind::Propagator(settings) => settings.serve(&session),
-        Kind::Estimator => estimator::run(&session),
-        Kind::Comparator => comparator::run(&session),
-        Kind::Recorder => {
+        Kind::Service(Service::Estimator) => estimator::run(&session),
+        Kind::Service(Service::Comparator) => comparator::run(&session),
+        Kind::Service(Service::Recorder) => {
             let folder = arguments.out.ok_or_else(|| Failure::Refused("the recorder needs --out DIR".into()))?;
             std::fs::create_dir_all(&folder).map_err(|e| Failure::file(&folder, e))?;
             recorder::run(&session, &folder, arguments.recording.as_deref(), arguments.tolerance)
@@ -121,7 +119,7 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
             let file = arguments.recording.ok_or_else(|| Failure::Refused("a player needs --recording FILE".into()))?;
             player::run(&session, &file)
         }
-        Kind::Bridge => {
+        Kind::Service(Service::Bridge) => {
             let post = arguments.post.ok_or_else(|| Failure::Refused("the bridge needs --post FILE".into()))?;
             bridge(&session, place, &post)
         }

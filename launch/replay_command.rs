@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use messages::recording::Recording;
+use messages::service::Service;
 
 use crate::BAD_INPUT;
 use crate::cases::Runs;
@@ -17,7 +18,7 @@ use crate::recording::About;
 use crate::run_command::{self, Order};
 
 /// Processes other than cases that a recording can stand in for.
-const SERVICES: [&str; 2] = ["estimator", "comparator"];
+const SERVICES: [&str; 2] = [Service::Estimator.name(), Service::Comparator.name()];
 
 /// Arguments of `phasecloud replay`.
 #[derive(Debug, Args)]

@@ -10,17 +10,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use messages::domain::HeldDomain;
-use messages::layout::{RosterEntry, RosterHeader, StatusHeader, phase};
+use messages::layout::{RosterEntry, RosterHeader};
 use messages::patience::Watch;
 use messages::port::{Inlet, Outlet, PortError};
+use messages::report::{Event, Report};
+use messages::service::Service;
 use messages::text::{pack, unpack};
-use messages::topic::{Capacity, Roster, Scenario, Status};
+use messages::topic::{Capacity, Roster, Scenario, Status, Topic};
 use messages::wait::Signals;
 use nodes::screen::{Refusal, screen};
+use nodes::shard::label_of_member;
 
 use crate::cases::Case;
 use crate::cli::Shown;
-use crate::commands::{BRIDGE, Commands, SCENARIO_NODE, SERVICES};
+use crate::commands::Commands;
 use crate::launch_file::{Launch, ScenarioInput};
 use crate::live::View;
 use crate::live::model::{Model, Stage};
@@ -93,7 +96,7 @@ pub struct Run<'a> {
     /// Tells time that passed from time in which the launcher itself stood still.
     watch: Watch,
     /// The latest reports about the next scenario, which come before the end of this one if their senders are quicker.
-    early: BTreeMap<(String, u32), (StatusHeader, [u64; 2])>,
+    early: BTreeMap<(String, u32), Report>,
     /// Whether a request to stop leaves what is finished.
     keeps: bool,
     /// The scenario under way when there was one.
@@ -135,8 +138,11 @@ impl<'a> Run<'a> {
         commands.place.reserve().map_err(|e| Abort::Fatal(format!("cannot reserve shared memory: {e}")))?;
         let propagators: Vec<String> = cases.iter().flat_map(Case::members).map(|(name, _)| name).collect();
         let away = commands.launch.away();
-        let names = SERVICES.into_iter().map(str::to_owned).chain(propagators.iter().cloned());
-        let names = names.chain(commands.launch.hosts.iter().map(|_| BRIDGE.to_owned()));
+        let names = Service::OF_EVERY_RUN
+            .into_iter()
+            .map(|service| service.name().to_owned())
+            .chain(propagators.iter().cloned());
+        let names = names.chain(commands.launch.hosts.iter().map(|_| Service::Bridge.name().to_owned()));
         let member = |name: String| {
             let member = if away.contains_key(&name) { Member::away(start_at()) } else { Member::new(start_at()) };
             (name, member)
@@ -263,7 +269,7 @@ impl<'a> Run<'a> {
             .members
             .iter()
             .filter(|(_, member)| member.due.is_some_and(|due| due <= now))
-            .filter(|(name, _)| self.absent.is_empty() || *name == BRIDGE)
+            .filter(|(name, _)| self.absent.is_empty() || Service::Bridge.is(name))
             .map(|(name, _)| name.clone())
             .collect();
         for name in due {
@@ -312,71 +318,78 @@ impl<'a> Run<'a> {
                 self.blame(&sender, why)?;
                 continue;
             }
-            let header = *report.header();
-            let units = [report.items().first(), report.items().get(1)].map(|u| u.copied().unwrap_or(0.0) as u64);
+            let sender = unpack(&report.header().node);
+            let decoded = Report::from_parts(report.header(), report.items());
             drop(report);
-            self.take_report(&header, units)?;
+            match decoded {
+                Ok(report) => self.take_report(report)?,
+                Err(why) => self.blame(label_of_member(&sender), format!("a message on {}: {why}", Status::NAME))?,
+            }
         }
         Ok(())
     }
 
-    fn take_report(&mut self, header: &StatusHeader, [done, of]: [u64; 2]) -> Result<(), Abort> {
-        let node = unpack(&header.node);
-        if self.is_early(header, &node) {
+    fn take_report(&mut self, report: Report) -> Result<(), Abort> {
+        if self.is_early(&report) {
             if self.early.len() < MOST_EARLY {
-                self.early.insert((node, header.phase), (*header, [done, of]));
+                self.early.insert((report.node.clone(), report.event.code()), report);
             }
             return Ok(());
         }
-        let is_current = header.scenario == self.scenario;
-        if let Some(member) = self.members.get_mut(&node) {
-            member.heard = Instant::now();
-            match header.phase {
-                phase::READY => member.ready = true,
-                phase::WORKING if is_current => member.is_at_work(done < of),
-                phase::DONE if is_current => member.is_at_work(false),
-                _ => {}
-            }
+        let is_current = report.scenario == self.scenario;
+        self.note_sign_of_life(&report, is_current);
+        if !matches!(report.event, Event::Failed { .. }) {
+            self.view.report(&report, false);
         }
-        let subject = unpack(&header.subject);
-        if header.phase == phase::WORKING && is_current && !self.is_case(&node) && self.is_case(&subject) {
-            self.awaited.insert(node.clone(), (subject, unpack(&header.text)));
-        }
-        if header.phase != phase::FAILED {
-            self.view.report(header, [done, of], false);
-        }
-        match header.phase {
-            phase::READY if node == BRIDGE => self.take_in(&unpack(&header.subject)),
-            phase::READY => self.note_when_all_are_ready(),
-            phase::WORKING if is_current && node == "estimator" => self.estimated = done,
-            phase::DONE if is_current && node == "comparator" => self.compared = true,
-            phase::DONE if is_current && node == "recorder" => self.begin_next_scenario()?,
-            phase::DONE if node == SCENARIO_NODE => self.in_all = Some(header.scenario),
-            phase::FAILED if header.scenario < self.scenario => {
-                let (subject, why) = (unpack(&header.subject), unpack(&header.text));
-                // What was wrong with a case's part of a scenario that is recorded is of no account.
-                if node != subject && !self.is_case(self.subject(&subject)) && !self.is_case(self.subject(&node)) {
-                    self.blame(&subject, why)?;
-                }
+        let Report { node, scenario, event } = report;
+        match (event, Service::named(&node)) {
+            (Event::Joined { host }, Some(Service::Bridge)) => self.take_in(&host),
+            (Event::Ready, _) => self.note_when_all_are_ready(),
+            (Event::WaitsFor { case, what, .. }, Some(_)) if is_current && self.is_case(&case) => {
+                self.awaited.insert(node, (case, what));
             }
-            phase::FAILED => {
-                let (subject, why) = (unpack(&header.subject), unpack(&header.text));
-                match node == subject || self.is_case(self.subject(&node)) {
-                    true => self.fail(&node, why)?, // a case speaks for itself alone
-                    false => self.blame(&subject, why)?,
-                }
-            }
+            (Event::Progress { done, .. }, Some(Service::Estimator)) if is_current => self.estimated = done,
+            (Event::Done, Some(Service::Comparator)) if is_current => self.compared = true,
+            (Event::Done, Some(Service::Recorder)) if is_current => self.begin_next_scenario()?,
+            (Event::Total, Some(Service::Scenario)) => self.in_all = Some(scenario),
+            (Event::Refused { name, why }, Some(Service::Scenario)) => self.name_stranger(name, why),
+            (Event::Failed { case, why }, _) => self.take_failure(&node, scenario, &case, why)?,
             _ => {}
         }
         Ok(())
     }
 
+    /// Notes that a process lives, and whether it owes work.
+    fn note_sign_of_life(&mut self, report: &Report, is_current: bool) {
+        let Some(member) = self.members.get_mut(&report.node) else { return };
+        member.heard = Instant::now();
+        match report.event {
+            Event::Ready | Event::Joined { .. } => member.ready = true,
+            Event::Progress { done, of } if is_current => member.is_at_work(done < of),
+            Event::WaitsFor { .. } | Event::Done if is_current => member.is_at_work(false),
+            _ => {}
+        }
+    }
+
+    /// A node says that a case cannot be completed: of itself, or of another one.
+    fn take_failure(&mut self, node: &str, scenario: u32, case: &str, why: String) -> Result<(), Abort> {
+        let speaks_of_itself = node == case;
+        let is_of_a_case = self.is_case(self.subject(node));
+        if scenario < self.scenario {
+            // What was wrong with a case's part of a scenario that is recorded is of no account.
+            let matters = !speaks_of_itself && !is_of_a_case && !self.is_case(self.subject(case));
+            return if matters { self.blame(case, why) } else { Ok(()) };
+        }
+        // A case speaks for itself alone.
+        if speaks_of_itself || is_of_a_case { self.fail(node, why) } else { self.blame(case, why) }
+    }
+
     /// Whether a report is about the next scenario, of which this one's end has not been heard yet.
-    fn is_early(&self, header: &StatusHeader, node: &str) -> bool {
-        header.scenario == self.scenario.saturating_add(1)
-            && header.phase != phase::READY
-            && node != SCENARIO_NODE
-            && self.in_all.is_none_or(|in_all| header.scenario < in_all)
+    fn is_early(&self, report: &Report) -> bool {
+        report.scenario == self.scenario.saturating_add(1)
+            && !matches!(report.event, Event::Ready | Event::Joined { .. })
+            && !Service::Scenario.is(&report.node)
+            && self.in_all.is_none_or(|in_all| report.scenario < in_all)
     }
 
     fn note_when_all_are_ready(&mut self) {
@@ -400,7 +413,7 @@ impl<'a> Run<'a> {
         }
         self.publish_roster()?;
         let early = std::mem::take(&mut self.early);
-        early.into_values().try_for_each(|(header, units)| self.take_report(&header, units))
+        early.into_values().try_for_each(|report| self.take_report(report))
     }
 
     /// Time in which the launcher itself was stopped, or got no turn, is nobody's silence and in nobody's budget.

@@ -8,16 +8,16 @@ use bridge::endpoint::Access;
 use bridge::greeting::Hello;
 use bridge::plan::{Plan, Post, Program, Share};
 use messages::domain::{HeldDomain, Place};
-use messages::layout::{StatusHeader, phase};
 use messages::port::{Inlet, Outlet, PortError};
-use messages::text::{pack, unpack};
+use messages::report::{Event, Report};
+use messages::service::Service;
 use messages::topic::{Capacity, Scenario, Status};
 use messages::wait::Signals;
 use nodes::session::ANY_SCENARIO;
 use nodes::shard::Shard;
 
 use crate::cli::{Logged, Shown};
-use crate::commands::{BRIDGE, Identity, Part, own_command, own_program};
+use crate::commands::{Identity, Part, own_command, own_program};
 use crate::domain_command::describe;
 use crate::domains::{self, OwnDomain};
 use crate::ending;
@@ -90,7 +90,7 @@ impl<'a> Workshop<'a> {
         shown: Shown,
     ) -> Result<Self, PortError> {
         let domain = HeldDomain::create(place, capacity)?;
-        let names = plan.members.iter().map(|share| share.name.clone()).chain([BRIDGE.to_owned()]);
+        let names = plan.members.iter().map(|share| share.name.clone()).chain([Service::Bridge.name().to_owned()]);
         Ok(Self {
             plan,
             place,
@@ -134,7 +134,7 @@ impl<'a> Workshop<'a> {
             let attempt = member.attempt;
             let started = self.command(&name, attempt).and_then(|command| self.supervisor.start(&name, command));
             match started {
-                Err(why) if name == BRIDGE => return Err(why),
+                Err(why) if Service::Bridge.is(&name) => return Err(why),
                 Err(why) => self.fail(&name, &why)?,
                 Ok(()) => {}
             }
@@ -156,7 +156,7 @@ impl<'a> Workshop<'a> {
                 command
             }
             None => {
-                let mut command = own_command(BRIDGE)?;
+                let mut command = own_command(Service::Bridge.name())?;
                 command.args(&self.bridge);
                 command
             }
@@ -173,8 +173,11 @@ impl<'a> Workshop<'a> {
     /// Shows what the processes report, and gives them their chances anew when a scenario begins.
     fn listen(&mut self) -> Result<(), PortError> {
         while let Some(report) = self.reports.receive()? {
-            if !self.shown.quiet && report.header().phase != phase::READY {
-                remark!("{}", describe(report.header(), report.items()));
+            if let Ok(report) = Report::from_parts(report.header(), report.items())
+                && report.event != Event::Ready
+                && !self.shown.quiet
+            {
+                remark!("{}", describe(&report));
             }
         }
         while self.scenarios.receive()?.is_some() {
@@ -189,7 +192,7 @@ impl<'a> Workshop<'a> {
         self.supervisor.kill_leftovers(name);
         // So that its places on the topics are free for its successor.
         self.domain.domain.clean_up_after_the_dead();
-        if name == BRIDGE {
+        if Service::Bridge.is(name) {
             match status.code() {
                 Some(0) => return Ok(Some(Ending::Over)),
                 Some(_) => return Err("the bridge has ended; its last line above says why".into()),
@@ -202,7 +205,7 @@ impl<'a> Workshop<'a> {
             return Ok(None);
         }
         member.rest();
-        if name == BRIDGE {
+        if Service::Bridge.is(name) {
             return Err(format!("the bridge: {}", ending::explain(status)));
         }
         self.fail(name, &ending::explain(status))?;
@@ -211,16 +214,16 @@ impl<'a> Workshop<'a> {
 
     /// Tells home that a process cannot do its share.
     fn fail(&self, name: &str, why: &str) -> Result<(), String> {
-        let label = self.plan.members.iter().find(|share| share.name == name).map_or(name, |share| &share.label);
-        let header = StatusHeader {
-            run_id: self.plan.run_id,
-            phase: phase::FAILED,
-            scenario: ANY_SCENARIO,
-            node: pack(name),
-            subject: pack(label),
-            text: pack(why),
-        };
-        tracing::warn!("{}: {why}", unpack(&header.node));
-        self.own_reports.send_items(header, &[0.0; 2]).map_err(|e| e.to_string())
+        let label = self
+            .plan
+            .members
+            .iter()
+            .find(|share| share.name == name)
+            .map_or_else(|| name.to_owned(), |share| share.label.clone());
+        tracing::warn!("{name}: {why}");
+        let event = Event::Failed { case: label.clone(), why: why.into() };
+        let report = Report { node: name.into(), scenario: ANY_SCENARIO, event };
+        let (header, units) = report.to_parts(self.plan.run_id);
+        self.own_reports.send_items(header, &units).map_err(|e| e.to_string())
     }
 }

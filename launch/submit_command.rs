@@ -5,18 +5,17 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use messages::domain::{Domain, Place};
-use messages::layout::{MOST_SNAPSHOTS, StatusHeader, phase};
+use messages::layout::MOST_SNAPSHOTS;
 use messages::port::{Inlet, Outlet, PortError};
-use messages::text::{printable, unpack};
+use messages::report::{Event, Report};
+use messages::text::printable;
 use messages::topic::{Request, Status};
 use messages::wait::Signals;
 use nodes::assignment::request;
-use nodes::scenario::RECORDER;
 use nodes::scenario_file::{self, ScenarioFile};
 
 use crate::attach::{self, LiveRun, Target};
 use crate::cli::SubmitArguments;
-use crate::commands::SCENARIO_NODE;
 use crate::run_command::INTERRUPTED;
 use crate::serve_command::folder_name;
 use crate::{BAD_INPUT, domains, manifest};
@@ -135,16 +134,14 @@ impl Office<'_> {
             // Before looking for reports: what was said before the end is still to be heard.
             let has_ended = !domains::is_live(self.place);
             while let Some(report) = self.reports.receive()? {
-                let header = report.header();
-                if is_about(header, &scenario.name) && header.phase == phase::FAILED {
-                    return Ok(Err(unpack(&header.text)));
+                let Ok(report) = Report::from_parts(report.header(), report.items()) else { continue };
+                if position.is_some_and(|position| report.is_end_of(position)) {
+                    return Ok(Ok(report.scenario));
                 }
-                if is_about(header, &scenario.name) && header.phase == phase::WORKING {
-                    position = Some(header.scenario);
-                }
-                if header.phase == phase::DONE && unpack(&header.node) == RECORDER && position == Some(header.scenario)
-                {
-                    return Ok(Ok(header.scenario));
+                match report.event {
+                    Event::Refused { name, why } if name == scenario.name => return Ok(Err(why)),
+                    Event::Accepted { name, .. } if name == scenario.name => position = Some(report.scenario),
+                    _ => {}
                 }
             }
             if has_ended {
@@ -191,9 +188,4 @@ impl Office<'_> {
         self.signals.wait(&[&self.reports, &self.requests], longest)?;
         if self.signals.stop_requested() { Err(Trouble::Interrupted) } else { Ok(()) }
     }
-}
-
-/// Whether the scenario node reports about the request called `name`.
-fn is_about(report: &StatusHeader, name: &str) -> bool {
-    unpack(&report.node) == SCENARIO_NODE && unpack(&report.subject) == name
 }

@@ -137,17 +137,17 @@ fn log_so_far(bench: &Bench) -> Vec<Line> {
 /// Whether `victim`, whose process is there, has come to this phase of its life.
 fn has_come_to(phase: &str, victim: &str, log: &[Line]) -> bool {
     let said = |node: &str, words: &str, scenario: Option<u64>| {
-        log.iter().filter(|line| line.0 == node && line.1.ends_with(words) && line.2 == scenario).count()
+        log.iter().filter(|line| line.0 == node && line.1.contains(words) && line.2 == scenario).count()
     };
     // Estimator and scenario node have no end of a scenario of their own.
     let worker = if ["estimator", "scenario"].contains(&victim) { "comparator" } else { victim };
     match phase {
         "start-up" => true,
         "ready" => said(victim, "ready", None) > 0,
+        "computing" if victim == "scenario" => said(victim, "has published", Some(0)) > 0,
+        "publishing" if victim == "scenario" => said(victim, "has published", Some(1)) > 0,
         "computing" => said(victim, " done", Some(0)) > 0,
-        "publishing" => {
-            said(victim, " done", Some(0)) > 1 || (victim == "scenario" && said(victim, " done", Some(1)) > 0)
-        }
+        "publishing" => said(victim, " done", Some(0)) > 1,
         "idle" => log.iter().any(|line| line.0 == worker && line.1 == "done"),
         _ => log.iter().any(|line| line.0 == "recorder" && line.1 == "done" && line.2 == Some(1)),
     }

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use common::{Bench, text};
 use messages::domain::{HeldDomain, Place};
-use messages::layout::{ScenarioHeader, SnapshotHeader, kind, phase};
+use messages::layout::{ScenarioHeader, SnapshotHeader, event, kind};
 use messages::text::pack;
 use messages::topic::{Capacity, Scenario, Snapshot, Status};
 use rustix::process::{Pid, Signal, kill_process};
@@ -329,7 +329,7 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
         let mut process = Killed(command.unwrap());
         // The launcher wakes a node that joins late; here the test does.
         let signals = messages::wait::Signals::catch(&[]).unwrap();
-        let last = if computing { phase::WORKING } else { phase::READY };
+        let last = if computing { event::PROGRESS } else { event::READY };
         let started = Instant::now();
         let mut heard = 0;
         while heard != last {
@@ -337,7 +337,7 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
             signals.wait(&[&reports, &scenario], Duration::from_millis(100)).unwrap();
             while let Some(report) = reports.receive().unwrap() {
                 assert_eq!(report.header().node, pack("mine"));
-                heard = report.header().phase;
+                heard = report.header().event;
             }
         }
         if computing {

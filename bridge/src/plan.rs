@@ -7,8 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::endpoint::Access;
 
-/// What a bridge is called.
-pub const NAME: &str = "bridge";
 /// The name of the host that a run is started on, where it is estimated, compared and recorded.
 pub const HOME: &str = "home";
 

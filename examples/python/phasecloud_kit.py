@@ -152,7 +152,7 @@ class Run:
         )
         self.outlet.send(draft, header)
         self.sent += 1
-        session.report(layout.WORKING, problem.scenario, (self.sent, len(problem.times)))
+        session.report(layout.PROGRESS, problem.scenario, (self.sent, len(problem.times)))
         self._clock = time.process_time()
 
     def first_passages(self, probability, low=np.nan, high=np.nan, samples=0):
@@ -220,12 +220,12 @@ class Session:
         self.report(layout.DONE, scenario, (1, 1))
         return run.outlet
 
-    def report(self, phase, scenario=0, units=(0, 0), text=""):
+    def report(self, event, scenario=0, units=(0, 0), text=""):
         """Tells the launcher how things stand."""
         name = _pack(self.name, 32)
         text = _pack(text, 384)
         header = layout.StatusHeader(
-            run_id=self.run_id, phase=phase, scenario=scenario, node=name, subject=name, text=text
+            run_id=self.run_id, event=event, scenario=scenario, node=name, subject=name, text=text
         )
         self._status.send_numbers(units, header)
 

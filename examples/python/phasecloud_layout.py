@@ -23,7 +23,7 @@ COLUMNS = {SAMPLES: 2, CHARACTERISTICS: 3, MIXTURE: 6}
 CARRIED_MESH, HULL_MESH = 0, 1
 
 # How a node is doing.
-READY, WORKING, DONE, FAILED = 1, 2, 3, 4
+READY, PROGRESS, DONE, FAILED = 1, 2, 3, 4
 
 SCENARIO_COLUMNS = 5  # time [yr], lowest and highest phi [rad], lowest and highest e of the comparison grid
 # Time [yr], probability, lower and upper end of its interval (NaN without one). Probabilities do not
@@ -119,7 +119,7 @@ class StatusHeader(ctypes.Structure):
 
     _fields_ = [
         ("run_id", c_uint64),
-        ("phase", c_uint32),
+        ("event", c_uint32),
         ("scenario", c_uint32),
         ("node", Label),
         ("subject", Label),
@@ -128,4 +128,4 @@ class StatusHeader(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/StatusHeader/1"
+        return "phasecloud/StatusHeader/2"

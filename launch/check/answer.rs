@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::process::ExitStatus;
 use std::time::Duration;
 
-use messages::layout::{PassageHeader, SnapshotHeader, StatusHeader, phase};
-use messages::text::unpack;
+use messages::layout::{PassageHeader, SnapshotHeader};
+use messages::report::{Event, Report};
 use nodes::assignment::Assignment;
 
 /// The label that the propagator is given.
@@ -53,8 +53,8 @@ pub struct Received<H> {
 /// What arrived from a propagator, in order of arrival.
 #[derive(Debug, Default)]
 pub struct Heard {
-    /// Its reports.
-    pub reports: Vec<StatusHeader>,
+    /// Its reports, each with the run that it names.
+    pub reports: Vec<(u64, Report)>,
     /// Its snapshots.
     pub snapshots: Vec<Received<SnapshotHeader>>,
     /// Its first passages.
@@ -106,17 +106,17 @@ pub struct Stop {
 }
 
 /// Whether a report is signed as it should be.
-pub fn is_from(report: &StatusHeader, run_id: u64) -> bool {
-    report.run_id == run_id && unpack(&report.node) == LABEL
+pub fn is_from((named, report): &(u64, Report), run_id: u64) -> bool {
+    *named == run_id && report.node == LABEL
 }
 
 /// The end of the work on a scenario, if it has been reported.
 pub fn end_of(assignment: &Assignment, heard: &Heard) -> Option<Outcome> {
     let is_about =
-        |report: &&StatusHeader| report.scenario == assignment.scenario && is_from(report, assignment.run_id);
-    heard.reports.iter().filter(is_about).find_map(|report| match report.phase {
-        phase::DONE => Some(Outcome::Done),
-        phase::FAILED => Some(Outcome::Failed(unpack(&report.text))),
+        |signed: &&(u64, Report)| signed.1.scenario == assignment.scenario && is_from(signed, assignment.run_id);
+    heard.reports.iter().filter(is_about).find_map(|(_, report)| match &report.event {
+        Event::Done => Some(Outcome::Done),
+        Event::Failed { why, .. } => Some(Outcome::Failed(why.clone())),
         _ => None,
     })
 }

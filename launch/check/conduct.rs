@@ -1,6 +1,5 @@
 //! Rules about how the process behaves: ready, two scenarios, refusal, the end.
 
-use messages::text::unpack;
 use nodes::snapshot_rules::breaches;
 
 use super::answer::{Answer, LABEL, Outcome, Ready, Stop, is_from};
@@ -8,8 +7,8 @@ use super::verdict::{Findings, Rule};
 
 /// The process came up, or not.
 pub fn handshake(findings: &mut Findings, ready: &Ready) {
-    for report in ready.heard.reports.iter().filter(|report| !is_from(report, ready.run_id)) {
-        let (node, run_id) = (unpack(&report.node), report.run_id);
+    for (run_id, report) in ready.heard.reports.iter().filter(|signed| !is_from(signed, ready.run_id)) {
+        let node = &report.node;
         let right = format!("its label is \"{LABEL}\", the run {:012x}", ready.run_id);
         findings.problem(Rule::Handshake, format!("a report from \"{node}\" of run {run_id:012x}; {right}"));
     }

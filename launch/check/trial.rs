@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 
 use density::orbits::LostOrbit;
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, Place, ROOT_VARIABLE};
-use messages::layout::{MOST_SNAPSHOTS, SCENARIO_COLUMNS, StatusHeader, phase};
+use messages::layout::{MOST_SNAPSHOTS, SCENARIO_COLUMNS};
 use messages::patience::Watch;
 use messages::port::{Inlet, Outlet, PortError};
+use messages::report::{Event, Report};
 use messages::topic::{self, Capacity};
 use messages::wait::{Awaited, Signals};
 use nodes::assignment::Assignment;
@@ -119,7 +120,7 @@ impl<'a> Trial<'a> {
     pub fn wait_until_ready(&mut self) -> Result<Ready, Abort> {
         let (started, run_id) = (Instant::now(), self.run_id);
         let mut heard = Heard::default();
-        let is_ready = |report: &StatusHeader| report.phase == phase::READY && is_from(report, run_id);
+        let is_ready = |signed: &(u64, Report)| signed.1.event == Event::Ready && is_from(signed, run_id);
         let outcome = self.listen(&mut heard, |heard| heard.reports.iter().any(is_ready).then_some(Outcome::Done))?;
         Ok(Ready { run_id, heard, outcome, after: started.elapsed() })
     }
@@ -223,7 +224,9 @@ impl<'a> Trial<'a> {
 impl Ports {
     fn receive(&self, heard: &mut Heard) -> Result<(), PortError> {
         while let Some(message) = self.reports.receive()? {
-            heard.reports.push(*message.header());
+            if let Ok(report) = Report::from_parts(message.header(), message.items()) {
+                heard.reports.push((message.header().run_id, report));
+            }
         }
         while let Some(message) = self.snapshots.receive()? {
             heard.snapshots.push(Received { header: *message.header(), items: message.items().to_vec() });

@@ -10,7 +10,7 @@ use std::ffi::OsStr;
 use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
-use messages::layout::StatusHeader;
+use messages::report::Report;
 
 use crate::cli::Shown;
 use crate::log_sink::Printer;
@@ -82,12 +82,12 @@ impl View {
     }
 
     /// Takes in a report; see [`Model::report`] for `history`.
-    pub fn report(&mut self, header: &StatusHeader, units: [u64; 2], history: bool) {
+    pub fn report(&mut self, report: &Report, history: bool) {
         let now = Instant::now();
-        if let Some(node) = self.model.report(header, units, history, now).cloned() {
+        if let Some(node) = self.model.report(report, history, now).cloned() {
             self.show(&node, now);
         }
-        for node in self.model.end_scenario(header) {
+        for node in self.model.end_scenario(report) {
             self.show(&node, now);
         }
         self.refresh();

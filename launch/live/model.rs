@@ -4,17 +4,10 @@ use std::collections::BTreeMap;
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use messages::layout::{StatusHeader, phase};
-use messages::text::unpack;
+use messages::report::{Event, Report};
+use messages::service::Service;
 use nodes::shard::label_of_member;
 use serde::Serialize;
-
-/// The process that publishes the scenarios.
-const SCENARIO_NODE: &str = "scenario";
-/// The process that turns every snapshot of every case into a density.
-const ESTIMATOR: &str = "estimator";
-/// The process whose end of work is the end of a scenario.
-const RECORDER: &str = "recorder";
 
 /// What a node is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -109,8 +102,8 @@ impl Model {
     /// The nodes of a run of these propagators on these scenarios; shards belong to one case.
     pub fn new(propagators: Vec<String>, stages: Vec<Stage>) -> Self {
         let cases = propagators.iter().map(|name| label_of_member(name).to_owned()).collect();
-        let names = std::iter::once(SCENARIO_NODE).chain(propagators.iter().map(String::as_str));
-        let names = names.chain([ESTIMATOR, "comparator", RECORDER]);
+        let readers = [Service::Estimator, Service::Comparator, Service::Recorder].map(Service::name);
+        let names = [Service::Scenario.name()].into_iter().chain(propagators.iter().map(String::as_str)).chain(readers);
         let node = |name: &str| NodeState {
             name: name.into(),
             host: None,
@@ -153,56 +146,51 @@ impl Model {
 
     /// Takes in a report, and says which node it changed. What a publisher had kept for late readers is `history`: it says
     /// how far a node is, not how fast it got there.
-    pub fn report(
-        &mut self,
-        header: &StatusHeader,
-        units: [u64; 2],
-        history: bool,
-        now: Instant,
-    ) -> Option<&NodeState> {
-        let name = unpack(&header.node);
-        if name == SCENARIO_NODE && header.phase == phase::WORKING {
-            self.begin_scenario(header.scenario, now);
+    pub fn report(&mut self, report: &Report, history: bool, now: Instant) -> Option<&NodeState> {
+        let service = Service::named(&report.node);
+        if matches!(report.event, Event::Accepted { .. }) {
+            self.begin_scenario(report.scenario, now);
         }
-        if header.phase == phase::FAILED {
-            return self.fail(&unpack(&header.subject));
+        if let Event::Failed { case, .. } = &report.event {
+            return self.fail(case);
         }
-        let most = match name.as_str() {
-            // It does not know how much will come.
-            ESTIMATOR => self.snapshots_of(header.scenario),
-            _ => 0,
-        };
-        let node = self.nodes.iter_mut().find(|node| node.name == name && node.phase != Phase::Failed)?;
-        node.scenario = header.scenario;
-        match header.phase {
-            phase::READY => node.phase = Phase::Ready,
-            phase::WORKING => {
-                (node.phase, node.done, node.of) = (Phase::Working, units[0], units[1].max(most));
-                if history || node.since.is_none() {
-                    node.since = Some((now, node.done));
-                }
-                if name == ESTIMATOR && node.done >= node.of {
-                    node.phase = Phase::Done;
-                }
+        let is_estimator = service == Some(Service::Estimator);
+        // It does not know how much will come.
+        let most = if is_estimator { self.snapshots_of(report.scenario) } else { 0 };
+        let node = self.nodes.iter_mut().find(|node| node.name == report.node && node.phase != Phase::Failed)?;
+        let mut works = |done: u64, of: u64| {
+            (node.phase, node.done, node.of) = (Phase::Working, done, of.max(most));
+            if history || node.since.is_none() {
+                node.since = Some((now, node.done));
             }
-            phase::DONE => {
+            if is_estimator && node.done >= node.of {
+                node.phase = Phase::Done;
+            }
+        };
+        match &report.event {
+            Event::Accepted { of, .. } => works(u64::from(report.scenario), u64::from(of.unwrap_or(0))),
+            Event::Progress { done, of } => works(*done, *of),
+            Event::WaitsFor { done, .. } => works(*done, *done),
+            Event::Ready => node.phase = Phase::Ready,
+            Event::Done | Event::Total => {
                 node.of = node.of.max(1);
                 (node.phase, node.done) = (Phase::Done, node.of);
             }
-            _ => return None,
+            Event::Refused { .. } | Event::Failed { .. } | Event::Joined { .. } => return None,
         }
+        node.scenario = report.scenario;
         Some(node)
     }
 
     /// Notes that a scenario is finished, which the recorder's report says: then all have done their part, whether their own
     /// reports have arrived or not. Returns whom that changed.
-    pub fn end_scenario(&mut self, header: &StatusHeader) -> Vec<NodeState> {
-        if header.phase != phase::DONE || unpack(&header.node) != RECORDER {
+    pub fn end_scenario(&mut self, report: &Report) -> Vec<NodeState> {
+        if !report.is_end_of(report.scenario) {
             return Vec::new();
         }
         let under_way = |node: &&mut NodeState| matches!(node.phase, Phase::Working | Phase::Ready);
         let end = |node: &mut NodeState| {
-            node.done = if node.name == SCENARIO_NODE { u64::from(header.scenario) + 1 } else { node.of };
+            node.done = if Service::Scenario.is(&node.name) { u64::from(report.scenario) + 1 } else { node.of };
             if node.done >= node.of {
                 node.phase = Phase::Done;
             }
@@ -220,7 +208,7 @@ impl Model {
 
     /// All nodes that have not failed have a scenario's work before them.
     fn begin_scenario(&mut self, scenario: u32, now: Instant) {
-        let working = |node: &&mut NodeState| node.phase != Phase::Failed && node.name != SCENARIO_NODE;
+        let working = |node: &&mut NodeState| node.phase != Phase::Failed && !Service::Scenario.is(&node.name);
         for node in self.nodes.iter_mut().filter(working) {
             // A report from this scenario may have been quicker than the report that it has begun.
             if node.scenario != scenario || node.phase != Phase::Working {
@@ -244,12 +232,18 @@ impl Model {
 mod tests {
     use std::time::Duration;
 
-    use messages::text::pack;
-
     use super::*;
 
-    fn report(node: &str, phase: u32) -> StatusHeader {
-        StatusHeader { phase, node: pack(node), subject: pack(node), ..StatusHeader::default() }
+    fn report(node: &str, event: Event) -> Report {
+        Report { node: node.into(), scenario: 0, event }
+    }
+
+    fn progress(node: &str, done: u64, of: u64) -> Report {
+        report(node, Event::Progress { done, of })
+    }
+
+    fn failed(node: &str) -> Report {
+        report(node, Event::Failed { case: node.into(), why: "lost".into() })
     }
 
     fn model() -> Model {
@@ -259,19 +253,19 @@ mod tests {
     #[test]
     fn rate_and_time_left_are_measured_from_the_start_of_the_scenario() {
         let (mut model, start) = (model(), Instant::now());
-        model.report(&report("scenario", phase::WORKING), [0, 1], false, start);
+        model.report(&report("scenario", Event::Accepted { name: "s".into(), of: Some(1) }), false, start);
         let now = start + Duration::from_secs(4);
-        let node = model.report(&report("mc", phase::WORKING), [2, 5], false, now).unwrap();
+        let node = model.report(&progress("mc", 2, 5), false, now).unwrap();
         assert_eq!((node.per_second(now), node.seconds_left(now)), (Some(0.5), Some(6.0)));
     }
 
     #[test]
     fn history_says_how_far_but_not_how_fast() {
         let (mut model, start) = (model(), Instant::now());
-        let node = model.report(&report("mc", phase::WORKING), [2, 5], true, start).unwrap();
+        let node = model.report(&progress("mc", 2, 5), true, start).unwrap();
         assert_eq!((node.done, node.per_second(start + Duration::from_secs(1))), (2, None));
         let now = start + Duration::from_secs(2);
-        let node = model.report(&report("mc", phase::WORKING), [3, 5], false, now).unwrap();
+        let node = model.report(&progress("mc", 3, 5), false, now).unwrap();
         assert_eq!(node.per_second(now), Some(0.5));
     }
 
@@ -279,24 +273,22 @@ mod tests {
     fn shards_are_one_case_and_fail_together() {
         let stages = vec![Stage { name: "s".into(), snapshots: 5 }];
         let (mut model, now) = (Model::new(vec!["mc/0".into(), "mc/1".into(), "exact".into()], stages), Instant::now());
-        let estimator = |model: &mut Model| {
-            model.report(&report("estimator", phase::WORKING), [1, 1], false, now).map(|node| node.of)
-        };
+        let estimator = |model: &mut Model| model.report(&progress("estimator", 1, 1), false, now).map(|node| node.of);
         assert_eq!(estimator(&mut model), Some(10));
-        model.report(&report("mc/1", phase::FAILED), [0, 0], false, now);
+        model.report(&failed("mc/1"), false, now);
         assert_eq!(estimator(&mut model), Some(5));
-        assert!(model.report(&report("mc/0", phase::WORKING), [1, 5], false, now).is_none());
+        assert!(model.report(&progress("mc/0", 1, 5), false, now).is_none());
     }
 
     #[test]
     fn the_estimators_work_is_the_snapshots_of_all_cases_that_have_not_failed() {
         let (mut model, now) = (model(), Instant::now());
         let of = |model: &mut Model| {
-            model.report(&report("estimator", phase::WORKING), [1, 1], false, now).map(|node| (node.phase, node.of))
+            model.report(&progress("estimator", 1, 1), false, now).map(|node| (node.phase, node.of))
         };
         assert_eq!(of(&mut model), Some((Phase::Working, 10)));
-        model.report(&report("mine", phase::FAILED), [0, 0], false, now);
+        model.report(&failed("mine"), false, now);
         assert_eq!(of(&mut model), Some((Phase::Working, 5)));
-        assert!(model.report(&report("mine", phase::READY), [0, 0], false, now).is_none(), "what has failed stays so");
+        assert!(model.report(&report("mine", Event::Ready), false, now).is_none(), "what has failed stays so");
     }
 }

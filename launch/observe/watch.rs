@@ -5,9 +5,10 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use messages::layout::{RosterEntry, phase};
+use messages::layout::RosterEntry;
 use messages::observe::Observer;
 use messages::port::{Inlet, PortError};
+use messages::report::{Event, Report};
 use messages::text::unpack;
 use messages::topic::{Roster, Scenario, Status};
 use messages::wait::Signals;
@@ -82,11 +83,10 @@ fn watch(run: &LiveRun, shown: Shown) -> Result<End, PortError> {
         // Reports wait in their buffer until it is known whose they are.
         if let Some(view) = &mut view {
             while let Some(message) = reports.receive()? {
-                let header = message.header();
-                let units = [message.items().first(), message.items().get(1)].map(|u| u.copied().unwrap_or(0.0) as u64);
-                match header.phase {
-                    phase::FAILED => view.fail(&unpack(&header.subject), &unpack(&header.text)),
-                    _ => view.report(header, units, attached.elapsed() < HISTORY),
+                let Ok(report) = Report::from_parts(message.header(), message.items()) else { continue };
+                match &report.event {
+                    Event::Failed { case, why } => view.fail(case, why),
+                    _ => view.report(&report, attached.elapsed() < HISTORY),
                 }
             }
             view.refresh();

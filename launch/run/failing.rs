@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
+use messages::service::Service;
 use nodes::shard::label_of_member;
 
 use super::{Abort, Run};
-use crate::commands::{BRIDGE, SERVICES};
 use crate::ending;
 use crate::launch_file::Restart;
 use crate::member::MOST_RESTARTS;
@@ -60,16 +60,21 @@ impl Run<'_> {
             self.fail(&name, why)?;
             self.kill_case(&name, None);
         } else {
-            self.view.error(&format!("{name}: {why}"));
-            tracing::warn!("{name}: {why}");
-            self.strangers.insert(name, why);
+            self.name_stranger(name, why);
         }
         Ok(())
     }
 
+    /// Notes what was wrong with somebody or something that is no case.
+    pub(super) fn name_stranger(&mut self, name: String, why: String) {
+        self.view.error(&format!("{name}: {why}"));
+        tracing::warn!("{name}: {why}");
+        self.strangers.insert(name, why);
+    }
+
     /// Notes a failure. A case that fails is left out of the scenario's comparison; without a service there is no run.
     pub(super) fn fail(&mut self, name: &str, why: String) -> Result<(), Abort> {
-        if SERVICES.contains(&name) || name == BRIDGE {
+        if Service::named(name).is_some() {
             return Err(Abort::Fatal(format!("{name}: {why}")));
         }
         if !self.has_failed(name) {
@@ -82,7 +87,7 @@ impl Run<'_> {
             for (name, member) in &mut self.members {
                 if label_of_member(name) == label {
                     member.is_dismissed = true;
-                } else if SERVICES.contains(&name.as_str()) {
+                } else if Service::named(name).is_some() {
                     // They have waited for it, and now have something to do.
                     member.heard = Instant::now();
                 }

@@ -2,9 +2,10 @@
 
 use std::time::{Duration, Instant};
 
+use messages::service::Service;
+
 use super::{Abort, Run};
 use crate::cases::Case;
-use crate::commands::SCENARIO_NODE;
 use crate::launch_file::Restart;
 use crate::member::{Member, STARTUP};
 
@@ -80,12 +81,13 @@ impl Run<'_> {
 
     /// The process for which all others wait, if all cases have done their work.
     fn hindrance(&self) -> &'static str {
-        let Some(known) = self.current() else { return SCENARIO_NODE };
+        let Some(known) = self.current() else { return Service::Scenario.name() };
         let cases = self.commands.launch.cases.iter().filter(|case| !self.has_failed(&case.label)).count();
-        match () {
-            () if self.compared => "recorder",
-            () if self.estimated >= cases as u64 * u64::from(known.snapshots) => "comparator",
-            () => "estimator",
-        }
+        let service = match () {
+            () if self.compared => Service::Recorder,
+            () if self.estimated >= cases as u64 * u64::from(known.snapshots) => Service::Comparator,
+            () => Service::Estimator,
+        };
+        service.name()
     }
 }

@@ -238,7 +238,7 @@ pub(crate) use {codes, header};
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout::{DensityHeader, SnapshotHeader, StatusHeader, phase};
+    use crate::layout::{DensityHeader, SnapshotHeader, StatusHeader, event};
     use crate::text::pack;
 
     fn field<T: Described>(name: &str) -> &'static Field {
@@ -273,10 +273,10 @@ mod tests {
 
     #[test]
     fn values_units_and_codes_come_from_the_field() {
-        let header = StatusHeader { phase: phase::WORKING, node: pack("mc"), ..StatusHeader::default() };
+        let header = StatusHeader { event: event::PROGRESS, node: pack("mc"), ..StatusHeader::default() };
         let bytes = bytemuck::bytes_of(&header);
-        assert_eq!(field::<StatusHeader>("phase").value(bytes), Some(Value::Whole(2)));
-        assert_eq!(field::<StatusHeader>("phase").codes().unwrap().name_of(2), Some("WORKING"));
+        assert_eq!(field::<StatusHeader>("event").value(bytes), Some(Value::Whole(2)));
+        assert_eq!(field::<StatusHeader>("event").codes().unwrap().name_of(2), Some("PROGRESS"));
         assert_eq!(field::<StatusHeader>("node").value(bytes), Some(Value::Text("mc".into())));
         assert_eq!(field::<SnapshotHeader>("time").unit().as_deref(), Some("yr"));
         assert_eq!(field::<SnapshotHeader>("kind").codes().unwrap().name, "kind");

@@ -14,7 +14,7 @@ use crate::text::Label;
 
 /// All codes.
 pub const ALL_CODES: [&Codes; 5] =
-    [&kind::CODES, &treatment::CODES, &diagnostic::CODES, &comparison::CODES, &phase::CODES];
+    [&kind::CODES, &treatment::CODES, &diagnostic::CODES, &comparison::CODES, &event::CODES];
 
 header! {
     /// The problem. Payload: one row a snapshot, [`SCENARIO_COLUMNS`] numbers each: time \[yr\], then the comparison grid's
@@ -310,35 +310,46 @@ header! {
 }
 
 codes! {
-    /// How a node is doing.
-    pub mod phase {
+    /// What a node reports.
+    pub mod event {
         /// It has opened its topics and waits for work.
         pub const READY: u32 = 1;
-        /// It works; the payload says how far it is.
-        pub const WORKING: u32 = 2;
-        /// It has finished a scenario.
+        /// It works; the payload says how many units of work are done, and how many there are in all (0 if it does not know).
+        pub const PROGRESS: u32 = 2;
+        /// It has finished the scenario.
         pub const DONE: u32 = 3;
-        /// The case named by the subject cannot be completed.
+        /// The case named by the subject cannot be completed; the text says why.
         pub const FAILED: u32 = 4;
+        /// From the scenario node: the scenario named by the subject has been published. The payload's second number is how many
+        /// scenarios the run has, 0 if nobody knows.
+        pub const ACCEPTED: u32 = 5;
+        /// From the scenario node: the scenario named by the subject cannot be published; the text says why.
+        pub const REFUSED: u32 = 6;
+        /// It cannot go on before the case named by the subject has sent what the text says.
+        pub const WAITS_FOR: u32 = 7;
+        /// From the bridge: the host named by the subject takes part from now on.
+        pub const JOINED: u32 = 8;
+        /// From the scenario node: `scenario` is the number of all scenarios of the run.
+        pub const TOTAL: u32 = 9;
     }
 }
 
 header! {
-    /// A node's report to the launcher. Payload: two numbers, the units of work done and the units in all.
-    #[type_name("phasecloud/StatusHeader/1")]
+    /// A node's report to the launcher. Payload: two numbers, the units of work done and the units in all, where the event has
+    /// them, else zeros.
+    #[type_name("phasecloud/StatusHeader/2")]
     pub struct StatusHeader {
         /// Names the run.
         pub run_id: u64,
-        /// See [`phase`].
-        pub phase: u32,
+        /// What has happened, see [`event`].
+        pub event: u32,
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Who reports: a propagator's label, with `/` and its number if it is a shard, or the name of another node.
         pub node: Label,
-        /// Whom it is about: for a failure the label of the case that failed, for work that waits for a case that case's,
-        /// else the same as `node`.
+        /// Whom it is about: a case, a scenario or a host, as the event says; else the same as `node`.
         pub subject: Label,
-        /// What went wrong, or what is waited for.
+        /// What went wrong, or what is waited for; empty where the event has no text.
         pub text: [u8; 384],
     }
 }

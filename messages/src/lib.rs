@@ -16,6 +16,8 @@
 //! - [`observe`]: looking on without ever holding up a run;
 //! - [`patience`]: time that passes while a process looks on;
 //! - [`recording`]: every message of a run in one file;
+//! - [`report`]: what a node reports of itself, as a value;
+//! - [`service`]: the processes that a run has besides its propagators;
 //! - [`wait`]: sleeping until a message or a signal to stop arrives;
 //! - [`text`]: text in fixed fields.
 
@@ -32,6 +34,8 @@ pub mod patience;
 pub mod payload;
 pub mod port;
 pub mod recording;
+pub mod report;
+pub mod service;
 pub mod text;
 pub mod topic;
 pub mod wait;

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use messages::layout::{
     PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SCENARIO_COLUMNS, ScenarioHeader, SnapshotHeader, StatusHeader,
-    columns, kind, phase, treatment,
+    columns, event, kind, treatment,
 };
 
 /// Set to 1 to fail where Python is missing, instead of skipping.
@@ -100,7 +100,7 @@ fn rust_says() -> String {
         }
     );
     describe!(lines, PassageHeader { run_id, seconds, samples, scenario, rows, shard, shards, label, reason });
-    describe!(lines, StatusHeader { run_id, phase, scenario, node, subject, text });
+    describe!(lines, StatusHeader { run_id, event, scenario, node, subject, text });
     lines
 }
 
@@ -129,10 +129,10 @@ fn codes() -> String {
     let codes = [
         ("CARRIED_MESH", treatment::CARRIED_MESH as usize),
         ("HULL_MESH", treatment::HULL_MESH as usize),
-        ("READY", phase::READY as usize),
-        ("WORKING", phase::WORKING as usize),
-        ("DONE", phase::DONE as usize),
-        ("FAILED", phase::FAILED as usize),
+        ("READY", event::READY as usize),
+        ("PROGRESS", event::PROGRESS as usize),
+        ("DONE", event::DONE as usize),
+        ("FAILED", event::FAILED as usize),
         ("SCENARIO_COLUMNS", SCENARIO_COLUMNS),
         ("PASSAGE_COLUMNS", PASSAGE_COLUMNS),
         ("PASSAGE_TIMES", PASSAGE_TIMES),

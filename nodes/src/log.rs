@@ -7,7 +7,7 @@ use std::fmt;
 use std::io::Write;
 use std::str::FromStr;
 
-use messages::layout::phase;
+use messages::report;
 use messages::text::printable;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -177,13 +177,17 @@ pub fn end(failure: &Failure) {
 }
 
 /// Logs a report to the launcher.
-pub(crate) fn report(phase: u32, scenario: u32, subject: &str, text: &str, [done, of]: [f64; 2]) {
-    match phase {
-        phase::READY => tracing::info!("ready"),
-        phase::WORKING if !text.is_empty() => tracing::debug!(scenario, "waits for {subject}: {text}"),
-        phase::WORKING => tracing::debug!(scenario, "{done} of {of} done"),
-        phase::DONE => tracing::info!(scenario, "done"),
-        _ => tracing::warn!(scenario, subject, "failed: {text}"),
+pub(crate) fn report(scenario: u32, event: &report::Event) {
+    match event {
+        report::Event::Ready => tracing::info!("ready"),
+        report::Event::Accepted { name, .. } => tracing::debug!(scenario, "has published {name}"),
+        report::Event::Refused { name, why } => tracing::warn!(scenario, "refuses {name}: {why}"),
+        report::Event::Progress { done, of } => tracing::debug!(scenario, "{done} of {of} done"),
+        report::Event::WaitsFor { case, what, .. } => tracing::debug!(scenario, "waits for {case}: {what}"),
+        report::Event::Done => tracing::info!(scenario, "done"),
+        report::Event::Failed { case, why } => tracing::warn!(scenario, subject = case.as_str(), "failed: {why}"),
+        report::Event::Joined { host } => tracing::info!("host {host} has joined"),
+        report::Event::Total => tracing::info!("{scenario} scenarios in all"),
     }
 }
 

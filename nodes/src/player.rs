@@ -6,9 +6,10 @@
 use std::path::Path;
 
 use messages::describe::Described;
-use messages::layout::phase;
 use messages::port::{Inlet, Message, Outlet};
 use messages::recording::Recording;
+use messages::report::{Event, Report};
+use messages::service::Service;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Scenario, Snapshot, Status, Topic};
 use messages::wait::Awaited;
@@ -16,11 +17,6 @@ use messages::wait::Awaited;
 use crate::failure::Failure;
 use crate::newest::Newest;
 use crate::session::Session;
-
-/// The estimator's name.
-const ESTIMATOR: &str = "estimator";
-/// The comparator's name.
-const COMPARATOR: &str = "comparator";
 
 /// What a player has sent in a scenario; it must live until the next, for its messages die with it.
 #[derive(Debug)]
@@ -49,7 +45,7 @@ pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
     let recording = Recording::open(file).map_err(|e| Failure::Refused(e.to_string()))?;
     let scenarios = session.domain.inlet::<Scenario>()?;
     // What comes on this topic is known, but it must be read.
-    let snapshots = (session.name == ESTIMATOR).then(|| session.domain.inlet::<Snapshot>()).transpose()?;
+    let snapshots = Service::Estimator.is(&session.name).then(|| session.domain.inlet::<Snapshot>()).transpose()?;
     session.ready()?;
     let mut sent: Option<Sent> = None;
     let mut newest = Newest::default();
@@ -130,9 +126,11 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
     let Session { label: own, shard, .. } = session;
     let mine =
         |scenario: u32, label: &[u8], of: u32| scenario == position && unpack(label) == *own && of == shard.index;
-    let sent = match name {
-        ESTIMATOR => Sent::Estimator(send::<Density>(session, recording, |h| h.scenario == position)?),
-        COMPARATOR => Sent::Comparator(send::<Comparison>(session, recording, |h| h.scenario == position)?),
+    let sent = match Service::named(name) {
+        Some(Service::Estimator) => Sent::Estimator(send::<Density>(session, recording, |h| h.scenario == position)?),
+        Some(Service::Comparator) => {
+            Sent::Comparator(send::<Comparison>(session, recording, |h| h.scenario == position)?)
+        }
         _ => {
             // In the order in which a propagator sends: the last snapshot says that all is there.
             let passages = send::<Passage>(session, recording, |h| mine(h.scenario, &h.label, h.shard))?;
@@ -140,11 +138,13 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
             Sent::Propagator(Box::new((passages, snapshots)))
         }
     };
-    let reports = recording.messages::<Status>().map(|(header, _)| header);
+    let reports = recording.messages::<Status>().filter_map(|(header, _)| Report::from_parts(&header, &[]).ok());
     let mut failed = false;
-    for report in reports.filter(|h| h.phase == phase::FAILED && h.scenario == position && unpack(&h.node) == name) {
-        failed = true;
-        session.failed(position, &unpack(&report.subject), &unpack(&report.text))?;
+    for report in reports.filter(|report| report.scenario == position && report.node == name) {
+        if let Event::Failed { case, why } = report.event {
+            failed = true;
+            session.failed(position, &case, &why)?;
+        }
     }
     if !failed && let Sent::Propagator(..) = sent {
         let have = recording.messages::<Snapshot>().filter(|(h, _)| mine(h.scenario, &h.label, h.shard)).count();

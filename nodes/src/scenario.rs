@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use density::flow::Flow;
 use density::grid::comparison_grids;
-use messages::layout::phase;
 use messages::port::Inlet;
+use messages::report::{Event, Report};
 use messages::text::unpack;
 use messages::topic::{Request, Scenario, Status};
 
@@ -15,9 +15,6 @@ use crate::roomy::Roomy;
 use crate::scenario_file::{self, ScenarioFile};
 use crate::session::Session;
 use crate::sweep::Sweep;
-
-/// The recorder's node name: its `done` ends a scenario.
-pub const RECORDER: &str = "recorder";
 
 /// What the scenario node publishes.
 #[derive(Debug, Clone)]
@@ -81,7 +78,7 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
         }
         Source::Requests => desk.serve_requests()?,
     }
-    session.done(desk.position)?;
+    session.report(desk.position, Event::Total)?;
     desk.stay()
 }
 
@@ -131,7 +128,8 @@ impl Desk<'_> {
         let (header, items) = assignment.to_parts();
         let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
         outlet.send_items(header, &items)?;
-        self.session.accepted(position, self.count, name)?;
+        let of = (self.count > 0).then_some(self.count);
+        self.session.report(position, Event::Accepted { name: name.clone(), of })?;
         while !is_recorded(&self.reports, position)? {
             self.session.wait(&[&self.reports, outlet])?;
         }
@@ -142,7 +140,9 @@ impl Desk<'_> {
     fn report_refusal(&self, published: Result<(), Failure>, name: &str) -> Result<(), Failure> {
         match published {
             Err(failure @ (Failure::Stopped | Failure::Port(_))) => Err(failure),
-            Err(failure) => self.session.failed(self.position, name, &failure.to_string()),
+            Err(failure) => {
+                self.session.report(self.position, Event::Refused { name: name.into(), why: failure.to_string() })
+            }
             Ok(()) => Ok(()),
         }
     }
@@ -182,8 +182,8 @@ impl Desk<'_> {
 /// Whether the recorder has reported that it is done with `scenario`.
 fn is_recorded(reports: &Inlet<Status>, scenario: u32) -> Result<bool, Failure> {
     while let Some(report) = reports.receive()? {
-        let header = report.header();
-        if header.phase == phase::DONE && header.scenario == scenario && unpack(&header.node) == RECORDER {
+        let report = Report::from_parts(report.header(), report.items());
+        if report.is_ok_and(|report| report.is_end_of(scenario)) {
             return Ok(true);
         }
     }

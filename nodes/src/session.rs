@@ -4,9 +4,8 @@ use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use messages::domain::{Domain, Place, ROOT_VARIABLE};
-use messages::layout::{StatusHeader, phase};
 use messages::port::Outlet;
-use messages::text::pack;
+use messages::report::{Event, Report};
 use messages::topic::Status;
 use messages::wait::{Awaited, Signals};
 use rustix::process::{Signal, set_parent_process_death_signal};
@@ -124,73 +123,54 @@ impl Session {
         })
     }
 
-    /// Tells the launcher that the node waits for work.
+    /// Tells everyone what has happened in the scenario at a position in the run.
     ///
     /// # Errors
     /// [`Failure::Port`] if the message cannot be sent.
-    pub fn ready(&self) -> Result<(), Failure> {
-        self.report(phase::READY, 0, &self.name, "", [0.0, 0.0])
-    }
-
-    /// Tells the launcher how much of the scenario's work is done.
-    ///
-    /// # Errors
-    /// [`Failure::Port`] if the message cannot be sent.
-    pub fn working(&self, scenario: u32, done: usize, of: usize) -> Result<(), Failure> {
-        self.report(phase::WORKING, scenario, &self.name, "", [done as f64, of as f64])
-    }
-
-    /// Tells everyone that scenario `name` has been published at position `scenario` of `of`, or of who knows how many (0).
-    ///
-    /// # Errors
-    /// [`Failure::Port`] if the message cannot be sent.
-    pub fn accepted(&self, scenario: u32, of: u32, name: &str) -> Result<(), Failure> {
-        self.report(phase::WORKING, scenario, name, "", [f64::from(scenario), f64::from(of)])
-    }
-
-    /// Tells the launcher that the node, having done so much, cannot go on without `what` from the case `subject`.
-    ///
-    /// # Errors
-    /// [`Failure::Port`] if the message cannot be sent.
-    pub fn waits_for(&self, scenario: u32, subject: &str, what: &str, done: usize) -> Result<(), Failure> {
-        self.report(phase::WORKING, scenario, subject, what, [done as f64, done as f64])
-    }
-
-    /// Tells the launcher that the node has finished a scenario; the scenario node, that so many are all there are.
-    ///
-    /// # Errors
-    /// [`Failure::Port`] if the message cannot be sent.
-    pub fn done(&self, scenario: u32) -> Result<(), Failure> {
-        self.report(phase::DONE, scenario, &self.name, "", [1.0, 1.0])
-    }
-
-    /// Tells the launcher that the host `name` takes part from now on.
-    ///
-    /// # Errors
-    /// [`Failure::Port`] if the message cannot be sent.
-    pub fn joined(&self, name: &str) -> Result<(), Failure> {
-        self.report(phase::READY, 0, name, "", [0.0, 0.0])
-    }
-
-    /// Tells the launcher that the case of `subject` cannot be completed, and why.
-    ///
-    /// # Errors
-    /// [`Failure::Port`] if the message cannot be sent.
-    pub fn failed(&self, scenario: u32, subject: &str, why: &str) -> Result<(), Failure> {
-        self.report(phase::FAILED, scenario, subject, why, [0.0, 0.0])
-    }
-
-    fn report(&self, phase: u32, scenario: u32, subject: &str, text: &str, units: [f64; 2]) -> Result<(), Failure> {
-        let header = StatusHeader {
-            run_id: self.run_id,
-            phase,
-            scenario,
-            node: pack(&self.name),
-            subject: pack(subject),
-            text: pack(text),
-        };
-        log::report(phase, scenario, subject, text, units);
+    pub fn report(&self, scenario: u32, event: Event) -> Result<(), Failure> {
+        log::report(scenario, &event);
+        let (header, units) = Report { node: self.name.clone(), scenario, event }.to_parts(self.run_id);
         Ok(self.status.send_items(header, &units)?)
+    }
+
+    /// Reports that the node waits for work.
+    ///
+    /// # Errors
+    /// As [`Session::report`].
+    pub fn ready(&self) -> Result<(), Failure> {
+        self.report(0, Event::Ready)
+    }
+
+    /// Reports how much of the scenario's work is done; `of` is 0 if that is not known.
+    ///
+    /// # Errors
+    /// As [`Session::report`].
+    pub fn working(&self, scenario: u32, done: usize, of: usize) -> Result<(), Failure> {
+        self.report(scenario, Event::Progress { done: done as u64, of: of as u64 })
+    }
+
+    /// Reports that the node, having done so much, cannot go on without `what` from a case.
+    ///
+    /// # Errors
+    /// As [`Session::report`].
+    pub fn waits_for(&self, scenario: u32, case: &str, what: &str, done: usize) -> Result<(), Failure> {
+        self.report(scenario, Event::WaitsFor { case: case.into(), what: what.into(), done: done as u64 })
+    }
+
+    /// Reports that the node has finished a scenario.
+    ///
+    /// # Errors
+    /// As [`Session::report`].
+    pub fn done(&self, scenario: u32) -> Result<(), Failure> {
+        self.report(scenario, Event::Done)
+    }
+
+    /// Reports that a case cannot be completed, and why.
+    ///
+    /// # Errors
+    /// As [`Session::report`].
+    pub fn failed(&self, scenario: u32, case: &str, why: &str) -> Result<(), Failure> {
+        self.report(scenario, Event::Failed { case: case.into(), why: why.into() })
     }
 
     /// Sleeps until something happens on one of the ports.

@@ -8,6 +8,7 @@ use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
 
 use messages::domain::Place;
+use messages::report::Event;
 use messages::topic::{Passage, Scenario, Snapshot, Status};
 use nodes::failure::Failure;
 use nodes::log::{Format, Line};
@@ -131,7 +132,6 @@ impl Home<'_> {
 
     /// Starts the threads that carry a host's messages.
     fn take_in(&mut self, (name, plan, contact): Joined) -> Result<(), Failure> {
-        tracing::info!("host {name} has joined");
         self.bring_home::<Snapshot>(&name, &plan, &contact)?;
         self.bring_home::<Passage>(&name, &plan, &contact)?;
         self.bring_home::<Status>(&name, &plan, &contact)?;
@@ -142,7 +142,7 @@ impl Home<'_> {
         let (place, shared, run_id) = (self.place.clone(), Arc::clone(&contact), plan.run_id);
         self.carry(&name, move || serve::<Scenario>(&zenoh, &to, &place, run_id, &shared));
         self.hosts.insert(name.clone(), Host { plan, contact, is_reported: false });
-        self.session.joined(&name)
+        self.session.report(0, Event::Joined { host: name })
     }
 
     fn bring_home<T: ComesHome>(&mut self, name: &str, plan: &Plan, contact: &Arc<Contact>) -> Result<(), Failure> {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use messages::domain::{Domain, Place};
 use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, StatusHeader};
 use messages::port::{Draft, Outlet};
+use messages::service::Service;
 use messages::text::unpack;
 use messages::topic::{Passage, Snapshot, Status, Topic};
 use messages::wait::Awaited;
@@ -12,7 +13,7 @@ use nodes::failure::Failure;
 use nodes::shard::Shard;
 
 use super::pull::Sink;
-use crate::plan::{NAME, Share};
+use crate::plan::Share;
 
 /// A topic whose messages come home.
 pub trait ComesHome: Topic {
@@ -121,7 +122,7 @@ impl<T: ComesHome> Landing<T> {
     pub fn new(place: &Place, host: &str, members: &[Share], attempts: u32) -> Result<Self, Failure> {
         let door = |share: &Share| (share.name.clone(), Door { scenario: 0, outlet: None, last: None });
         let members = members.iter().map(door).collect();
-        Ok(Self { domain: Domain::enter(place, NAME)?, host: host.into(), members, attempts })
+        Ok(Self { domain: Domain::enter(place, Service::Bridge.name())?, host: host.into(), members, attempts })
     }
 }
 
@@ -129,7 +130,7 @@ impl<T: ComesHome> Sink<T> for Landing<T> {
     fn room(&mut self, header: &T::Header, items: usize) -> Result<Option<Draft<T>>, Failure> {
         let member = T::member(header);
         let Some(door) = self.members.get_mut(&member) else {
-            if member == NAME {
+            if Service::Bridge.is(&member) {
                 return Ok(None); // what the other bridge reports of itself
             }
             tracing::warn!(

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use bytemuck::{bytes_of, cast_slice};
 use messages::domain::{Domain, Place};
 use messages::port::{Inlet, Message};
+use messages::service::Service;
 use messages::topic::Topic;
 use nodes::failure::Failure;
 use nodes::screen::{Refusal, Screened, screen};
@@ -20,7 +21,6 @@ use zenoh::{Session, Wait};
 use super::contact::Contact;
 use super::session::refused;
 use super::wire::{self, Ask, PIECE, Piece, kind};
-use crate::plan::NAME;
 
 /// How long a question waits for a message before it is answered that there is none.
 const LONGEST_WAIT: Duration = Duration::from_millis(800);
@@ -62,7 +62,7 @@ pub fn serve<T: Screened>(
     contact: &Contact,
 ) -> Result<(), Failure> {
     let questions = questions(zenoh, key)?;
-    let mut stream = Stream::<T>::open(Domain::enter(place, NAME)?, run_id)?;
+    let mut stream = Stream::<T>::open(Domain::enter(place, Service::Bridge.name())?, run_id)?;
     let mut stopped: Option<Instant> = None;
     loop {
         if contact.is_to_stop() {

@@ -8,6 +8,7 @@ use std::time::Duration;
 use messages::domain::{Domain, Place};
 use messages::layout::ScenarioHeader;
 use messages::port::{Draft, Outlet};
+use messages::service::Service;
 use messages::topic::{Passage, Scenario, Snapshot, Status};
 use messages::wait::Awaited;
 use nodes::failure::Failure;
@@ -24,7 +25,7 @@ use super::serve::serve;
 use super::session;
 use super::wire::key;
 use crate::endpoint::{Access, End};
-use crate::plan::{HOME, NAME};
+use crate::plan::HOME;
 
 /// How often home is greeted.
 const GREETINGS: Duration = Duration::from_millis(500);
@@ -113,7 +114,7 @@ struct Arrivals {
 
 impl Arrivals {
     fn new(place: &Place) -> Result<Self, Failure> {
-        Ok(Self { domain: Domain::enter(place, NAME)?, outlet: None, newest: Newest::default() })
+        Ok(Self { domain: Domain::enter(place, Service::Bridge.name())?, outlet: None, newest: Newest::default() })
     }
 }
 

@@ -1,0 +1,193 @@
+//! What a node reports on `phasecloud/status`, as a value: written and read here alone.
+
+use crate::layout::{StatusHeader, event};
+use crate::service::Service;
+use crate::text::{pack, unpack};
+
+/// A report of a node.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Report {
+    /// Who reports: a propagator's label, with `/` and its number if it is a shard, or the name of a service.
+    pub node: String,
+    /// Position in the run of the scenario that it is about.
+    pub scenario: u32,
+    /// What has happened.
+    pub event: Event,
+}
+
+/// What has happened to a node or by it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Event {
+    /// The node has opened its topics and waits for work.
+    Ready,
+    /// The scenario node has published a scenario.
+    Accepted {
+        /// The scenario's name.
+        name: String,
+        /// How many scenarios the run has; `None` if nobody knows, as in a service.
+        of: Option<u32>,
+    },
+    /// The scenario node cannot publish a scenario.
+    Refused {
+        /// The scenario's name.
+        name: String,
+        /// Why.
+        why: String,
+    },
+    /// The node works.
+    Progress {
+        /// Units of work done.
+        done: u64,
+        /// Units of work in all; 0 if the node does not know.
+        of: u64,
+    },
+    /// The node cannot go on before a case has sent something.
+    WaitsFor {
+        /// The label of the case.
+        case: String,
+        /// What is waited for.
+        what: String,
+        /// Units of work done.
+        done: u64,
+    },
+    /// The node has finished the scenario.
+    Done,
+    /// A case cannot be completed.
+    Failed {
+        /// The label of the case, or the node itself.
+        case: String,
+        /// Why.
+        why: String,
+    },
+    /// A host takes part from now on.
+    Joined {
+        /// The host's name.
+        host: String,
+    },
+    /// The scenario before this one was the last of the run.
+    Total,
+}
+
+/// A report with a code that this version does not know.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("its event is {0}, which no node reports")]
+pub struct UnknownEvent(u32);
+
+impl Event {
+    /// Its code in [`event`].
+    pub fn code(&self) -> u32 {
+        match self {
+            Self::Ready => event::READY,
+            Self::Accepted { .. } => event::ACCEPTED,
+            Self::Refused { .. } => event::REFUSED,
+            Self::Progress { .. } => event::PROGRESS,
+            Self::WaitsFor { .. } => event::WAITS_FOR,
+            Self::Done => event::DONE,
+            Self::Failed { .. } => event::FAILED,
+            Self::Joined { .. } => event::JOINED,
+            Self::Total => event::TOTAL,
+        }
+    }
+
+    /// Whom it is about, if that is somebody else than who reports it, and the text that goes with it.
+    fn words(&self) -> (Option<&str>, &str) {
+        match self {
+            Self::Accepted { name, .. } => (Some(name), ""),
+            Self::Refused { name, why } => (Some(name), why),
+            Self::WaitsFor { case, what, .. } => (Some(case), what),
+            Self::Failed { case, why } => (Some(case), why),
+            Self::Joined { host } => (Some(host), ""),
+            Self::Ready | Self::Progress { .. } | Self::Done | Self::Total => (None, ""),
+        }
+    }
+
+    /// Units of work done, and in all.
+    fn units(&self) -> [f64; 2] {
+        match self {
+            Self::Progress { done, of } => [*done as f64, *of as f64],
+            Self::WaitsFor { done, .. } => [*done as f64; 2],
+            Self::Accepted { of, .. } => [0.0, f64::from(of.unwrap_or(0))],
+            _ => [0.0; 2],
+        }
+    }
+}
+
+impl Report {
+    /// Whether it says that a scenario is recorded, which ends it for everybody.
+    pub fn is_end_of(&self, scenario: u32) -> bool {
+        self.event == Event::Done && self.scenario == scenario && Service::Recorder.is(&self.node)
+    }
+
+    /// The message in the run `run_id`.
+    pub fn to_parts(&self, run_id: u64) -> (StatusHeader, [f64; 2]) {
+        let (subject, text) = self.event.words();
+        let header = StatusHeader {
+            run_id,
+            event: self.event.code(),
+            scenario: self.scenario,
+            node: pack(&self.node),
+            subject: pack(subject.unwrap_or(&self.node)),
+            text: pack(text),
+        };
+        (header, self.event.units())
+    }
+
+    /// What a message says; units that are missing count as zero.
+    ///
+    /// # Errors
+    /// [`UnknownEvent`].
+    pub fn from_parts(header: &StatusHeader, units: &[f64]) -> Result<Self, UnknownEvent> {
+        // The cast saturates, and makes zero of NaN.
+        let unit = |place: usize| units.get(place).map_or(0, |&unit| unit as u64);
+        let (subject, text) = (unpack(&header.subject), unpack(&header.text));
+        let event = match header.event {
+            event::READY => Event::Ready,
+            event::ACCEPTED => Event::Accepted { name: subject, of: u32::try_from(unit(1)).ok().filter(|&of| of > 0) },
+            event::REFUSED => Event::Refused { name: subject, why: text },
+            event::PROGRESS => Event::Progress { done: unit(0), of: unit(1) },
+            event::WAITS_FOR => Event::WaitsFor { case: subject, what: text, done: unit(0) },
+            event::DONE => Event::Done,
+            event::FAILED => Event::Failed { case: subject, why: text },
+            event::JOINED => Event::Joined { host: subject },
+            event::TOTAL => Event::Total,
+            unknown => return Err(UnknownEvent(unknown)),
+        };
+        Ok(Self { node: unpack(&header.node), scenario: header.scenario, event })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_report_is_read_as_it_was_written() {
+        let text = |text: &str| text.to_owned();
+        for event in [
+            Event::Ready,
+            Event::Accepted { name: text("s"), of: Some(3) },
+            Event::Accepted { name: text("s"), of: None },
+            Event::Refused { name: text("s"), why: text("no") },
+            Event::Progress { done: 2, of: 5 },
+            Event::WaitsFor { case: text("mc"), what: text("its snapshots"), done: 4 },
+            Event::Done,
+            Event::Failed { case: text("mc"), why: text("lost") },
+            Event::Joined { host: text("worker-a") },
+            Event::Total,
+        ] {
+            let report = Report { node: text("estimator"), scenario: 7, event };
+            let (header, units) = report.to_parts(1);
+            assert_eq!(Report::from_parts(&header, &units), Ok(report));
+        }
+    }
+
+    #[test]
+    fn an_unknown_event_is_an_error_and_units_that_are_no_counts_are_zero() {
+        let header = StatusHeader { event: 77, ..StatusHeader::default() };
+        assert_eq!(Report::from_parts(&header, &[]), Err(UnknownEvent(77)));
+        let header = StatusHeader { event: event::PROGRESS, ..StatusHeader::default() };
+        for units in [&[][..], &[f64::NAN, -1.0]] {
+            assert_eq!(Report::from_parts(&header, units).unwrap().event, Event::Progress { done: 0, of: 0 });
+        }
+    }
+}
