@@ -77,6 +77,7 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
     let failed = |error: PortError| error.to_string();
     let signals = Signals::catch(&[]).map_err(|e| format!("cannot catch signals: {e}"))?;
     let held = HeldDomain::create(&own.place, capacity).map_err(failed)?;
+    own.keep();
     let reports = held.domain.inlet::<Status>().map_err(failed)?;
     let roster = held.domain.outlet::<Roster>(arguments.labels.len()).map_err(failed)?;
     let mut fallen: BTreeMap<String, String> = BTreeMap::new();
@@ -133,7 +134,7 @@ pub fn describe(Report { node, scenario, event }: &Report) -> String {
     match event {
         Event::Ready => format!("{node}: ready"),
         Event::Accepted { name, .. } => format!("{node}: scenario {scenario} is {name}"),
-        Event::Refused { name, why } => format!("{node}: {name} is refused: {why}"),
+        Event::Refused { name, why, .. } => format!("{node}: {name} is refused: {why}"),
         Event::Progress { done, of: 0 } => format!("{node}: scenario {scenario}, {done} done"),
         Event::Progress { done, of } => format!("{node}: scenario {scenario}, {done} of {of}"),
         Event::WaitsFor { case, what, .. } => format!("{node}: scenario {scenario} waits for {case}: {what}"),

@@ -95,6 +95,15 @@ impl OwnDomain {
     }
 }
 
+impl OwnDomain {
+    /// Remembers what lies in the domain now, so that it is made anew should a cleaner remove it.
+    pub fn keep(&self) {
+        if let Some(keeper) = &self.keeper {
+            keeper.go_round();
+        }
+    }
+}
+
 /// Makes and holds the lock of the domain whose folder is `root`.
 ///
 /// # Errors

@@ -25,27 +25,36 @@ const TOPICS: &str = "services";
 /// A thread that goes its rounds until this is dropped.
 #[derive(Debug)]
 pub struct Keeper {
-    end: Option<Sender<()>>,
+    /// A message asks for a round at once; its end is the thread's.
+    rounds: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Keeper {
     /// Keeps the domain's folder `root`, whose lock is `lock`. Without a thread to be had nothing is kept.
     pub fn start(root: &Path, lock: File) -> Self {
-        let (end, ended) = channel();
+        let (asks, asked) = channel();
         let mut kept = Kept { root: root.into(), lock, files: BTreeMap::new() };
         let rounds = move || {
-            while ended.recv_timeout(ROUND) == Err(RecvTimeoutError::Timeout) {
+            while asked.recv_timeout(ROUND) != Err(RecvTimeoutError::Disconnected) {
                 kept.go_round();
             }
         };
-        Self { end: Some(end), thread: std::thread::Builder::new().name("keeper".into()).spawn(rounds).ok() }
+        Self { rounds: Some(asks), thread: std::thread::Builder::new().name("keeper".into()).spawn(rounds).ok() }
+    }
+}
+
+impl Keeper {
+    /// Goes a round at once, so that what is there now is remembered before anybody removes it.
+    pub fn go_round(&self) {
+        // Without its thread nothing is kept.
+        let _ = self.rounds.as_ref().map(|asks| asks.send(()));
     }
 }
 
 impl Drop for Keeper {
     fn drop(&mut self) {
-        drop(self.end.take());
+        drop(self.rounds.take());
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }

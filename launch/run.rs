@@ -352,7 +352,7 @@ impl<'a> Run<'a> {
             (Event::Done, Some(Service::Comparator)) if is_current => self.compared = true,
             (Event::Done, Some(Service::Recorder)) if is_current => self.begin_next_scenario()?,
             (Event::Total, Some(Service::Scenario)) => self.in_all = Some(scenario),
-            (Event::Refused { name, why }, Some(Service::Scenario)) => self.name_stranger(name, why),
+            (Event::Refused { name, why, .. }, Some(Service::Scenario)) => self.name_stranger(name, why),
             (Event::Failed { case, why }, _) => self.take_failure(&node, scenario, &case, why)?,
             _ => {}
         }

@@ -199,6 +199,7 @@ fn conduct(
     let (kept, nodes) = {
         let in_all = Some(launch.scenarios.len() as u32);
         let mut run = Run::begin(commands, snapshots, in_all, order.shown, log, start_times(order.start_order))?;
+        own.keep();
         let completed = run.conduct(|_, _| Ok(()));
         let nodes = run.end();
         match completed {

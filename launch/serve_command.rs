@@ -88,8 +88,11 @@ fn carry_out(arguments: &ServeArguments) -> ExitCode {
         }
         _ if tally.failed.is_empty() && refused + tally.contradictions == 0 => ExitCode::SUCCESS,
         _ if is_sweep => {
-            let failed = tally.failed.len();
-            remark!("error: {refused} combinations were refused and {failed} cases failed; {TABLE} says which and why");
+            let (failed, contradictions) = (tally.failed.len(), tally.contradictions);
+            remark!(
+                "error: {refused} combinations were refused, {failed} cases failed and {contradictions} results contradict one \
+                 another or cannot be right; {TABLE} says which and why"
+            );
             ExitCode::FAILURE
         }
         _ => {
@@ -169,6 +172,7 @@ fn serve(arguments: &ServeArguments, service: &Service, run_id: u64, tally: &mut
     let commands = Commands { launch, place: &own.place, run_id, draft, tape: None, scenarios, post };
     let now = Instant::now();
     let mut run = Run::begin(commands, *most_snapshots, None, arguments.shown, &log, || now)?;
+    own.keep();
     if service.sweep.is_none() {
         say!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
     }
@@ -233,7 +237,8 @@ fn publish(
     std::fs::rename(&draft, &path).map_err(|e| format!("{}: {e}", path.display()))?;
     tally.failed.extend(failures.iter().map(|(label, why)| format!("{name}, {label}: {why}")));
     if let Some((_, index)) = combination {
-        tally.done.push(Done { index, folder: folder_name(scenario, &name), name, failures });
+        let (folder, errors) = (folder_name(scenario, &name), report::errors_by_case(&path));
+        tally.done.push(Done { index, folder, name, failures, errors });
     }
     for what in report::errors(&path) {
         remark!("error: {what}");

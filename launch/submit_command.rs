@@ -126,7 +126,8 @@ struct Office<'a> {
 impl Office<'_> {
     /// Asks for a scenario and waits for its position, or why it was refused.
     fn have_done(&self, scenario: &ScenarioFile) -> Result<Result<u32, String>, Trouble> {
-        let (header, times) = request(scenario);
+        let number = number_of_a_request();
+        let (header, times) = request(scenario, number);
         self.requests.send_items(header, &times)?;
         let asked = Instant::now();
         let (mut position, mut told) = (None, false);
@@ -139,8 +140,8 @@ impl Office<'_> {
                     return Ok(Ok(report.scenario));
                 }
                 match report.event {
-                    Event::Refused { name, why } if name == scenario.name => return Ok(Err(why)),
-                    Event::Accepted { name, .. } if name == scenario.name => position = Some(report.scenario),
+                    Event::Refused { request, why, .. } if request == Some(number) => return Ok(Err(why)),
+                    Event::Accepted { request, .. } if request == Some(number) => position = Some(report.scenario),
                     _ => {}
                 }
             }
@@ -188,4 +189,9 @@ impl Office<'_> {
         self.signals.wait(&[&self.reports, &self.requests], longest)?;
         if self.signals.stop_requested() { Err(Trouble::Interrupted) } else { Ok(()) }
     }
+}
+
+/// A number by which the answer to a request is known, also beside requests of others for scenarios of the same name: anything but 0.
+fn number_of_a_request() -> u32 {
+    (domains::fresh_run_id() as u32).max(1)
 }

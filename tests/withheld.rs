@@ -70,7 +70,7 @@ fn what_the_first_reference_withholds_is_compared_with_the_next_and_that_is_said
     assert_eq!(verdict("exact", "density_judged_by"), "withheld");
     assert_eq!(verdict("dee", "moments_judged_by"), "exact");
     assert_eq!(verdict("dee", "density_judged_by"), "mc");
-    assert!(verdict("mc", "verdict").contains("as good as its sampling error of"), "{}", verdict("mc", "verdict"));
+    assert!(verdict("mc", "verdict").contains("as good as the sampling error of"), "{}", verdict("mc", "verdict"));
 }
 
 #[test]

@@ -44,6 +44,11 @@ impl InitialGaussian {
         1.0 - tail(self.mean_e / self.sigma_e) - tail((1.0 - self.mean_e) / self.sigma_e)
     }
 
+    /// The share of the uncut Gaussian above `e = 1`.
+    pub fn mass_beyond_one(&self) -> f64 {
+        tail((1.0 - self.mean_e) / self.sigma_e)
+    }
+
     /// The probability that the eccentricity exceeds `e`.
     pub fn probability_above(&self, e: f64) -> f64 {
         let beyond = |e: f64| tail((e - self.mean_e) / self.sigma_e);

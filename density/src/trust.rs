@@ -18,7 +18,7 @@ pub enum Kind {
     /// mesh, estimated misplacement of the joint density in total variation, by triangles and interpolation (NaN if not estimated).
     Mesh,
     /// Of a mixture (code 2): disagreement of the unscented and the linear prediction, probability that the mixture has
-    /// outside `0 < e < 1` (NaN if not known), two NaN.
+    /// below `e = 0` (NaN if not known), sum of its weights, share of the initial Gaussian beyond `e = 1` (NaN if not known).
     Mixture,
     /// Error estimates of an exact density (code 3): moments in standard deviations, resultant vector, probability above the
     /// critical eccentricity, joint density in L1.
@@ -99,7 +99,8 @@ pub fn trust(kind: Kind, diagnostics: [f64; 4], tolerance: f64) -> Verdict {
             Verdict::new(moments, MESH_DENSITY * first + lost + misplaced <= tolerance)
         }
         Kind::Mixture => {
-            let outside = if second.is_nan() { 0.0 } else { second };
+            let known = |share: f64| if share.is_nan() { 0.0 } else { share };
+            let outside = known(second) + EDGE * known(fourth);
             let moments = first <= MIXTURE_MOMENTS * tolerance && outside <= tolerance;
             Verdict::new(moments, first <= MIXTURE_DENSITY * tolerance && outside <= tolerance)
         }
@@ -144,6 +145,9 @@ pub fn counting_noise(joint: &[f64], area: f64, samples: f64) -> f64 {
 const MESH_MOMENTS: f64 = 1.0;
 /// Total variation of the joint density for each unit of the defect.
 const MESH_DENSITY: f64 = 2.0;
+/// A mixture has no edge at `e = 1`, where the initial Gaussian is cut. A cut at `k` standard deviations moves the mean by `φ(k)` of
+/// them, which is about four times what it takes away, `1 - Φ(k)`, for the `k` at which that is a per cent or less.
+const EDGE: f64 = 4.0;
 /// Disagreement, in tolerances, up to which a mixture is good for moments.
 const MIXTURE_MOMENTS: f64 = 10.0;
 /// Disagreement, in tolerances, up to which a mixture is good for the density.
@@ -167,6 +171,9 @@ mod tests {
         assert_eq!(trust(Kind::Numerical, [1e-8, 0.0, 0.0, 1e-4], TOLERANCE), Verdict::Good);
         assert_eq!(trust(Kind::Numerical, [1e-8, 0.0, 0.0, 0.1], TOLERANCE), Verdict::Moments);
         assert_eq!(trust(Kind::Numerical, [0.1, 0.0, 0.0, 0.01], TOLERANCE), Verdict::Density);
+        // A Gaussian whose mean lies 2.5 deviations below e = 1, and one 4 deviations below.
+        assert_eq!(trust(Kind::Mixture, [1e-3, 0.0, 1.0, 6.2e-3], TOLERANCE), Verdict::Neither);
+        assert_eq!(trust(Kind::Mixture, [1e-3, 0.0, 1.0, 3.2e-5], TOLERANCE), Verdict::Good);
         assert_eq!(trust(Kind::Mesh, [0.5, 0.1, 0.0, f64::NAN], TOLERANCE), Verdict::Neither);
         assert_eq!(trust(Kind::Mesh, [1e-5, 0.0, 1e-7, 0.2], TOLERANCE), Verdict::Moments);
     }

@@ -204,7 +204,9 @@ class Session:
                 outlet = None
                 outlet = self._serve_one(propagate, sample)
                 del sample
-            self.signals.wait([scenarios, outlet] if outlet else [scenarios])
+            # Whoever joins late, as a recorder that was started again, must also get what was sent before.
+            ports = [scenarios, outlet, self._passages, self._status]
+            self.signals.wait([port for port in ports if port])
 
     def _serve_one(self, propagate, sample):
         scenario = sample.user_header().contents.scenario

@@ -253,7 +253,11 @@ mod tests {
     #[test]
     fn rate_and_time_left_are_measured_from_the_start_of_the_scenario() {
         let (mut model, start) = (model(), Instant::now());
-        model.report(&report("scenario", Event::Accepted { name: "s".into(), of: Some(1) }), false, start);
+        model.report(
+            &report("scenario", Event::Accepted { name: "s".into(), of: Some(1), request: None }),
+            false,
+            start,
+        );
         let now = start + Duration::from_secs(4);
         let node = model.report(&progress("mc", 2, 5), false, now).unwrap();
         assert_eq!((node.per_second(now), node.seconds_left(now)), (Some(0.5), Some(6.0)));

@@ -7,6 +7,7 @@ mod notes;
 mod side_by_side;
 mod verdicts;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use comfy_table::{CellAlignment, Table, presets};
@@ -49,6 +50,11 @@ pub fn print(launch: &Launch, folder: &Path) {
 /// What methods that know their errors contradict one another in, and what else cannot be right, in the results in `folder`.
 pub fn errors(folder: &Path) -> Vec<String> {
     notes::errors(&read_file::<notes::Note>(&folder.join("notes.csv")))
+}
+
+/// The same by the label of the case under which each stands; of several the first.
+pub fn errors_by_case(folder: &Path) -> BTreeMap<String, String> {
+    notes::errors_by_case(&read_file::<notes::Note>(&folder.join("notes.csv")))
 }
 
 fn of_scenario<'a, T: OfScenario>(rows: &'a [T], name: &str) -> Vec<&'a T> {

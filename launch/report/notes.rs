@@ -1,5 +1,7 @@
 //! Errors, warnings and remarks about results, the gravest first; which reference stands in is said before everything else.
 
+use std::collections::BTreeMap;
+
 use nodes::recorder::notes::{SEVERITIES, severity};
 use serde::Deserialize;
 
@@ -62,6 +64,12 @@ pub fn errors(notes: &[Note]) -> Vec<String> {
         format!("{scenario}, {method}: {}{text}{}", group.when(), group.more())
     };
     groups(errors).iter().map(in_words).collect()
+}
+
+/// What is an error, in words, by the label of the case under which it stands; of several the first.
+pub fn errors_by_case(notes: &[Note]) -> BTreeMap<String, String> {
+    let errors = notes.iter().rev().filter(|note| severity(&note.note) == ERROR);
+    errors.map(|note| (note.method.clone(), note.note.trim_start_matches(SEVERITIES[ERROR]).to_owned())).collect()
 }
 
 /// Puts together what differs in numbers alone, in the order of the first of each.

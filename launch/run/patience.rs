@@ -34,7 +34,8 @@ impl Run<'_> {
             .iter()
             .flat_map(Case::members)
             .map(|(name, _)| name)
-            .filter(|name| !self.has_failed(name))
+            // Before a scenario is published nobody owes anything for it but the scenario node.
+            .filter(|name| self.current().is_some() && !self.has_failed(name))
             .filter(|name| self.members.get(name).is_some_and(|member| member.owes && is_silent(member)))
             .collect();
         for name in silent {

@@ -28,6 +28,8 @@ pub struct Done {
     pub folder: String,
     /// Why cases failed, by label.
     pub failures: BTreeMap<String, String>,
+    /// What cannot be right in the results of cases that did not fail, by label.
+    pub errors: BTreeMap<String, String>,
 }
 
 /// Writes into a scenario's folder which values it has of those that are varied.

@@ -48,7 +48,7 @@ fn page(keys: &[&str], rows: &[Row], combinations: usize) -> Markup {
                     @if rows.iter().any(|row| row.problem == super::NOT_DONE) {
                         b.problem { "The sweep was stopped; this is not the whole of it. " }
                     }
-                    @if troubles > 0 { b.problem { (troubles) " rows have no result, each with the reason." } }
+                    @if troubles > 0 { b.problem { (troubles) " rows have no result, or one that cannot be right, each with the reason." } }
                     @else if scenarios.len() == combinations { "Every case ran to its end." }
                 }
                 p {
@@ -82,9 +82,13 @@ fn table(keys: &[&str], rows: &[Row]) -> Markup {
                     }
                     @for value in &row.values { td { (value) } }
                     td.words { (row.method) }
-                    @if row.problem.is_empty() { @for number in row.numbers { td { (short(number)) } } }
+                    @if row.has_numbers() { @for number in row.numbers { td { (short(number)) } } }
                     @else { td.words.problem colspan=(NUMBERS.len()) { (row.problem) } }
-                } } }
+                }
+                @if row.has_numbers() && !row.problem.is_empty() { tr {
+                    td {}
+                    td.words.problem colspan=(keys.len() + 1 + NUMBERS.len()) { (row.method) ": " (row.problem) }
+                } } } }
             }
         }
     }
@@ -110,12 +114,21 @@ mod tests {
             scenario: format!("s-{index}"),
             method: "mc".into(),
             values: vec![0.125],
-            numbers: [0.25; NUMBERS.len()],
+            numbers: [if index == 1 { f64::NAN } else { 0.25 }; NUMBERS.len()],
             folder: format!("00000{index}-s-{index}"),
             problem: problem.into(),
         };
-        let page = page(&["initial.e"], &[row(0, ""), row(1, "<b>lost</b>")], 3).into_string();
-        for words in ["2 of 3 combinations", "href=\"000000-s-0/\"", "0.125", "0.25000", "&lt;b&gt;lost", "initial.e"] {
+        let rows = [row(0, ""), row(1, "<b>lost</b>"), row(2, "it falls")];
+        let page = page(&["initial.e"], &rows, 4).into_string();
+        for words in [
+            "3 of 4 combinations",
+            "href=\"000000-s-0/\"",
+            "0.125",
+            "0.25000",
+            "&lt;b&gt;lost",
+            "initial.e",
+            "mc: it falls",
+        ] {
             assert!(page.contains(words), "{words}: {page}");
         }
     }

@@ -41,7 +41,7 @@ pub struct Row {
     pub numbers: [f64; NUMBERS.len()],
     /// The scenario's folder; empty if there is none.
     pub folder: String,
-    /// Why there are no numbers; empty if there are.
+    /// Why there are no numbers, or what cannot be right in them; empty if all is well.
     pub problem: String,
 }
 
@@ -57,6 +57,11 @@ impl Row {
             folder: String::new(),
             problem: why.into(),
         }
+    }
+
+    /// Whether anything came out.
+    pub(super) fn has_numbers(&self) -> bool {
+        self.numbers.iter().any(|number| !number.is_nan())
     }
 
     /// All cells of the row.
@@ -110,7 +115,7 @@ pub(super) fn rows(sweep: &Sweep, done: &Done, cases: &[String], folder: &Path) 
             values: sweep.values(done.index),
             numbers,
             folder: done.folder.clone(),
-            problem: done.failures.get(case).cloned().unwrap_or_default(),
+            problem: done.failures.get(case).or_else(|| done.errors.get(case)).cloned().unwrap_or_default(),
         }
     };
     Ok(cases.iter().map(row).collect())

@@ -37,7 +37,7 @@ header! {
         pub sigma_e: f64,
         /// Eccentricity at which the satellite re-enters.
         pub critical_e: f64,
-        /// Position of the scenario in the run, from 0.
+        /// Position of the scenario in the run, from 0; of a request, a number by which its sender knows the answer.
         pub scenario: u32,
         /// Scenarios in the run; 0 if nobody knows, as in a service.
         pub scenarios: u32,
@@ -168,7 +168,8 @@ codes! {
         /// Of a carried mesh: defect of the invariant measure, probability of flipped elements, probability outside the mesh,
         /// estimated total variation by which triangles and interpolation misplace the joint density.
         pub const MESH: u32 = 1;
-        /// Of a mixture: disagreement of the unscented and the linear prediction, probability below `e = 0` that is left out.
+        /// Of a mixture: disagreement of the unscented and the linear prediction, probability below `e = 0` that is left out, what
+        /// the weights add up to (the density is that of weights that add up to 1), share of the initial Gaussian beyond `e = 1`.
         pub const MIXTURE: u32 = 2;
         /// Of an exact density, error estimates: moments (in standard deviations), resultant vector, probability above the
         /// critical eccentricity, joint density in L1.
@@ -320,10 +321,11 @@ codes! {
         pub const DONE: u32 = 3;
         /// The case named by the subject cannot be completed; the text says why.
         pub const FAILED: u32 = 4;
-        /// From the scenario node: the scenario named by the subject has been published. The payload's second number is how many
-        /// scenarios the run has, 0 if nobody knows.
+        /// From the scenario node: the scenario named by the subject has been published. The payload is the number of the request
+        /// that asked for it, 0 if none did, and how many scenarios the run has, 0 if nobody knows.
         pub const ACCEPTED: u32 = 5;
-        /// From the scenario node: the scenario named by the subject cannot be published; the text says why.
+        /// From the scenario node: the scenario named by the subject cannot be published; the text says why. The payload's first
+        /// number is that of the request that asked for it, 0 if none did.
         pub const REFUSED: u32 = 6;
         /// It cannot go on before the case named by the subject has sent what the text says.
         pub const WAITS_FOR: u32 = 7;
@@ -335,8 +337,7 @@ codes! {
 }
 
 header! {
-    /// A node's report to the launcher. Payload: two numbers, the units of work done and the units in all, where the event has
-    /// them, else zeros.
+    /// A node's report to the launcher. Payload: two numbers, for most events the units of work done and the units in all.
     #[type_name("phasecloud/StatusHeader/2")]
     pub struct StatusHeader {
         /// Names the run.

@@ -26,6 +26,8 @@ pub enum Event {
         name: String,
         /// How many scenarios the run has; `None` if nobody knows, as in a service.
         of: Option<u32>,
+        /// The number of the request that asked for it, if one did.
+        request: Option<u32>,
     },
     /// The scenario node cannot publish a scenario.
     Refused {
@@ -33,6 +35,8 @@ pub enum Event {
         name: String,
         /// Why.
         why: String,
+        /// The number of the request that asked for it, if one did.
+        request: Option<u32>,
     },
     /// The node works.
     Progress {
@@ -93,7 +97,7 @@ impl Event {
     fn words(&self) -> (Option<&str>, &str) {
         match self {
             Self::Accepted { name, .. } => (Some(name), ""),
-            Self::Refused { name, why } => (Some(name), why),
+            Self::Refused { name, why, .. } => (Some(name), why),
             Self::WaitsFor { case, what, .. } => (Some(case), what),
             Self::Failed { case, why } => (Some(case), why),
             Self::Joined { host } => (Some(host), ""),
@@ -106,7 +110,8 @@ impl Event {
         match self {
             Self::Progress { done, of } => [*done as f64, *of as f64],
             Self::WaitsFor { done, .. } => [*done as f64; 2],
-            Self::Accepted { of, .. } => [0.0, f64::from(of.unwrap_or(0))],
+            Self::Accepted { of, request, .. } => [f64::from(request.unwrap_or(0)), f64::from(of.unwrap_or(0))],
+            Self::Refused { request, .. } => [f64::from(request.unwrap_or(0)), 0.0],
             _ => [0.0; 2],
         }
     }
@@ -139,11 +144,12 @@ impl Report {
     pub fn from_parts(header: &StatusHeader, units: &[f64]) -> Result<Self, UnknownEvent> {
         // The cast saturates, and makes zero of NaN.
         let unit = |place: usize| units.get(place).map_or(0, |&unit| unit as u64);
+        let number = |place: usize| u32::try_from(unit(place)).ok().filter(|&number| number > 0);
         let (subject, text) = (unpack(&header.subject), unpack(&header.text));
         let event = match header.event {
             event::READY => Event::Ready,
-            event::ACCEPTED => Event::Accepted { name: subject, of: u32::try_from(unit(1)).ok().filter(|&of| of > 0) },
-            event::REFUSED => Event::Refused { name: subject, why: text },
+            event::ACCEPTED => Event::Accepted { name: subject, of: number(1), request: number(0) },
+            event::REFUSED => Event::Refused { name: subject, why: text, request: number(0) },
             event::PROGRESS => Event::Progress { done: unit(0), of: unit(1) },
             event::WAITS_FOR => Event::WaitsFor { case: subject, what: text, done: unit(0) },
             event::DONE => Event::Done,
@@ -165,9 +171,9 @@ mod tests {
         let text = |text: &str| text.to_owned();
         for event in [
             Event::Ready,
-            Event::Accepted { name: text("s"), of: Some(3) },
-            Event::Accepted { name: text("s"), of: None },
-            Event::Refused { name: text("s"), why: text("no") },
+            Event::Accepted { name: text("s"), of: Some(3), request: None },
+            Event::Accepted { name: text("s"), of: None, request: Some(u32::MAX) },
+            Event::Refused { name: text("s"), why: text("no"), request: Some(1) },
             Event::Progress { done: 2, of: 5 },
             Event::WaitsFor { case: text("mc"), what: text("its snapshots"), done: 4 },
             Event::Done,

@@ -146,12 +146,12 @@ pub fn read_request(header: &ScenarioHeader, times: &[f64]) -> Result<ScenarioFi
     scenario_file::check(&as_file).map_err(|e| Failure::Refused(e.to_string()))
 }
 
-/// The header and the times of a request to work on `scenario`.
-pub fn request(ScenarioFile { name, problem }: &ScenarioFile) -> (ScenarioHeader, Vec<f64>) {
+/// The header and the times of a request to work on a scenario; `number` is what the answer will carry.
+pub fn request(ScenarioFile { name, problem }: &ScenarioFile, number: u32) -> (ScenarioHeader, Vec<f64>) {
     let assignment = Assignment {
         run_id: 0,
         name: name.clone(),
-        scenario: 0,
+        scenario: number,
         scenarios: 0,
         problem: problem.clone(),
         grids: Vec::new(),
@@ -192,7 +192,7 @@ mod tests {
     fn a_request_is_checked_as_a_file_is() {
         let Assignment { name, problem, .. } = example();
         let scenario = ScenarioFile { name, problem };
-        let (header, times) = request(&scenario);
+        let (header, times) = request(&scenario, 3);
         assert_eq!(read_request(&header, &times).unwrap(), scenario);
         let refused = |header, times: &[f64], words: &str| {
             let error = read_request(&header, times).unwrap_err().to_string();

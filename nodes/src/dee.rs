@@ -291,10 +291,18 @@ impl Propagator for DensityEvolution {
     }
 }
 
-/// The rows of a curve that estimates its own error.
+/// The rows of a curve that estimates its own error. Who has passed has passed: what has surely passed by an earlier time has
+/// passed by this one, and what can have passed by this one cannot exceed what can have by a later one.
 fn rows(curve: &PassageCurve, times: &[f64]) -> Vec<[f64; PASSAGE_COLUMNS]> {
     let row = |((&time, &p), &error): ((&f64, &f64), &f64)| [time, p, (p - error).max(0.0), (p + error).min(1.0)];
-    times.iter().zip(&curve.probability).zip(&curve.error).map(row).collect()
+    let mut rows: Vec<_> = times.iter().zip(&curve.probability).zip(&curve.error).map(row).collect();
+    for k in 1..rows.len() {
+        rows[k][2] = rows[k][2].max(rows[k - 1][2]);
+    }
+    for k in (1..rows.len()).rev() {
+        rows[k - 1][3] = rows[k - 1][3].min(rows[k][3]);
+    }
+    rows
 }
 
 #[cfg(test)]

@@ -181,7 +181,7 @@ pub(crate) fn report(scenario: u32, event: &report::Event) {
     match event {
         report::Event::Ready => tracing::info!("ready"),
         report::Event::Accepted { name, .. } => tracing::debug!(scenario, "has published {name}"),
-        report::Event::Refused { name, why } => tracing::warn!(scenario, "refuses {name}: {why}"),
+        report::Event::Refused { name, why, .. } => tracing::warn!(scenario, "refuses {name}: {why}"),
         report::Event::Progress { done, of } => tracing::debug!(scenario, "{done} of {of} done"),
         report::Event::WaitsFor { case, what, .. } => tracing::debug!(scenario, "waits for {case}: {what}"),
         report::Event::Done => tracing::info!(scenario, "done"),

@@ -1,7 +1,7 @@
 //! Which density method belongs to which kind of snapshot.
 
 use density::angle::{Circular, nearest};
-use density::estimate::{Estimate, Moments};
+use density::estimate::{Estimate, Moments, ordered_sum};
 use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate, unfold};
 use density::mixture::{self, Component};
 use density::partial::Partial;
@@ -72,11 +72,11 @@ impl Case {
             }
             (kind::CHARACTERISTICS, &[phi, e, n]) => self.characteristics(header, [phi, e, n], &grid, assignment)?,
             (kind::MIXTURE, columns) => {
-                let (estimate, below) = mixture_estimate(columns, &grid, assignment.problem.critical_e)?;
+                let (estimate, [below, weights]) = mixture_estimate(columns, &grid, assignment.problem.critical_e)?;
                 Estimated {
                     estimate,
                     diagnostic: diagnostic::MIXTURE,
-                    diagnostics: [header.disagreement, below, f64::NAN, f64::NAN],
+                    diagnostics: [header.disagreement, below, weights, assignment.problem.initial.mass_beyond_one()],
                     carried_density_error: f64::NAN,
                     reduced: None,
                 }
@@ -193,8 +193,8 @@ fn ready_density(values: &[f64], grid: Grid) -> Result<Estimated, String> {
     Ok(Estimated { diagnostic: numerical, diagnostics, ..estimate.into() })
 }
 
-/// A mixture's density, and its probability below `e = 0`.
-fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<(Estimate, f64), String> {
+/// A mixture's density, its probability below `e = 0`, and what its weights add up to.
+fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<(Estimate, [f64; 2]), String> {
     let &[w, mean_phi, mean_e, var_phi, cov, var_e] = columns else {
         return Err("a mixture has six columns".into());
     };
@@ -206,7 +206,8 @@ fn mixture_estimate(columns: &[&[f64]], grid: &Grid, critical_e: f64) -> Result<
     let row = |i: usize| Component::from_array([w[i], mean_phi[i], mean_e[i], var_phi[i], cov[i], var_e[i]]);
     let components: Vec<Component> = (0..w.len()).map(row).collect();
     let estimate = mixture::estimate(&components, grid, critical_e).map_err(|e| e.to_string())?;
-    Ok((estimate, mixture::mass_below_zero(&components)))
+    let weights = ordered_sum(components.len(), |i| [components[i].weight]);
+    Ok((estimate, [mixture::mass_below_zero(&components), weights[0]]))
 }
 
 /// Numbers that are fine one by one may still lead nowhere, such as `phi` = 1e308. NaN is what a method withholds that `may` do so.

@@ -3,7 +3,7 @@
 //! The recorder does not use a curve that breaks a rule ([`breach`]), and tells [`doubts`]; `phasecloud check` reports both.
 
 use density::problem::Problem;
-use messages::layout::{DensityHeader, PASSAGE_COLUMNS, diagnostic};
+use messages::layout::{DensityHeader, PASSAGE_COLUMNS, diagnostic, kind};
 
 /// Sums of many probabilities may miss 0, 1 or one another by rounding.
 const ROUNDING: f64 = 1e-6;
@@ -11,6 +11,13 @@ const ROUNDING: f64 = 1e-6;
 const SIGMAS: f64 = 5.0;
 /// What a curve that was neither counted nor bounded may contradict other numbers by.
 const GENEROUS: f64 = 0.01;
+/// What a count may miss a whole number by, and up to how many samples that is more than rounding.
+const COUNT_ROUNDING: f64 = 1e-3;
+const MOST_COUNTED: u64 = 1_000_000_000;
+/// Samples that are drawn in opposite pairs tell as much as half as many independent ones.
+pub const INDEPENDENT: f64 = 0.5;
+/// Probabilities below this are good in their order of magnitude only.
+const LEAST_PROBABILITY: f64 = 1e-12;
 
 /// A row of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,7 +134,34 @@ pub fn doubts(items: &[f64], samples: u64, problem: &Problem, snapshots: &[&Dens
     let Some(first) = rows.first() else { return Vec::new() };
     let at_start = (first.time == 0.0).then(|| off_the_start(first, samples, problem)).flatten();
     let overtaken = snapshots.iter().find_map(|snapshot| overtaken(&rows, samples, snapshot));
-    at_start.into_iter().chain(overtaken).collect()
+    let uncounted = not_a_count(&rows, samples).or_else(|| more_than_there_are(samples, snapshots));
+    at_start.into_iter().chain(uncounted).chain(overtaken).collect()
+}
+
+/// A share of so many samples is a whole number of them divided by their number.
+fn not_a_count(rows: &[Row], samples: u64) -> Option<String> {
+    if samples == 0 || samples > MOST_COUNTED {
+        return None;
+    }
+    let off = |row: &&Row| {
+        let count = row.probability * samples as f64;
+        !row.is_withheld() && (count - count.round()).abs() > COUNT_ROUNDING
+    };
+    rows.iter().find(off).map(|row| {
+        format!(
+            "its first-passage curve is said to be counted from {samples} samples, but {} by {} yr is no whole number of them",
+            row.probability, row.time
+        )
+    })
+}
+
+/// A curve cannot be counted from more samples than the case has.
+fn more_than_there_are(samples: u64, snapshots: &[&DensityHeader]) -> Option<String> {
+    let of_samples = snapshots.iter().find(|snapshot| snapshot.kind == kind::SAMPLES)?;
+    (samples > u64::from(of_samples.rows)).then(|| {
+        let rows = of_samples.rows;
+        format!("its first-passage curve is said to be counted from {samples} samples, but its snapshots have {rows}")
+    })
 }
 
 /// Who is above the critical eccentricity at `t = 0` has passed, and nobody else has.
@@ -155,14 +189,28 @@ fn overtaken(rows: &[Row], samples: u64, snapshot: &DensityHeader) -> Option<Str
         diagnostic::NUMERICAL => 10.0 * snapshot.diagnostics[2],
         _ => SIGMAS * snapshot.standard_errors[5].max(0.0),
     };
-    let allowed = allowance(high, samples, high - low) + if of_snapshot.is_nan() { 0.0 } else { of_snapshot };
-    (above - high > allowed).then(|| {
+    let least = above - if of_snapshot.is_nan() { 0.0 } else { of_snapshot };
+    let is_counted = samples > 0 && !row.is_withheld();
+    let claimed = if row.is_withheld() { high } else { row.probability };
+    let contradicted = match is_counted {
+        true => least > claimed && samples as f64 * INDEPENDENT * divergence(claimed, least) > 0.5 * SIGMAS * SIGMAS,
+        false => least - high > allowance(high, 0, high - low),
+    };
+    contradicted.then(|| {
         format!(
             "its probability of being above the critical eccentricity at {} yr is {above:.5}, but of ever having reached it by \
-             {} yr only {high:.5}; who is above it has passed",
+             {} yr only {claimed:.5}; who is above it has passed",
             snapshot.time, row.time
         )
     })
+}
+
+/// Kullback-Leibler divergence of a coin of probability `p` from one of `q`: of `n` independent samples a share of `p` or less has a
+/// probability of at most `exp(-n D(p, q))` where that of one is `q > p` (Chernoff).
+pub fn divergence(p: f64, q: f64) -> f64 {
+    let q = q.clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY);
+    let term = |p: f64, q: f64| if p > 0.0 { p * (p / q).ln() } else { 0.0 };
+    term(p, q) + term(1.0 - p, 1.0 - q)
 }
 
 /// What a probability of a curve of `samples` samples (0 if it was not counted) may be off: counting noise, or what its own
@@ -237,6 +285,8 @@ mod tests {
         };
         let snapshot = |above: f64| DensityHeader {
             time: 0.7,
+            rows: 2_000,
+            kind: kind::SAMPLES,
             moments: [0.0, 0.0, 0.0, 0.0, 0.0, above],
             standard_errors: [NAN; 6],
             diagnostics: [NAN; 4],
@@ -254,7 +304,11 @@ mod tests {
             "{overtaken}"
         );
         assert_eq!(doubts(&good, 100, 0.5), "", "five standard errors of 100 samples are 0.24");
-        assert!(!doubts(&good, 1_000_000, 0.5).is_empty());
+        assert!(doubts(&good, 2_000, 0.5).contains("only 0.40000"));
+        let few = doubts(&[[0.0, NAN, NAN], [0.3, 0.1, 0.6], [0.3, 0.1, 0.6]], 10, 1.0);
+        assert!(few.contains("by 1 yr only 0.30000"), "ten samples cannot have missed what is certain: {few}");
+        assert!(doubts(&[[0.0, NAN, NAN], [0.333, 0.1, 0.6]], 10, 0.3).contains("0.333 by 0.5 yr is no whole number"));
+        assert!(doubts(&good, 5_000, 0.4).contains("counted from 5000 samples, but its snapshots have 2000"));
         // Withheld within bounds: nothing is claimed that could be wrong.
         assert_eq!(doubts(&[[NAN, 0.0, 1.0]; 3], 0, 1.0), "");
         assert_eq!(doubts(&good, 0, NAN), "", "a withheld probability contradicts nothing");

@@ -61,7 +61,7 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
             session.ready()?;
             for file in files {
                 let scenario = scenario_file::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
-                desk.publish(&scenario)?;
+                desk.publish(&scenario, None)?;
             }
         }
         Source::Sweep(file) => {
@@ -71,9 +71,9 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
                 let scenario = sweep.scenario(index).map_err(|e| Failure::Refused(e.to_string()));
                 let published = scenario.and_then(|scenario| {
                     let combination = |why: Failure| why.about(&sweep.combination(index));
-                    desk.publish(&scenario).map_err(combination)
+                    desk.publish(&scenario, None).map_err(combination)
                 });
-                desk.report_refusal(published, &combination_name(index))?;
+                desk.report_refusal(published, &combination_name(index), None)?;
             }
         }
         Source::Requests => desk.serve_requests()?,
@@ -101,8 +101,9 @@ struct Desk<'a> {
 }
 
 impl Desk<'_> {
-    /// Publishes a scenario, unless that is done already, and waits until it is recorded.
-    fn publish(&mut self, ScenarioFile { name, problem }: &ScenarioFile) -> Result<(), Failure> {
+    /// Publishes a scenario, which the request of that number may have asked for, unless that is done already, and waits until
+    /// it is recorded.
+    fn publish(&mut self, ScenarioFile { name, problem }: &ScenarioFile, request: Option<u32>) -> Result<(), Failure> {
         if problem.times.len() > self.most_snapshots {
             return Err(Failure::Refused(format!(
                 "it has {} snapshots, there is room for {}; start the service with a larger --most-snapshots",
@@ -129,7 +130,7 @@ impl Desk<'_> {
         let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
         outlet.send_items(header, &items)?;
         let of = (self.count > 0).then_some(self.count);
-        self.session.report(position, Event::Accepted { name: name.clone(), of })?;
+        self.session.report(position, Event::Accepted { name: name.clone(), of, request })?;
         while !is_recorded(&self.reports, position)? {
             self.session.wait(&[&self.reports, outlet])?;
         }
@@ -137,11 +138,12 @@ impl Desk<'_> {
     }
 
     /// Reports that the scenario `name` cannot be done, if so; then it is the next one's turn.
-    fn report_refusal(&self, published: Result<(), Failure>, name: &str) -> Result<(), Failure> {
+    fn report_refusal(&self, published: Result<(), Failure>, name: &str, request: Option<u32>) -> Result<(), Failure> {
         match published {
             Err(failure @ (Failure::Stopped | Failure::Port(_))) => Err(failure),
             Err(failure) => {
-                self.session.report(self.position, Event::Refused { name: name.into(), why: failure.to_string() })
+                let refused = Event::Refused { name: name.into(), why: failure.to_string(), request };
+                self.session.report(self.position, refused)
             }
             Ok(()) => Ok(()),
         }
@@ -153,11 +155,11 @@ impl Desk<'_> {
         self.position = self.first;
         loop {
             while let Some(request) = requests.receive()? {
-                let name = unpack(&request.header().name);
+                let (name, number) = (unpack(&request.header().name), Some(request.header().scenario));
                 let scenario = read_request(request.header(), request.items());
                 drop(request);
-                let published = scenario.and_then(|scenario| self.publish(&scenario));
-                self.report_refusal(published, &name)?;
+                let published = scenario.and_then(|scenario| self.publish(&scenario, number));
+                self.report_refusal(published, &name, number)?;
             }
             while self.reports.receive()?.is_some() {}
             match &self.scenarios {

@@ -33,6 +33,7 @@ mod self_check;
 mod share;
 mod trail;
 
+use crate::angle::Circular;
 use crate::dynamics::State;
 use crate::estimate::{Estimate, Moments};
 use crate::flow::{Escaped, Flow};
@@ -128,6 +129,17 @@ pub struct ExactSnapshot {
     pub mass_outside: f64,
 }
 
+impl ExactSnapshot {
+    /// One that states nothing.
+    fn withheld(grid: Grid) -> Self {
+        let moments = Moments::from_array([f64::NAN; 6]);
+        let circular = Circular { mean: f64::NAN, resultant: f64::NAN };
+        let [moment_error, circular_error, probability_error, joint_error] = [f64::INFINITY; 4];
+        let estimate = Estimate::from_joint(grid, vec![f64::NAN; grid.len()], moments, circular);
+        Self { estimate, moment_error, circular_error, probability_error, joint_error, mass_outside: 1.0 }
+    }
+}
+
 /// The exact density of a problem.
 #[derive(Debug)]
 pub struct Exact<'a> {
@@ -147,13 +159,16 @@ impl<'a> Exact<'a> {
     /// Everything at snapshot `index` on its comparison grid.
     ///
     /// # Errors
-    /// [`Error`] if there is no such snapshot, if an orbit of the cloud leaves `e < 1`, or if what was found is not what a
-    /// sample of orbits does.
+    /// [`Error`] if there is no such snapshot, or if what was found is not what a sample of orbits does. Where orbits of the cloud
+    /// cannot be followed to the end, as those that come next to `e = 1`, everything is withheld.
     pub fn snapshot(&self, grids: &[Grid], index: usize) -> Result<ExactSnapshot, Error> {
         let (snapshots, grids_given) = (self.problem.times.len(), grids.len());
         let missing = Error::NoSuchSnapshot { index, snapshots, grids: grids_given };
         let (Some(&years), Some(grid)) = (self.problem.times.get(index), grids.get(index)) else { return Err(missing) };
-        let check = self_check::Sample::new(self.problem, self.flow, years)?;
+        // Where orbits of the cloud cannot be followed, nothing is known of it.
+        let Ok(check) = self_check::Sample::new(self.problem, self.flow, years) else {
+            return Ok(ExactSnapshot::withheld(*grid));
+        };
         let (moments, probability) = (self.moments(years)?, self.probability_above(self.problem.critical_e, years)?);
         let Settings { joint_error, most_orbits, limits, .. } = self.settings;
         let joint = joint::joint(&self.family, grid, years, joint_error, most_orbits);
@@ -202,6 +217,10 @@ impl<'a> Exact<'a> {
     /// # Errors
     /// [`Escaped`] if an orbit of the cloud leaves `e < 1`.
     pub fn probability_above(&self, critical_e: f64, years: f64) -> Result<Estimated, Escaped> {
+        if years == 0.0 {
+            let value = self.problem.initial.probability_above(critical_e);
+            return Ok(Estimated { value, error: f64::EPSILON });
+        }
         let most_orbits = self.settings.most_orbits;
         Ok(moments::probability_above(&self.family, critical_e, years, PROBABILITY_ERROR, most_orbits))
     }

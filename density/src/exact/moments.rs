@@ -50,8 +50,11 @@ struct Centre {
     e: f64,
 }
 
-/// How good states are, absolute.
+/// How good states are, absolute, before the integrator's error.
 const ROUNDING: f64 = 1e-14;
+/// How good a probability is where orbits of the cloud just touch the critical eccentricity, as a share of its variance: an orbit is
+/// above for a time that grows as the square root of how far its `H` is beyond, which is known to rounding.
+const TOUCHING: f64 = 4e-7;
 /// Functions integrated for the centre: 1, cos, sin, e, e².
 const FIRST: usize = 5;
 /// Functions integrated about the centre: 1, cos, sin, δe, δe², δphi, δphi², δphi δe, density of `phi` at its branch cut.
@@ -80,7 +83,9 @@ pub(super) fn smooth_moments(family: &Family<'_>, years: f64, tolerance: f64, mo
     let scale = |values: &[f64], _: &[f64]| scales(values).map(|scale| 0.3 * tolerance * scale).to_vec();
     let left = most_orbits.saturating_sub(coarse.orbits);
     let fine = family.integrate(coarse.intervals.clone(), SECOND, second, scale, left);
-    finish(&coarse, &fine, centre)
+    // An orbit's error grows about linearly with time; the accuracy is that after two years.
+    let of_states = ROUNDING + 0.5 * years * family.flow.accuracy.largest_error();
+    finish(&coarse, &fine, centre, of_states)
 }
 
 /// Standard deviation of `e` and of `phi` from the second pass.
@@ -100,7 +105,7 @@ fn scales(values: &[f64]) -> [f64; SECOND] {
     [1.0, spread, spread, e, e * e, phi, phi * phi, phi * e, f64::INFINITY]
 }
 
-fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre) -> SmoothMoments {
+fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, of_states: f64) -> SmoothMoments {
     let mean = |f: usize| fine.values[f] / fine.values[0];
     let (std_e, std_phi) = deviations(&fine.values);
     let circular = Circular::from_mean_vector(mean(2), mean(1));
@@ -111,11 +116,12 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre) -> SmoothMoments
     let scales = scales(&fine.values);
     let missing = (1.0 - fine.values[0]).abs();
     let relative = |f: usize| fine.errors[f] / scales[f] + missing;
-    // The states themselves are good to rounding, which is much of a cloud that is hardly wider.
-    let noise = |deviation: f64| ROUNDING / deviation;
+    // The states themselves are only so good, which is much of a cloud that is hardly wider.
+    let noise = |deviation: f64| of_states / deviation;
+    let mean_e = centre.e + mean(3);
     let e_error = relative(3).max(relative(4)) + noise(std_e) + if fine.lost + coarse.lost > 0 { missing } else { 0.0 };
     let phi_error = relative(5).max(relative(6)).max(relative(7))
-        + noise(std_phi)
+        + noise(std_phi * mean_e.max(std_e))
         + noise(std_e)
         + cut / std_phi
         + 2.0 * cut * PI / std_phi.powi(2);
@@ -123,7 +129,7 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre) -> SmoothMoments
         // Centre and circular mean may lie on either side of 2π.
         mean_phi: nearest(centre.phi + mean(5), fold(circular.mean, 0.0)),
         std_phi,
-        mean_e: centre.e + mean(3),
+        mean_e,
         std_e,
         cov_phi_e: mean(7) - mean(5) * mean(3),
         circular: Circular { mean: fold(circular.mean, 0.0), ..circular },
@@ -248,5 +254,11 @@ pub(super) fn probability_above(
     let missing = (1.0 - found.values[0]).abs();
     // What is missing of the whole may be above.
     let missing = if missing < found.errors[0] + 1e-13 { missing * found.values[1] } else { missing };
-    super::Estimated { value: found.values[1].clamp(0.0, 1.0), error: found.errors[1] + missing }
+    let value = found.values[1].clamp(0.0, 1.0);
+    super::Estimated { value, error: found.errors[1] + missing + touching(value) }
+}
+
+/// What a probability is not known to where orbits just touch the critical eccentricity.
+pub(crate) fn touching(probability: f64) -> f64 {
+    TOUCHING * probability * (1.0 - probability)
 }

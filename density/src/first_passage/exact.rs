@@ -14,6 +14,7 @@
 
 use crate::exact::family::{Family, Orbit};
 use crate::exact::measure::Measure;
+use crate::exact::moments::touching;
 use crate::exact::{Estimated, PROBABILITY_ERROR, probability_tolerance};
 use crate::flow::{Escaped, Flow};
 use crate::problem::Problem;
@@ -43,7 +44,9 @@ pub fn curve(problem: &Problem, flow: &Flow, times: &[f64], most_orbits: usize) 
     let missing: f64 = (1.0 - found.values[times.len()]).abs();
     let estimated = |k: usize| Estimated {
         value: found.values[k].clamp(0.0, 1.0),
-        error: found.errors[k] + if missing > 1e-12 { missing } else { missing * found.values[k] },
+        error: found.errors[k]
+            + touching(found.values[k])
+            + if missing > 1e-12 { missing } else { missing * found.values[k] },
     };
     Ok((0..times.len()).map(estimated).collect())
 }

@@ -110,9 +110,7 @@ pub enum Loss {
     #[error("left the domain e < 1 of the equations of motion")]
     LeftTheDomain,
     /// Its steps became too short to get on: it turns too fast, as orbits next to `e = 1` do.
-    #[error(
-        "turns too fast to be followed (the integrator would need more than 1e6 steps a year)"
-    )]
+    #[error("turns too fast to be followed (the integrator would need more than 1e6 steps a year)")]
     Stuck,
 }
 

@@ -43,6 +43,9 @@ const MANY_STEPS: usize = 1024;
 const SAFETY: f64 = 3.0;
 /// How far from its peak the excess must be for the quintic to matter.
 const NEAR: f64 = 0.5;
+/// Error of a peak of the quintic, for each unit by which the quintic over two steps misses the value between them. For equal steps
+/// it is 1/64; four times as much is told, for those that are not.
+const PEAK_ERROR: f64 = 1.0 / 16.0;
 
 /// Why there is no curve.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -60,7 +63,8 @@ pub enum PassageError {
 pub struct PassageCurve {
     /// The probability at each time.
     pub probability: Vec<f64>,
-    /// An estimate of its error: three times what half the refinement and half the degree of interpolation change, the largest
+    /// An estimate of its error: three times what half the refinement and half the degree of interpolation change, what peaks that
+    /// are as far off as the quintic between steps may be would change, the largest
     /// defect of the invariant measure so far, and what lies outside the lattice. Rounding at `t = 0`, where the probability
     /// is that of the initial Gaussian.
     pub error: Vec<f64>,
@@ -157,7 +161,7 @@ fn curve_of(
         // It does not fall, and at least as many have passed as were above at the start.
         curve.probability.push(curve.probability.last().map_or(passed.max(at_start), |last| passed.max(*last)));
         let differences = (passed - coarse).abs() + (coarse - other).abs();
-        curve.error.push(SAFETY * differences + lost + outside + hurried);
+        curve.error.push(SAFETY * differences + fine.doubt(within, step) + lost + outside + hurried);
     }
     Ok(Walked { curve, interpolation, steps })
 }
@@ -218,6 +222,8 @@ struct Watched {
     /// Probability of the first.
     total: f64,
     orbits: Vec<Watch>,
+    /// Length of the last step \[yr\].
+    step: f64,
 }
 
 /// What is known of an orbit between the two ends of a step.
@@ -229,15 +235,18 @@ struct Watch {
     reached: f64,
     /// Time from the start of the step and value of a peak within it, if one matters.
     peak: Option<(f64, f64)>,
+    /// How far off the values of peaks may be.
+    doubt: f64,
 }
 
 impl Watch {
     fn new(excess: [f64; 3]) -> Self {
-        Self { ends: [excess; 2], reached: excess[0], peak: None }
+        Self { ends: [excess; 2], reached: excess[0], peak: None, doubt: 0.0 }
     }
 
     /// Goes on by a step of so many years to this excess.
-    fn go_on(&mut self, years: f64, excess: [f64; 3]) {
+    /// Before it came one of `before` years.
+    fn go_on(&mut self, before: f64, years: f64, excess: [f64; 3]) {
         let highest = self.reached.max(self.ends[1][0]).max(self.peak.map_or(f64::NEG_INFINITY, |(_, value)| value));
         let ends = [self.ends[1], excess];
         let [start, end] = ends;
@@ -246,7 +255,17 @@ impl Watch {
             let quintic = Quintic::new(start, end, years);
             quintic.peak().map(|time| (time, quintic.at(time)))
         };
-        *self = Self { ends, reached: highest, peak: may_matter.then(peak).flatten() };
+        let peak = may_matter.then(peak).flatten();
+        // The quintic over this step and the one before should have the value between them; one step is half as long, and the
+        // quintic's error of sixth order.
+        let doubt = match peak {
+            Some(_) if before > 0.0 => {
+                let both = Quintic::new(self.ends[0], excess, before + years).at(before);
+                PEAK_ERROR * (both - start[0]).abs()
+            }
+            _ => 0.0,
+        };
+        *self = Self { ends, reached: highest, peak, doubt: self.doubt.max(doubt) };
     }
 
     /// The largest excess up to a time within a step of so many years.
@@ -276,7 +295,7 @@ impl Watched {
         let mut meshes: Vec<_> = strides.iter().map(|&stride| triangles(&refinement, stride)).collect();
         let used = number_nodes(meshes.iter_mut().flatten().map(|(corners, _)| corners).collect());
         let total = meshes[0].iter().map(|(_, mass)| mass).sum();
-        let mut watched = Self { refinement, used, meshes, total, orbits: Vec::new() };
+        let mut watched = Self { refinement, used, meshes, total, orbits: Vec::new(), step: 0.0 };
         watched.orbits = watched.excesses(problem, &orbits.x1, &orbits.x2).into_iter().map(Watch::new).collect();
         Ok(watched)
     }
@@ -296,7 +315,35 @@ impl Watched {
     /// Takes note of a step of so many years to these states of the lattice.
     fn see(&mut self, problem: &Problem, years: f64, x1: &[f64], x2: &[f64]) {
         let excesses = self.excesses(problem, x1, x2);
-        self.orbits.par_iter_mut().zip(&excesses).for_each(|(orbit, &excess)| orbit.go_on(years, excess));
+        let before = std::mem::replace(&mut self.step, years);
+        self.orbits.par_iter_mut().zip(&excesses).for_each(|(orbit, &excess)| orbit.go_on(before, years, excess));
+    }
+
+    /// By how much the share of the probability that has passed would change if all peaks were as far off as they may be.
+    fn doubt(&self, within: f64, years: f64) -> f64 {
+        let highest = |orbit: &Watch| (orbit.highest(within, years), orbit.doubt);
+        let highest: Vec<(f64, f64)> = self.orbits.par_iter().map(highest).collect();
+        let mesh = &self.meshes[0];
+        let share = |(corners, mass): &([u32; 3], f64)| {
+            let with = |sign: f64| {
+                share_above(corners.map(|corner| {
+                    let (value, doubt) = highest[corner as usize];
+                    value + sign * doubt
+                }))
+            };
+            // What has surely passed, or surely not, is most of it.
+            if corners.iter().all(|&corner| highest[corner as usize].0.abs() > highest[corner as usize].1)
+                && corners
+                    .iter()
+                    .all(|&corner| (highest[corner as usize].0 > 0.0) == (highest[corners[0] as usize].0 > 0.0))
+            {
+                [0.0, *mass]
+            } else {
+                [mass * (with(1.0) - with(-1.0)), *mass]
+            }
+        };
+        let [doubtful, total] = crate::estimate::ordered_sum(mesh.len(), |k| share(&mesh[k]));
+        doubtful / total
     }
 
     /// The share of the probability that has passed up to a time within a step of so many years, on each triangulation.

@@ -231,7 +231,8 @@ fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> 
     let mut snapshot = |time: f64, grid: &Grid| {
         propagator.advance_to(time).map_err(text)?;
         let mixture = propagator.mixture();
-        let says = [mixture.disagreement(), mixture::mass_below_zero(&mixture.components), f64::NAN, f64::NAN];
+        let beyond = problem.initial.mass_beyond_one();
+        let says = [mixture.disagreement(), mixture::mass_below_zero(&mixture.components), 1.0, beyond];
         let estimate = mixture::estimate(&mixture.components, grid, problem.critical_e).map_err(text)?;
         Ok(Shown { estimate, claim: UNSAID, says, distrusted: Distrust::of(Kind::Mixture, says), mass_outside: None })
     };

@@ -14,16 +14,12 @@ use messages::layout::{DensityHeader, diagnostic, kind};
 
 use super::RecordedDensity;
 use super::cloud::{Cloud, Marginals};
-use crate::passage_rules::{Row, rows};
+use crate::passage_rules::{INDEPENDENT, Row, divergence, rows};
 
 /// Probability of an alarm in a run in which all methods are right.
 const FALSE_ALARMS: f64 = 1e-4;
 /// An error estimate that is right within a factor of this is believed.
 const ESTIMATES: f64 = 10.0;
-/// Samples that are drawn in opposite pairs tell as much as half as many independent ones.
-const INDEPENDENT: f64 = 0.5;
-/// Probabilities below this are good in their order of magnitude only.
-const LEAST_PROBABILITY: f64 = 1e-12;
 /// What sums of many bins may miss by rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -82,7 +78,7 @@ impl Test {
                 difference > known + standard_error * (2.0 * l).sqrt() + missed
             }
             Self::Count { share, samples, interval: (low, high) } => {
-                let nearest = share.clamp(low.min(high), high).clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY);
+                let nearest = share.clamp(low.min(high), high);
                 samples * INDEPENDENT * divergence(share, nearest) > l
             }
             Self::Variation { distance, expected, samples } => {
@@ -90,12 +86,6 @@ impl Test {
             }
         }
     }
-}
-
-/// Kullback-Leibler divergence of a coin of probability `p` from one of `q`.
-fn divergence(p: f64, q: f64) -> f64 {
-    let term = |p: f64, q: f64| if p > 0.0 { p * (p / q).ln() } else { 0.0 };
-    term(p, q) + term(1.0 - p, 1.0 - q)
 }
 
 /// Everything that contradicts itself or another in one of `scenarios` scenarios of a run.

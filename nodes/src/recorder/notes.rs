@@ -28,6 +28,10 @@ const MOST_MASS: f64 = 1.001;
 
 /// A mixture with more of its probability below `e = 0` is told.
 const MASS_BELOW_ZERO: f64 = 0.005;
+/// An initial Gaussian with more of its probability beyond `e = 1` is told of a mixture.
+const MASS_BEYOND_ONE: f64 = 5e-4;
+/// Weights of a mixture that add up to something farther from 1 are told.
+const WEIGHTS: f64 = 1e-3;
 /// A cloud of a mean resultant length below this is said to reach round the circle.
 const ROUND_THE_CIRCLE: f64 = 0.3;
 
@@ -87,7 +91,7 @@ fn of_mesh(header: &DensityHeader) -> Vec<String> {
 }
 
 fn of_mixture(header: &DensityHeader) -> Vec<String> {
-    let [disagreement, below_zero, ..] = header.diagnostics;
+    let [disagreement, below_zero, weights, beyond_one] = header.diagnostics;
     let mut said = Vec::new();
     if disagreement.is_nan() {
         said.push("how far the flow over its components is from linear is not known".into());
@@ -103,6 +107,19 @@ fn of_mixture(header: &DensityHeader) -> Vec<String> {
             "warning: {:.1} % of the mixture's probability lies below e = 0, where there are no orbits, and is left out; \
              components are poor pictures of a cloud that reaches across e = 0",
             100.0 * below_zero
+        ));
+    }
+    if beyond_one > MASS_BEYOND_ONE {
+        said.push(format!(
+            "warning: {:.1} % of the uncut initial Gaussian lies beyond e = 1, where there are no orbits; a mixture has no edge \
+             there, its moments and probabilities are off by a few times as much",
+            100.0 * beyond_one
+        ));
+    }
+    if (weights - 1.0).abs() > WEIGHTS {
+        said.push(format!(
+            "warning: its weights add up to {weights:.4}, those of a mixture to 1; moments and density are those of the weights \
+             divided by that"
         ));
     }
     said

@@ -118,19 +118,19 @@ fn in_words(moments: Option<&Judged>, density: Option<&Judged>) -> String {
     let percent = |judged: Option<&Judged>| judged.map_or(f64::NAN, |j| 100.0 * j.error.max(j.noise));
     match (grade(moments), grade(density)) {
         (Grade::AsSampled, Grade::AsSampled) => format!(
-            "as good as its sampling error of {:.1} % in the moments and {:.1} % in the density",
+            "as good as the sampling error of {:.1} % in the moments and {:.1} % in the density",
             percent(moments),
             percent(density)
         ),
         (Grade::AsSampled, other) => {
             let density = if other == Grade::Good { "good for the density, " } else { "" };
-            format!("{density}in the moments as good as its sampling error of {:.1} %", percent(moments))
+            format!("{density}in the moments as good as the sampling error of {:.1} %", percent(moments))
         }
         (Grade::Good, Grade::AsSampled) => {
-            format!("good for moments, in the density as good as its sampling error of {:.1} %", percent(density))
+            format!("good for moments, in the density as good as the sampling error of {:.1} %", percent(density))
         }
         (_, Grade::AsSampled) => {
-            format!("not good for moments, in the density as good as its sampling error of {:.1} %", percent(density))
+            format!("not good for moments, in the density as good as the sampling error of {:.1} %", percent(density))
         }
         (Grade::Unknown, Grade::Unknown) => Verdict::Unknown.words().into(),
         (moments, density) => Verdict::new(moments == Grade::Good, density == Grade::Good).words().into(),
@@ -307,7 +307,7 @@ mod tests {
         assert!(in_words(Some(&bad), Some(&bad)).starts_with("good for neither"));
         assert_eq!(
             in_words(Some(&good), Some(&sampled)),
-            "good for moments, in the density as good as its sampling error of 3.1 %"
+            "good for moments, in the density as good as the sampling error of 3.1 %"
         );
         let withheld = judged(Grade::Withheld, f64::NAN, f64::NAN);
         assert!(in_words(Some(&good), Some(&withheld)).starts_with("good for moments"));
