@@ -431,7 +431,7 @@ impl<'a> Run<'a> {
         let entry = |case: &Case| RosterEntry {
             label: pack(&case.label),
             failed: u32::from(self.has_failed(&case.label)),
-            reason: self.failures.get(&(self.scenario, case.label.clone())).map_or([0; 192], |why| pack(why)),
+            reason: self.failures.get(&(self.scenario, case.label.clone())).map_or([0; 384], |why| pack(why)),
             shards: case.shards,
             reference: references.iter().position(|label| *label == case.label).map_or(0, |place| place as u32 + 1),
             reserved: 0,

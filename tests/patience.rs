@@ -124,3 +124,23 @@ fn a_case_that_reaches_its_budget_is_named_and_serves_the_next_scenario() {
     assert_eq!([of("scenario-1", "mc"), of("scenario-1", "slow")], [5, 0], "{errors}");
     assert_eq!([of("scenario-2", "mc"), of("scenario-2", "slow")], [5, 5], "{errors}");
 }
+
+#[test]
+fn cases_owe_nothing_for_a_scenario_that_its_node_does_not_publish() {
+    let bench = Bench::new();
+    let launch = bench.two_scenarios("unpublished", &head("on-failure"), SMALL);
+    let mut command = bench.phasecloud();
+    command.arg("run").arg(launch).args(["--no-report", "--out"]).arg(bench.path("out"));
+    let mut launcher = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let said = Said::by(launcher.stderr.take().unwrap());
+    // From its start on it stands still, until the launcher has lost patience with it and has it started again.
+    let node = wait_for("the scenario node does not start", || {
+        of_runs_below(&bench.path("")).into_iter().find(|process| process.label == "scenario")
+    });
+    signal(&node, Signal::STOP);
+    let code = end_of(&mut launcher).code();
+    let said = said.rest();
+    assert_eq!(code, Some(0), "{said}");
+    assert!(!said.contains("mc: no sign of life"), "{said}");
+    assert_eq!(bench.table("out/moments.csv").len(), 10, "{said}");
+}

@@ -12,6 +12,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
+use common::processes::{Said, end_of, of_runs_below, signal, wait_for};
 use common::{Bench, text};
 use messages::domain::{HeldDomain, Place};
 use messages::layout::{ScenarioHeader, SnapshotHeader, event, kind};
@@ -353,4 +354,31 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
         let left: Vec<_> = files(place).into_iter().filter(|file| !before.contains(file)).collect();
         assert_eq!(left, [""; 0].map(PathBuf::from));
     }
+}
+
+#[test]
+fn a_recorder_that_is_killed_after_a_python_case_was_done_gets_its_curve_all_the_same() {
+    let Some(python) = interpreter() else { return };
+    let bench = Bench::new();
+    let command = [&python.display().to_string(), "-B", &kit().join("monte_carlo.py").display().to_string()];
+    let words = command.map(|word| format!("\"{word}\"")).join(", ");
+    let cases = format!(
+        "patience = 60\n[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 2_000\n\
+         [[propagator]]\nlabel = \"python\"\ncommand = [{words}]\n\
+         [[propagator]]\nlabel = \"late\"\ncommand = [\"sh\", \"-c\", \"until test -e go; do sleep 0.1; done; exec $0 $@\", {words}]\n"
+    );
+    let mut command = bench.phasecloud();
+    command.arg("run").arg(bench.launch_file("killed", &cases)).args(["--no-report", "--out", "out"]);
+    let mut launcher = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut said = Said::by(launcher.stderr.take().unwrap());
+    said.wait_for("python: done");
+    let recorder = wait_for("there is no recorder", || {
+        of_runs_below(&bench.path("")).into_iter().find(|process| process.label == "recorder")
+    });
+    signal(&recorder, Signal::KILL);
+    said.wait_for("it is started again");
+    bench.write("go", "");
+    let code = end_of(&mut launcher).code();
+    assert_eq!(code, Some(0), "{}", said.rest());
+    assert!(bench.table("out/first_passage.csv").iter().any(|row| row["method"] == "python"));
 }

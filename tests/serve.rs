@@ -375,3 +375,29 @@ fn a_service_does_not_grow() {
     assert!(files_after <= files_before + 4, "{files_before} -> {files_after}");
     assert_eq!(end(service), Some(0));
 }
+
+#[test]
+fn each_of_several_who_ask_at_once_for_scenarios_of_one_name_gets_its_own() {
+    let bench = Bench::new();
+    let service = start(&bench, &bench.launch_file("small", SMALL));
+    std::thread::scope(|scope| {
+        for e in ["0.11", "0.12", "0.13"] {
+            let bench = &bench;
+            scope.spawn(move || {
+                let mine = bench.write(&format!("mine-{e}.toml"), &common::SCENARIO_1.replace("0.145", e));
+                let output = submit(bench, &mine);
+                assert!(output.status.success(), "{}", text(&output.stderr));
+                let said = text(&output.stdout);
+                let folder = said
+                    .split_whitespace()
+                    .find(|word| word.contains("-scenario-1"))
+                    .unwrap_or_else(|| panic!("{said}"));
+                let name = folder.rsplit('/').next().unwrap().trim_end_matches([',', ';', '.']);
+                let done = text(&bench.read(&format!("served/{name}/scenarios/scenario-1.toml")));
+                let value = done.lines().find_map(|line| line.strip_prefix("e = ")).unwrap().trim().to_owned();
+                assert_eq!(value.split(' ').next(), Some(e), "{said}");
+            });
+        }
+    });
+    assert_eq!(end(service), Some(0));
+}

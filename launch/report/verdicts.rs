@@ -51,7 +51,7 @@ fn worst(error: f64, noise: f64, quantity: &str, time: f64, by: &str) -> String 
     match (error.is_nan(), noise > 0.0) {
         _ if by == "withheld" => format!("withheld{place}"),
         (true, true) => format!("± {} %{place}, by {by}", percent(noise)),
-        (true, false) => format!("unknown{place}, by {by}"),
+        (true, false) => format!("not measured, by {by}"),
         (false, true) => format!("{} % ± {} %{place}, by {by}", percent(error), percent(noise)),
         (false, false) => format!("{} %{place}, by {by}", percent(error)),
     }

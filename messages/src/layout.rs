@@ -371,7 +371,7 @@ header! {
 
 header! {
     /// One case of a run.
-    #[type_name("phasecloud/RosterEntry/4")]
+    #[type_name("phasecloud/RosterEntry/5")]
     pub struct RosterEntry {
         /// The propagator's label.
         pub label: Label,
@@ -385,7 +385,7 @@ header! {
         /// 0.
         pub reserved: u32,
         /// Why it has failed, if it has; the beginning of it if it is long.
-        pub reason: [u8; 192],
+        pub reason: [u8; 384],
     }
 }
 

@@ -3,12 +3,27 @@
 /// A label, such as a propagator's.
 pub type Label = [u8; 32];
 
-/// Packs `text`, cutting it at the last character that fits.
+/// Fields of more bytes than this hold sentences.
+const LONGEST_NAME: usize = 64;
+
+/// Packs `text`. What does not fit is cut at the last character that does, in a field for sentences after the last word, with an
+/// ellipsis.
 pub fn pack<const N: usize>(text: &str) -> [u8; N] {
-    let fits = (0..=text.len().min(N)).rev().find(|&end| text.is_char_boundary(end)).unwrap_or(0);
+    if N > LONGEST_NAME && text.len() > N {
+        let fits = cut(text, N - "…".len());
+        let words = fits.rsplit_once(' ').map_or(fits, |(words, _)| words);
+        return pack(&format!("{words}…"));
+    }
     let mut field = [0; N];
-    field[..fits].copy_from_slice(&text.as_bytes()[..fits]);
+    let fits = cut(text, N);
+    field[..fits.len()].copy_from_slice(fits.as_bytes());
     field
+}
+
+/// The beginning of a text, of at most so many bytes.
+fn cut(text: &str, most: usize) -> &str {
+    let end = (0..=text.len().min(most)).rev().find(|&end| text.is_char_boundary(end)).unwrap_or(0);
+    &text[..end]
 }
 
 /// Unpacks a field up to its first NUL, [printable]; bytes that are not UTF-8 become `U+FFFD`.
@@ -41,6 +56,13 @@ mod tests {
     fn text_that_fits_comes_back_whole() {
         assert_eq!(unpack(&pack::<32>("gmm-ut")), "gmm-ut");
         assert_eq!(unpack(&pack::<4>("abcd")), "abcd");
+    }
+
+    #[test]
+    fn a_long_sentence_is_cut_between_words_and_says_so() {
+        let shown = unpack(&pack::<72>(&"turns too fast to be followed ".repeat(5)));
+        assert!(shown.ends_with("followed turns…") && shown.len() <= 72, "{shown}");
+        assert_eq!(unpack(&pack::<72>(&"x".repeat(100))).len(), 72);
     }
 
     #[test]

@@ -11,6 +11,8 @@ const ROUNDING: f64 = 1e-6;
 const SIGMAS: f64 = 5.0;
 /// What a curve that was neither counted nor bounded may contradict other numbers by.
 const GENEROUS: f64 = 0.01;
+/// What a probability of a method that knows nothing of its error may be off.
+const UNKNOWN: f64 = 1e-3;
 /// What a count may miss a whole number by, and up to how many samples that is more than rounding.
 const COUNT_ROUNDING: f64 = 1e-3;
 const MOST_COUNTED: u64 = 1_000_000_000;
@@ -187,9 +189,10 @@ fn overtaken(rows: &[Row], samples: u64, snapshot: &DensityHeader) -> Option<Str
     let (low, high) = row.ends();
     let of_snapshot = match snapshot.diagnostic {
         diagnostic::NUMERICAL => 10.0 * snapshot.diagnostics[2],
-        _ => SIGMAS * snapshot.standard_errors[5].max(0.0),
+        _ => SIGMAS * snapshot.standard_errors[5],
     };
-    let least = above - if of_snapshot.is_nan() { 0.0 } else { of_snapshot };
+    // Of a mesh or a mixture nothing is known of the error.
+    let least = above - if of_snapshot.is_nan() { UNKNOWN } else { of_snapshot };
     let is_counted = samples > 0 && !row.is_withheld();
     let claimed = if row.is_withheld() { high } else { row.probability };
     let contradicted = match is_counted {

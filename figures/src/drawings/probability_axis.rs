@@ -9,6 +9,8 @@ use crate::palette::Ink;
 
 /// Probabilities below this are not told from 0 on an axis from 0 to 1.
 const RARE: f64 = 1e-2;
+/// Probabilities below this are numerical noise: methods know none of them. They count as 0.
+const LEAST: f64 = 1e-15;
 /// A logarithmic axis shows what is at least this share of the highest value.
 const DEEPEST: f64 = 1e-12;
 
@@ -25,7 +27,7 @@ impl ProbabilityAxis {
     /// The axes that a figure needs: linear, logarithmic if all of `values` are rare, or both if some of `decisive`, those that
     /// a reader looks for, are rare and others are not.
     pub fn all(label: &str, values: &[f64], decisive: &[f64]) -> Vec<Self> {
-        let is_positive = |p: &f64| p.is_finite() && *p > 0.0;
+        let is_positive = |p: &f64| p.is_finite() && *p > LEAST;
         let highest = values.iter().copied().filter(is_positive).fold(0.0, f64::max);
         let has_rare = decisive.iter().copied().filter(is_positive).any(|p| p < RARE);
         match (highest > 0.0 && highest < RARE, has_rare) {
@@ -41,7 +43,7 @@ impl ProbabilityAxis {
     }
 
     fn logarithmic(label: &str, values: &[f64], highest: f64) -> Self {
-        let least = DEEPEST * highest;
+        let least = (DEEPEST * highest).max(LEAST);
         let shown = values.iter().copied().filter(|p| *p >= least).fold(highest, f64::min);
         let has_less = values.iter().any(|p| *p > 0.0 && *p < least);
         let bottom = (shown.log10() + 1e-9).floor();

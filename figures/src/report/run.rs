@@ -79,7 +79,7 @@ fn verdicts(scene: &Scene<'_>) -> Markup {
 fn worst((error, noise): (f64, f64), quantity: &str, t_yr: f64, by: &str) -> Markup {
     let quantity = quantity.replace('_', " ");
     html! {
-        @if by == "withheld" { "withheld" } @else {
+        @if by == "withheld" { "withheld" } @else if error.is_nan() { "not measured, by " (by) } @else {
             (small(error)) @if noise > 0.0 { " ± " (small(noise)) } ", by " (by)
         }
         @if !quantity.is_empty() { ", " (quantity) }

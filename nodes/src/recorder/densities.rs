@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::BufWriter;
+use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 
 use density::grid::Axis;
@@ -16,14 +17,15 @@ use crate::failure::Failure;
 /// The open archive.
 pub(super) struct Densities {
     path: PathBuf,
-    archive: NpzWriter<BufWriter<File>>,
+    /// Left open if the run ends before it is finished: dropped then, it would write its own words to standard error.
+    archive: ManuallyDrop<NpzWriter<BufWriter<File>>>,
 }
 
 impl Densities {
     pub(super) fn create(folder: &Path) -> Result<Self, Failure> {
         let path = folder.join("densities.npz");
         let file = File::create(&path).map_err(|e| Failure::file(&path, e))?;
-        Ok(Self { path, archive: NpzWriter::new(BufWriter::new(file)) })
+        Ok(Self { path, archive: ManuallyDrop::new(NpzWriter::new(BufWriter::new(file))) })
     }
 
     /// Adds the density of `method` at a snapshot, as `SCENARIO/METHOD/INDEX/...`.
@@ -59,7 +61,7 @@ impl Densities {
     /// Closes the archive.
     pub(super) fn finish(self) -> Result<(), Failure> {
         let Self { path, archive } = self;
-        let file = archive.finish().map_err(|e| Failure::file(&path, e))?;
+        let file = ManuallyDrop::into_inner(archive).finish().map_err(|e| Failure::file(&path, e))?;
         file.into_inner().map(drop).map_err(|e| Failure::file(&path, e.error()))
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 
 use zip::{ZipArchive, ZipWriter};
@@ -70,12 +71,13 @@ fn join_tables(tables: &[PathBuf], whole: &Path) -> io::Result<()> {
 
 /// All entries of all archives.
 fn join_archives(archives: &[PathBuf], whole: &Path) -> io::Result<()> {
-    let mut joined = ZipWriter::new(BufWriter::new(File::create(whole)?));
+    // Left open where an entry cannot be copied: dropped then, it would write its own words to standard error.
+    let mut joined = ManuallyDrop::new(ZipWriter::new(BufWriter::new(File::create(whole)?)));
     for archive in archives {
         let mut entries = ZipArchive::new(BufReader::new(File::open(archive)?))?;
         for index in 0..entries.len() {
             joined.raw_copy_file(entries.by_index_raw(index)?)?;
         }
     }
-    joined.finish()?.flush()
+    ManuallyDrop::into_inner(joined).finish()?.flush()
 }

@@ -30,6 +30,8 @@ const MOST_MASS: f64 = 1.001;
 const MASS_BELOW_ZERO: f64 = 0.005;
 /// An initial Gaussian with more of its probability beyond `e = 1` is told of a mixture.
 const MASS_BEYOND_ONE: f64 = 5e-4;
+/// An error estimate, in standard deviations or of a probability, that says nothing any more.
+const NOTHING_KNOWN: f64 = 100.0;
 /// Weights of a mixture that add up to something farther from 1 are told.
 const WEIGHTS: f64 = 1e-3;
 /// A cloud of a mean resultant length below this is said to reach round the circle.
@@ -168,7 +170,7 @@ pub(super) fn withheld(header: &DensityHeader) -> Vec<String> {
 /// A quantity that is withheld, and why.
 pub(super) fn with_estimate(quantity: Quantity, header: &DensityHeader) -> String {
     match quantity.error_estimate(header) {
-        estimate if estimate.is_finite() => format!("{} (error estimate {estimate:.1e})", quantity.in_words()),
+        estimate if estimate < NOTHING_KNOWN => format!("{} (error estimate {estimate:.1e})", quantity.in_words()),
         _ => format!("{} (error unknown)", quantity.in_words()),
     }
 }
