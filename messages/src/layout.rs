@@ -402,6 +402,6 @@ mod tests {
         assert_eq!(size_of::<PassageHeader>(), 264);
         assert_eq!(size_of::<StatusHeader>(), 464);
         assert_eq!(size_of::<RosterHeader>(), 16);
-        assert_eq!(size_of::<RosterEntry>(), 240);
+        assert_eq!(size_of::<RosterEntry>(), 432);
     }
 }

@@ -25,7 +25,7 @@ for header in (layout.ScenarioHeader, layout.SnapshotHeader, layout.PassageHeade
         print(name, rust_name(kind), getattr(header, name).offset)
 for name in ("SAMPLES", "CHARACTERISTICS", "MIXTURE"):
     print(name, getattr(layout, name), layout.COLUMNS[getattr(layout, name)])
-for name in ("CARRIED_MESH", "HULL_MESH", "READY", "WORKING", "DONE", "FAILED",
+for name in ("CARRIED_MESH", "HULL_MESH", "READY", "PROGRESS", "DONE", "FAILED",
              "SCENARIO_COLUMNS", "PASSAGE_COLUMNS", "PASSAGE_TIMES"):
     print(name, getattr(layout, name))
 "#;
