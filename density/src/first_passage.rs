@@ -13,8 +13,9 @@ pub mod empirical;
 pub mod exact;
 pub mod times;
 
-use crate::dynamics::{Force, SUN_MEAN_MOTION};
 use crate::flow::{Escaped, Flow, Passages};
+use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::planar::Force;
 
 /// First time \[yr\] within `[0, end]` at which the orbit `(x1[i], x2[i])` has `e >= critical_e`; infinite if there is none.
 ///

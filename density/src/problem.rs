@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use crate::dynamics::Force;
+use crate::model::planar::Force;
 
 /// The initial Gaussian, independent in `phi` and `e`, cut to `0 < e < 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,8 +59,8 @@ fn tail(sigmas: f64) -> f64 {
 /// A scenario's science: all that a method needs to know.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
-    /// Radiation and oblateness parameters.
-    pub force: Force,
+    /// What moves the orbits.
+    pub model: Force,
     /// The cloud at `t = 0`.
     pub initial: InitialGaussian,
     /// Snapshot times \[yr\], ascending from zero.
@@ -81,7 +81,7 @@ pub(crate) mod paper {
             _ => (0.3004, 0.23, PI / 32.0, 0.02, 5),
         };
         Problem {
-            force: Force { radiation: 0.15, oblateness: 0.40921 },
+            model: Force { radiation: 0.15, oblateness: 0.40921 },
             initial: InitialGaussian { mean_phi, mean_e, sigma_phi: delta_phi / 2.0, sigma_e: delta_e / 2.0 },
             times: (0..snapshots).map(|k| 0.5 * f64::from(k)).collect(),
             critical_e: 0.6,

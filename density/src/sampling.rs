@@ -34,7 +34,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use crate::dynamics::State;
+use crate::model::plane::State;
 use crate::problem::InitialGaussian;
 
 use quantile::{normal_quantile_of_tail, normal_tail};

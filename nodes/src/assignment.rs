@@ -90,7 +90,7 @@ impl Assignment {
 
     /// The message's header and items.
     pub fn to_parts(&self) -> (ScenarioHeader, Vec<f64>) {
-        let Problem { force, initial, times, critical_e } = &self.problem;
+        let Problem { model: force, initial, times, critical_e } = &self.problem;
         let header = ScenarioHeader {
             run_id: self.run_id,
             radiation: force.radiation,
@@ -120,7 +120,7 @@ impl Assignment {
 /// The problem that a header states, with snapshots at `times`.
 fn problem(header: &ScenarioHeader, times: Vec<f64>) -> Problem {
     Problem {
-        force: Force { radiation: header.radiation, oblateness: header.oblateness },
+        model: Force { radiation: header.radiation, oblateness: header.oblateness },
         initial: InitialGaussian {
             mean_phi: header.mean_phi,
             mean_e: header.mean_e,
@@ -170,7 +170,7 @@ mod tests {
             scenario: 0,
             scenarios: 1,
             problem: Problem {
-                force: Force { radiation: 0.15, oblateness: 0.4 },
+                model: Force { radiation: 0.15, oblateness: 0.4 },
                 initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
                 times: vec![0.0, 0.5],
                 critical_e: 0.6,

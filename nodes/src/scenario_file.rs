@@ -94,7 +94,7 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     Ok(ScenarioFile {
         name: raw.name.get_ref().clone(),
         problem: Problem {
-            force: force(file, &raw.orbit)?,
+            model: force(file, &raw.orbit)?,
             initial,
             times: times(file, &raw.times)?,
             critical_e: number(file, critical, "between 0 and 1, both excluded", |x| x > 0.0 && x < 1.0)?,
@@ -206,7 +206,7 @@ fn stepped_times(file: &InputFile, end_at: &Spanned<f64>, every: &Spanned<f64>) 
 
 /// The text of a scenario file that says `problem`.
 pub fn to_text(name: &str, problem: &Problem) -> String {
-    let Problem { force, initial, times, critical_e } = problem;
+    let Problem { model: force, initial, times, critical_e } = problem;
     format!(
         "name = \"{name}\"\n\n[orbit]\nradiation = {:?}\noblateness = {:?}\n\n[initial]\nphi = {:?}\ne = {:?}\n\
          delta_phi = {:?}\ndelta_e = {:?}\n\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = {critical_e:?}\n",
@@ -258,8 +258,8 @@ mod tests {
     fn parameters_follow_from_the_orbit() {
         let orbit = "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2";
         let scenario = load_with("radiation = 0.15\noblateness = 0.40921", orbit).unwrap();
-        assert!((scenario.problem.force.oblateness - 0.40921).abs() < 1e-5);
-        assert!(scenario.problem.force.radiation > 0.0);
+        assert!((scenario.problem.model.oblateness - 0.40921).abs() < 1e-5);
+        assert!(scenario.problem.model.radiation > 0.0);
     }
 
     #[test]

@@ -13,7 +13,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::dynamics::{Force, State};
+use crate::model::planar::Force;
+use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::hamiltonian_range::Interval;
 

@@ -10,9 +10,9 @@
 
 use rayon::prelude::*;
 
-use crate::dynamics::State;
 use crate::flow::Flow;
 use crate::grid::Grid;
+use crate::model::plane::State;
 
 use super::block::{BackwardMap, BinMass, Block, N, Range};
 use super::hamiltonian_range::{Interval, cloud_range, distance_from_cloud, hamiltonian_range};
@@ -35,7 +35,7 @@ pub(super) fn joint(
     most_orbits: usize,
 ) -> Option<Joint> {
     let small = SHARE * tolerance * measure.scale();
-    let cloud = cloud_range(flow.force, measure);
+    let cloud = cloud_range(flow.model, measure);
     let transform = chebyshev_transform::<N>();
     let (mut mass, mut error, mut orbits) = (vec![0.0; grid.len()], 0.0, 0);
     let mut pending = first_blocks(grid);
@@ -96,7 +96,7 @@ fn first_blocks(grid: &Grid) -> Vec<Block> {
 }
 
 fn may_hold(block: &Block, flow: &Flow, cloud: Interval) -> bool {
-    hamiltonian_range(flow.force, (block.phi.low, block.phi.high), (block.e.low, block.e.high)).meets(cloud)
+    hamiltonian_range(flow.model, (block.phi.low, block.phi.high), (block.e.low, block.e.high)).meets(cloud)
 }
 
 fn backward(flow: &Flow, blocks: &[Block], years: f64) -> (Vec<f64>, Vec<f64>) {

@@ -5,9 +5,11 @@
 //! at any time is a polynomial, and `t` years later is the same orbit at `θ + n_sun t`, taken modulo the period: how far ahead
 //! that is costs nothing.
 
-use crate::dynamics::{Force, SUN_MEAN_MOTION, State};
 use crate::flow::Flow;
 use crate::flow::record::Step;
+use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::planar::Force;
+use crate::model::plane::State;
 
 /// Most steps of half an orbit: that of an orbit within rounding of a separatrix has a few hundred.
 const MOST_STEPS: usize = 3000;
@@ -40,7 +42,7 @@ impl Contour {
     /// `e < 1` and [`MOST_YEARS`].
     pub(crate) fn trace(flow: &Flow, points: &[f64]) -> Vec<Option<Self>> {
         let mut contours: Vec<Option<Self>> = vec![None; points.len()];
-        let mut under_way: Vec<Trace> = points.iter().enumerate().map(|(k, &q)| Trace::new(flow.force, k, q)).collect();
+        let mut under_way: Vec<Trace> = points.iter().enumerate().map(|(k, &q)| Trace::new(flow.model, k, q)).collect();
         while !under_way.is_empty() {
             let states: Vec<State> = under_way.iter().map(|trace| trace.state).collect();
             let years: Vec<f64> = under_way.iter().map(|trace| trace.years).collect();

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use crate::angle::nearest;
-use crate::dynamics::Force;
 use crate::grid::Grid;
+use crate::model::planar::Force;
 
 use super::contour::Contour;
 use super::trail::{Point, Trail};

@@ -16,8 +16,9 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::dynamics::{Force, State};
 use crate::flow::Flow;
+use crate::model::planar::Force;
+use crate::model::plane::State;
 
 use super::axis::Axis;
 use super::contour::Contour;
@@ -72,9 +73,9 @@ pub(crate) struct Family<'a> {
 impl<'a> Family<'a> {
     /// The orbits of the cloud `measure`; those that touch the circle `e = critical_e` end an interval.
     pub(crate) fn new(flow: &'a Flow, measure: Measure, critical_e: f64) -> Self {
-        let axis = Axis::new(flow.force);
+        let axis = Axis::new(flow.model);
         let pilots = pilots(&axis, &measure);
-        let parts = axis.within(cloud_range(flow.force, &measure));
+        let parts = axis.within(cloud_range(flow.model, &measure));
         let special = axis.special_points(critical_e);
         let first = parts.iter().flat_map(|&part| intervals(part, &special, &pilots)).collect();
         let levels = pilots.iter().map(|&q| axis.hamiltonian(q));
@@ -118,7 +119,7 @@ impl<'a> Family<'a> {
 
     fn orbit(&self, q: f64, contour: Contour) -> Orbit {
         let share = Share::new(&self.measure, &contour, self.scale);
-        Orbit { width: super::axis::slope(self.flow.force, q), contour, share, trail: OnceLock::new() }
+        Orbit { width: super::axis::slope(self.flow.model, q), contour, share, trail: OnceLock::new() }
     }
 
     /// The integral over all orbits of `count` functions of an orbit, refined until `tolerances` of the values reached are met

@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 
 use crate::angle::nearest;
-use crate::dynamics::Force;
 use crate::grid::Grid;
+use crate::model::planar::Force;
 
 use super::contour::angle_of;
 use super::crossings::{Piece, pieces};
@@ -53,7 +53,7 @@ pub(super) fn joint(family: &Family<'_>, grid: &Grid, years: f64, tolerance: f64
     if years == 0.0 {
         return at_start(&family.measure, grid);
     }
-    let most_backward = (BACKWARD * most_orbits as f64 / turns(family.flow.force, grid, years).max(1.0)) as usize;
+    let most_backward = (BACKWARD * most_orbits as f64 / turns(family.flow.model, grid, years).max(1.0)) as usize;
     let coarse = by_orbits(family, grid, years, tolerance, CHECKING.min(most_orbits));
     if coarse.error <= tolerance {
         return coarse;
@@ -133,7 +133,7 @@ fn leaf(family: &Family<'_>, grid: &Grid, t: f64, interval: Interval) -> Leaf {
     let mut entries: Vec<(u32, f64, f64)> = Vec::new();
     for ((_, kronrod, gauss), orbit) in interval.nodes().iter().zip(family.orbits(interval)) {
         if let Some(orbit) = orbit.filter(|orbit| orbit.share.total() > 0.0) {
-            visit(&orbit, family.flow.force, grid, t, |bin, mass| {
+            visit(&orbit, family.flow.model, grid, t, |bin, mass| {
                 entries.push((bin, kronrod * orbit.width * mass, gauss * orbit.width * mass));
             });
         }

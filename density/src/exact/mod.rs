@@ -7,7 +7,7 @@
 //! integrals are positive, so an error of the outer integral is never larger than the probability that it concerns, and the
 //! probability of the whole family, which must be 1, tells when orbits were overlooked.
 //!
-//! Liouville's theorem gives the density at any point in closed form as well ([`crate::dynamics::density_growth`],
+//! Liouville's theorem gives the density at any point in closed form as well ([`crate::model::plane::density_growth`],
 //! [`Exact::density`]).
 //!
 //! What cannot be computed to an accuracy that a yardstick needs is withheld: it is NaN, and its error estimate says how far
@@ -33,10 +33,10 @@ mod self_check;
 mod share;
 mod trail;
 
-use crate::dynamics::State;
 use crate::estimate::{Estimate, Moments};
 use crate::flow::{Escaped, Flow};
 use crate::grid::Grid;
+use crate::model::plane::State;
 use crate::problem::Problem;
 
 pub(crate) use contour::angle_of;

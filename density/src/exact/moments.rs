@@ -9,7 +9,7 @@
 use std::f64::consts::PI;
 
 use crate::angle::{Circular, fold, nearest};
-use crate::dynamics::Force;
+use crate::model::planar::Force;
 
 use super::contour::angle_of;
 use super::family::{Family, Integrals, Orbit};
@@ -136,7 +136,7 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre) -> SmoothMoments
 }
 
 fn about(family: &Family<'_>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64> {
-    let cuts = cut_crossings(orbit, family.flow.force, centre.phi + PI);
+    let cuts = cut_crossings(orbit, family.flow.model, centre.phi + PI);
     let mut values = along(family, orbit, t, Some(&cuts), |phi, e| {
         let (theta, de) = (nearest(phi, centre.phi) - centre.phi, e - centre.e);
         let (sin, cos) = phi.sin_cos();
@@ -145,7 +145,7 @@ fn about(family: &Family<'_>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64>
     let at_cut = |&theta: &f64| {
         let state = orbit.contour.at(theta);
         let point = super::trail::Point { theta, phi: state.solar_angle(), e: state.eccentricity() };
-        let (rate, _) = point.rates(family.flow.force);
+        let (rate, _) = point.rates(family.flow.model);
         density(&family.measure, orbit.contour.at(orbit.contour.wrap(theta - t))) / rate.abs().max(1e-3)
     };
     values.push(cuts.iter().map(at_cut).sum());

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use std::fmt;
 
 use crate::angle::{Circular, nearest};
-use crate::dynamics::State;
 use crate::estimate::{Estimate, ordered_sum};
 use crate::flow::{Escaped, Flow};
+use crate::model::plane::State;
 use crate::problem::Problem;
 use crate::sampling;
 

@@ -2,7 +2,8 @@
 //! them: where the solar angle turns back is a point, so that no line can be passed twice unseen.
 
 use crate::angle::nearest;
-use crate::dynamics::{Force, State};
+use crate::model::planar::Force;
+use crate::model::plane::State;
 
 use super::contour::Contour;
 

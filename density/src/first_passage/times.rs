@@ -14,8 +14,10 @@
 
 use rayon::prelude::*;
 
-use crate::dynamics::{Force, SUN_MEAN_MOTION, State};
 use crate::flow::{Escaped, Flow};
+use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::planar::Force;
+use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::{Quintic, segments};
 
@@ -75,25 +77,23 @@ struct Candidate {
 
 /// `f` and its first two derivatives.
 pub(crate) fn excess(force: Force, critical_e: f64, state: State) -> [f64; 3] {
-    let scale = 2.0 * SUN_MEAN_MOTION * force.radiation;
-    let s = state.s();
-    let s_rate = -SUN_MEAN_MOTION * force.radiation * state.x1;
     let f = state.x1 * state.x1 + state.x2 * state.x2 - critical_e * critical_e;
-    [f, scale * s * state.x1, scale * (s * force.rate(state).x1 + s_rate * state.x1)]
+    let [slope, bend] = force.eccentricity_squared_rates(state);
+    [f, slope, bend]
 }
 
 impl<'a> Threshold<'a> {
     fn new(flow: &'a Flow, critical_e: f64, end: f64) -> Self {
-        let segments = segments(flow.force, critical_e, end);
+        let segments = segments(flow.model, critical_e, end);
         let segment = end / segments as f64;
-        let Force { radiation: c, oblateness: w } = flow.force;
+        let Force { radiation: c, oblateness: w } = flow.model;
         let g = (w - 1.0).abs().max((w / (1.0 - critical_e * critical_e).powi(2) - 1.0).abs());
         let bend = 2.0 * SUN_MEAN_MOTION.powi(2) * c * (2.0 * c + g * critical_e);
         Self { flow, critical_e, segments, segment, headroom: 0.125 * bend * segment * segment }
     }
 
     fn excess(&self, state: State) -> [f64; 3] {
-        excess(self.flow.force, self.critical_e, state)
+        excess(self.flow.model, self.critical_e, state)
     }
 
     /// Fills in the times of a chunk's orbits.

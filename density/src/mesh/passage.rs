@@ -19,10 +19,11 @@ use super::fine::number_nodes;
 use super::gaussian::probability;
 use super::lattice::{Refinement, graded_triangles, lattice_lines};
 use super::{MeshError, Points};
-use crate::dynamics::{SUN_MEAN_MOTION, State};
 use crate::first_passage::Quintic;
 use crate::first_passage::times::excess;
 use crate::flow::{Escaped, Flow};
+use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::plane::State;
 use crate::orbits::Orbits;
 use crate::problem::Problem;
 
@@ -128,7 +129,8 @@ fn curve_of(
         false => None,
     };
     let end = times.last().copied().unwrap_or(0.0);
-    let mut walk = Walk { problem, flow, x1: orbits.x1.clone(), x2: orbits.x2.clone(), now: 0.0, end, hurried: false };
+    let mut walk =
+        Walk { problem, flow, x1: orbits.x1().to_vec(), x2: orbits.x2().to_vec(), now: 0.0, end, hurried: false };
     let (mut curve, mut step, mut steps) = (PassageCurve::default(), 0.0, 0);
     let at_start = initial.probability_above(problem.critical_e);
     let outside = 1.0 - (fine.total / initial.mass_inside()).min(1.0);
@@ -197,7 +199,7 @@ impl Walk<'_> {
 
     /// Rate at which the fastest orbit below the critical eccentricity turns \[rad/yr\].
     fn fastest(&self) -> f64 {
-        let Problem { force, critical_e, .. } = self.problem;
+        let Problem { model: force, critical_e, .. } = self.problem;
         let rate = |x1: f64, x2: f64| {
             let turning = (force.oblateness / State { x1, x2 }.s().powi(4) - 1.0).abs().max(1.0);
             SUN_MEAN_MOTION * (turning + force.radiation)
@@ -277,7 +279,7 @@ impl Watched {
         let used = number_nodes(meshes.iter_mut().flatten().map(|(corners, _)| corners).collect());
         let total = meshes[0].iter().map(|(_, mass)| mass).sum();
         let mut watched = Self { refinement, used, meshes, total, orbits: Vec::new() };
-        watched.orbits = watched.excesses(problem, &orbits.x1, &orbits.x2).into_iter().map(Watch::new).collect();
+        watched.orbits = watched.excesses(problem, orbits.x1(), orbits.x2()).into_iter().map(Watch::new).collect();
         Ok(watched)
     }
 
@@ -289,7 +291,7 @@ impl Watched {
             let shrink = (0.999_999 / x1.hypot(x2)).min(1.0);
             State { x1: shrink * x1, x2: shrink * x2 }
         };
-        let excess = |&k: &u32| excess(problem.force, problem.critical_e, inside(x1[k as usize], x2[k as usize]));
+        let excess = |&k: &u32| excess(problem.model, problem.critical_e, inside(x1[k as usize], x2[k as usize]));
         self.used.par_iter().map(excess).collect()
     }
 

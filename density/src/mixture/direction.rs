@@ -14,8 +14,8 @@ use super::MixtureError;
 use super::linearity::Bends;
 use super::split::{Axes, state};
 use super::unscented::Unscented;
-use crate::dynamics::State;
 use crate::flow::Flow;
+use crate::model::plane::State;
 use crate::problem::Problem;
 
 /// The direction along which the flow bends the initial Gaussian most: its angle from the `phi` axis in standardised

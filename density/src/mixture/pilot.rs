@@ -9,9 +9,9 @@ use super::linearity::{Bends, RESOLUTION};
 use super::split::{Axes, is_inside, state};
 use super::unscented::Unscented;
 use crate::angle::nearest;
-use crate::dynamics::State;
 use crate::estimate::weighted_moments;
 use crate::flow::Flow;
+use crate::model::plane::State;
 use crate::problem::{InitialGaussian, Problem};
 
 /// Spacing of the pilot lattice \[standard deviations\].

@@ -10,8 +10,8 @@ use super::split::{Direction, SigmaPoints, split};
 use super::unscented::{Stencil, Unscented};
 use super::{Component, MixtureError, Settings, Split, direction, linearity, moments, plan};
 use crate::angle::nearest;
-use crate::dynamics::State;
 use crate::flow::Flow;
+use crate::model::plane::State;
 use crate::problem::Problem;
 
 /// A mixture at one snapshot.

@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 
 use super::{Component, MixtureError};
 use crate::angle::nearest;
-use crate::dynamics::State;
+use crate::model::plane::State;
 
 /// Angle \[rad\] from a component's centre beyond which a point on a line through it lies across the origin.
 const ACROSS: f64 = 0.9 * PI;
