@@ -32,7 +32,7 @@ fn main() {
     let start = initial_points(&problem, SAMPLES, Placement::Random, 1).expect("points");
     let orbits = |accuracy| Orbits::from_polar(Flow { model: force, accuracy }, &start.phi, &start.e);
     let first = orbits(Accuracy::Fine);
-    write(&folder.join("start.f64"), &[&first.x1, &first.x2]);
+    write(&folder.join("start.f64"), &[first.x1(), first.x2()]);
 
     for accuracy in Accuracy::ALL {
         let propagate = || {
@@ -54,7 +54,7 @@ fn main() {
     last.advance_to(2.0).expect("no orbit is lost");
     let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
     last.read_out(&mut phi, &mut e);
-    let n = characteristic_densities(&initial, &start.phi, &start.e, &last.x1, &last.x2, true).expect("densities");
+    let n = characteristic_densities(&initial, &start.phi, &start.e, last.x1(), last.x2(), true).expect("densities");
     let grid = comparison_grids(&problem, &first.flow, 100, 100).expect("grids")[4];
     phi.iter_mut().for_each(|phi| *phi = grid.fold(*phi));
     write(&folder.join("cloud.f64"), &[&phi, &e, &n]);

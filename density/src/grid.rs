@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::angle::{Circular, fold, nearest};
 use crate::flow::Flow;
-use crate::model::plane::State;
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::orbits::{LostOrbit, Orbits};
 use crate::problem::Problem;
 
@@ -96,9 +96,9 @@ impl Grid {
 ///
 /// # Errors
 /// [`LostOrbit`] if a trajectory of the 4-sigma ellipse leaves `e < 1`.
-pub fn comparison_grids(
-    problem: &Problem,
-    flow: &Flow,
+pub fn comparison_grids<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
     bins_phi: usize,
     bins_e: usize,
 ) -> Result<Vec<Grid>, LostOrbit> {
@@ -116,7 +116,7 @@ pub fn comparison_grids(
 }
 
 /// Points on concentric rings that fill the 4-sigma ellipse of the initial Gaussian, with their share of its mass.
-fn ellipse_rings(problem: &Problem) -> Vec<(State, f64)> {
+fn ellipse_rings<M>(problem: &Problem<M>) -> Vec<(State, f64)> {
     const RINGS: u32 = 16;
     const SPOKES: u32 = 120;
     const E_RANGE: (f64, f64) = (1e-9, 0.999);

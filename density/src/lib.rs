@@ -10,6 +10,7 @@ pub mod estimate;
 pub mod exact;
 pub mod first_passage;
 pub mod flow;
+pub mod gaussian;
 pub mod grid;
 pub mod mesh;
 pub mod mixture;
@@ -20,6 +21,7 @@ pub mod problem;
 pub mod sampling;
 pub mod standard_errors;
 pub mod trust;
+pub mod variable_moments;
 
 /// The names of the paper's planar model by which the rest of the house has known them.
 pub mod dynamics {

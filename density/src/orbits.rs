@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::flow::{Escaped, Flow, Loss, Passages};
 use crate::model::planar::Force;
-use crate::model::plane::PlanarHamiltonian;
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::model::variable::Place;
 use crate::model::{Coordinates, Model};
 
@@ -175,7 +175,16 @@ impl<M: PlanarHamiltonian> Orbits<M> {
     /// # Panics
     /// If a slice is not as long as there are orbits.
     pub fn read_out(&self, phi: &mut [f64], e: &mut [f64]) {
-        self.read_out_columns(&mut [phi, e]);
+        assert!(phi.len() == self.len() && e.len() == self.len(), "room for every orbit");
+        let chunks = phi.par_chunks_mut(CHUNK).zip(e.par_chunks_mut(CHUNK));
+        let states = self.x1().par_chunks(CHUNK).zip(self.x2().par_chunks(CHUNK));
+        chunks.zip(states).for_each(|((phi, e), (x1, x2))| {
+            for (((phi, e), &x1), &x2) in phi.iter_mut().zip(e).zip(x1).zip(x2) {
+                let state = State { x1, x2 };
+                *phi = state.solar_angle();
+                *e = state.eccentricity();
+            }
+        });
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
+use crate::gaussian::Gaussian;
 use crate::model::planar::Force;
 
 /// The initial Gaussian, independent in `phi` and `e`, cut to `0 < e < 1`.
@@ -51,6 +52,13 @@ impl InitialGaussian {
     }
 }
 
+impl From<InitialGaussian> for Gaussian<2> {
+    /// Before the cut.
+    fn from(InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e }: InitialGaussian) -> Self {
+        Self::independent([mean_phi, mean_e], [sigma_phi, sigma_e])
+    }
+}
+
 /// The probability that a standard normal variable exceeds `sigmas`.
 fn tail(sigmas: f64) -> f64 {
     0.5 * libm::erfc(sigmas / SQRT_2)
@@ -58,9 +66,9 @@ fn tail(sigmas: f64) -> f64 {
 
 /// A scenario's science: all that a method needs to know.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Problem {
+pub struct Problem<M = Force> {
     /// What moves the orbits.
-    pub model: Force,
+    pub model: M,
     /// The cloud at `t = 0`.
     pub initial: InitialGaussian,
     /// Snapshot times \[yr\], ascending from zero.

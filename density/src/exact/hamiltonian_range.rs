@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use crate::model::planar::Force;
 use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::measure::Measure;
@@ -28,13 +27,13 @@ impl Interval {
 }
 
 /// Bounds of `H` on the rectangle `phi` x `e`.
-pub(super) fn hamiltonian_range(force: Force, phi: (f64, f64), e: (f64, f64)) -> Interval {
-    let (low, high) = force.hamiltonian_range(phi, e);
+pub(super) fn hamiltonian_range(model: &impl PlanarHamiltonian, phi: (f64, f64), e: (f64, f64)) -> Interval {
+    let (low, high) = model.hamiltonian_range(phi, e);
     Interval { low, high }
 }
 
 /// The values of `H` that the cloud has.
-pub(super) fn cloud_range(force: Force, measure: &Measure) -> Interval {
+pub(super) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> Interval {
     const PARTS: u32 = 48;
     let gaussian = measure.gaussian;
     let edge = |i: u32| RADIUS * (2.0 * f64::from(i) / f64::from(PARTS) - 1.0);
@@ -49,7 +48,7 @@ pub(super) fn cloud_range(force: Force, measure: &Measure) -> Interval {
         if e_high <= 0.0 || e_low >= 1.0 {
             continue;
         }
-        let cell = hamiltonian_range(force, (phi_low, phi_high), (e_low, e_high));
+        let cell = hamiltonian_range(model, (phi_low, phi_high), (e_low, e_high));
         range = Some(range.map_or(cell, |range| range.hull(cell)));
     }
     range.unwrap_or(Interval { low: f64::NEG_INFINITY, high: f64::INFINITY })
@@ -68,12 +67,13 @@ pub(super) fn distance_from_cloud(measure: &Measure, state: State) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::planar::Force;
 
     #[test]
     fn hamiltonian_range_encloses_the_hamiltonian() {
         let force = Force { radiation: 0.15, oblateness: 0.40921 };
         for (phi, e) in [((0.2, 1.0), (0.1, 0.3)), ((2.0, 4.0), (0.0, 0.7)), ((-0.3, 0.4), (0.5, 0.9))] {
-            let range = hamiltonian_range(force, phi, e);
+            let range = hamiltonian_range(&force, phi, e);
             for (i, j) in (0..21 * 21).map(|k| (f64::from(k / 21) / 20.0, f64::from(k % 21) / 20.0)) {
                 let state = State::from_polar(phi.0 + i * (phi.1 - phi.0), e.0 + j * (e.1 - e.0));
                 let h = force.hamiltonian(state);
@@ -85,8 +85,8 @@ mod tests {
     #[test]
     fn a_cloud_at_small_eccentricity_cannot_reach_the_rim() {
         let problem = crate::problem::paper::scenario(1);
-        let cloud = cloud_range(problem.model, &Measure::new(problem.initial));
-        let at = |e: (f64, f64)| hamiltonian_range(problem.model, (0.0, 0.5), e).meets(cloud);
+        let cloud = cloud_range(&problem.model, &Measure::new(problem.initial));
+        let at = |e: (f64, f64)| hamiltonian_range(&problem.model, (0.0, 0.5), e).meets(cloud);
         assert!(!at((0.9, 0.95)) && !at((0.95, 1.0)) && at((0.3, 0.5)));
     }
 }

@@ -36,7 +36,8 @@ mod trail;
 use crate::estimate::{Estimate, Moments};
 use crate::flow::{Escaped, Flow};
 use crate::grid::Grid;
-use crate::model::plane::State;
+use crate::model::planar::Force;
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 
 pub(crate) use contour::angle_of;
@@ -97,6 +98,15 @@ pub enum Error {
         /// Comparison grids given.
         grids: usize,
     },
+    /// The model's orbits do not pass every eccentricity once on their way up and once on their way down.
+    #[error(
+        "the exact density needs a planar model whose eccentricity grows wherever e sin(phi) > 0, and {model} is none: the pull \
+         towards the Sun must outweigh all else that drives the eccentricity"
+    )]
+    EccentricityTurnsBack {
+        /// The model and its parameters.
+        model: String,
+    },
     /// What was computed is not what orbits of the flow do.
     #[error("the exact density contradicts a sample of orbits: {0}")]
     Contradicted(Check),
@@ -130,16 +140,16 @@ pub struct ExactSnapshot {
 
 /// The exact density of a problem.
 #[derive(Debug)]
-pub struct Exact<'a> {
-    problem: &'a Problem,
-    flow: &'a Flow,
+pub struct Exact<'a, M = Force> {
+    problem: &'a Problem<M>,
+    flow: &'a Flow<M>,
     settings: Settings,
-    family: Family<'a>,
+    family: Family<'a, M>,
 }
 
-impl<'a> Exact<'a> {
+impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
     /// The exact density of `problem`, carried by `flow`.
-    pub fn new(problem: &'a Problem, flow: &'a Flow, settings: Settings) -> Self {
+    pub fn new(problem: &'a Problem<M>, flow: &'a Flow<M>, settings: Settings) -> Self {
         let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
         Self { problem, flow, settings, family }
     }
@@ -153,6 +163,7 @@ impl<'a> Exact<'a> {
         let (snapshots, grids_given) = (self.problem.times.len(), grids.len());
         let missing = Error::NoSuchSnapshot { index, snapshots, grids: grids_given };
         let (Some(&years), Some(grid)) = (self.problem.times.get(index), grids.get(index)) else { return Err(missing) };
+        is_possible(&self.flow.model)?;
         let check = self_check::Sample::new(self.problem, self.flow, years)?;
         let (moments, probability) = (self.moments(years)?, self.probability_above(self.problem.critical_e, years)?);
         let Settings { joint_error, most_orbits, limits, .. } = self.settings;
@@ -191,8 +202,9 @@ impl<'a> Exact<'a> {
     /// Moments after `years`.
     ///
     /// # Errors
-    /// [`Escaped`] if an orbit of the cloud leaves `e < 1`.
-    pub fn moments(&self, years: f64) -> Result<moments::SmoothMoments, Escaped> {
+    /// [`Error`] if the model's orbits are not what the method needs.
+    pub fn moments(&self, years: f64) -> Result<moments::SmoothMoments, Error> {
+        is_possible(&self.flow.model)?;
         let Settings { moment_error, most_orbits, .. } = self.settings;
         Ok(moments::smooth_moments(&self.family, years, moment_error, most_orbits))
     }
@@ -200,8 +212,9 @@ impl<'a> Exact<'a> {
     /// Probability that the eccentricity exceeds `critical_e` after `years`.
     ///
     /// # Errors
-    /// [`Escaped`] if an orbit of the cloud leaves `e < 1`.
-    pub fn probability_above(&self, critical_e: f64, years: f64) -> Result<Estimated, Escaped> {
+    /// [`Error`] if the model's orbits are not what the method needs.
+    pub fn probability_above(&self, critical_e: f64, years: f64) -> Result<Estimated, Error> {
+        is_possible(&self.flow.model)?;
         let most_orbits = self.settings.most_orbits;
         Ok(moments::probability_above(&self.family, critical_e, years, PROBABILITY_ERROR, most_orbits))
     }
@@ -222,6 +235,15 @@ impl<'a> Exact<'a> {
         let measure = &self.family.measure;
         let at = |i: usize| if inside(e[i]) { measure.density_after(start(i), ends[i]) } else { 0.0 };
         (0..ends.len()).map(at).collect()
+    }
+}
+
+/// Whether the orbits of a model are what this module takes them for.
+pub(crate) fn is_possible(model: &impl PlanarHamiltonian) -> Result<(), Error> {
+    if model.eccentricity_follows_x1() {
+        Ok(())
+    } else {
+        Err(Error::EccentricityTurnsBack { model: format!("{model:?}") })
     }
 }
 
