@@ -18,6 +18,7 @@ pub mod model;
 pub mod orbits;
 pub mod partial;
 pub mod problem;
+pub mod problem_error;
 pub mod sampling;
 pub mod standard_errors;
 pub mod trust;

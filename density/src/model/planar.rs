@@ -22,6 +22,7 @@ use super::planar_series::PlanarSeries;
 use super::plane::{PlanarHamiltonian, State, cosine_range};
 use super::quantity::Quantity;
 use super::registry::{Named, Parameter};
+use crate::problem_error::{Field, ProblemError, check};
 
 /// The two dimensionless parameters of the problem (Eq. 2).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,10 +40,6 @@ impl Named for Force {
     fn from_parameters(values: &[f64]) -> Option<Self> {
         let &[radiation, oblateness] = values else { return None };
         Some(Self { radiation, oblateness })
-    }
-
-    fn parameters(&self) -> Vec<f64> {
-        vec![self.radiation, self.oblateness]
     }
 }
 
@@ -81,6 +78,10 @@ impl PlanarHamiltonian for Force {
         (even_low + self.radiation * low, even_high + self.radiation * high)
     }
 
+    fn parameters(&self) -> Vec<(Parameter, f64)> {
+        vec![(RADIATION, self.radiation), (OBLATENESS, self.oblateness)]
+    }
+
     fn pull(&self) -> f64 {
         self.radiation
     }
@@ -117,6 +118,22 @@ impl PlanarHamiltonian for Force {
         let s = state.s();
         let s_rate = -SUN_MEAN_MOTION * self.radiation * state.x1;
         [scale * s * state.x1, scale * (s * self.motion(state).x1 + s_rate * state.x1)]
+    }
+}
+
+impl Force {
+    /// Eq. 2: `C` and `W` from the satellite's orbit and shape, which must be in their ranges.
+    ///
+    /// # Errors
+    /// [`ProblemError`] with the first that is not.
+    pub fn from_orbit(semi_major_axis: f64, area_to_mass: f64, reflectivity: f64) -> Result<Self, ProblemError> {
+        let given = |name, value, is_right, right: &str| check(Field::Parameter(name), value, is_right, right.into());
+        let larger_than_earth = semi_major_axis > 1.0 && semi_major_axis <= 100.0;
+        given("semi_major_axis", semi_major_axis, larger_than_earth, "more than 1 Earth radius, at most 100")?;
+        let is_right = (0.0..=1000.0).contains(&area_to_mass);
+        given("area_to_mass", area_to_mass, is_right, "0 or greater, at most 1000 m²/kg")?;
+        given("reflectivity", reflectivity, (0.0..=2.0).contains(&reflectivity), "between 0 and 2")?;
+        Ok(force_from_orbit(semi_major_axis, area_to_mass, reflectivity))
     }
 }
 

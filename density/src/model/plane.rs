@@ -15,6 +15,7 @@ use std::fmt::Debug;
 
 use super::coordinates::Coordinates;
 use super::earth::SUN_MEAN_MOTION;
+use super::registry::Parameter;
 use super::{Kind, Model, Quantity, Variable, acceleration};
 use crate::flow::taylor::{Batch, Watch};
 use crate::flow::{Accuracy, Loss, Series, taylor};
@@ -90,6 +91,11 @@ pub trait PlanarHamiltonian: Copy + Debug + PartialEq + Send + Sync + 'static {
 
     /// Bounds of the Hamiltonian for solar angles \[rad\] and eccentricities between these.
     fn hamiltonian_range(&self, phi: (f64, f64), e: (f64, f64)) -> (f64, f64);
+
+    /// The model's parameters with their values, for whoever checks or prints them.
+    fn parameters(&self) -> Vec<(Parameter, f64)> {
+        Vec::new()
+    }
 
     /// Bound of `|e'|/(n_sun s)`: how strongly the eccentricity is driven.
     fn pull(&self) -> f64;

@@ -31,9 +31,6 @@ pub trait Named: Sized {
 
     /// The model with these values of its parameters; `None` if there are more or fewer.
     fn from_parameters(values: &[f64]) -> Option<Self>;
-
-    /// The values of its parameters.
-    fn parameters(&self) -> Vec<f64>;
 }
 
 /// The registry: an enumeration of models that is itself a model.
@@ -67,11 +64,6 @@ macro_rules! planar_models {
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$variant(_) => <$variant as Named>::NAME),+ }
             }
-
-            /// The values of the model's parameters.
-            pub fn parameters(&self) -> Vec<f64> {
-                match self { $(Self::$variant(model) => model.parameters()),+ }
-            }
         }
 
         impl PlanarHamiltonian for Planar {
@@ -87,6 +79,10 @@ macro_rules! planar_models {
 
             fn hamiltonian_range(&self, phi: (f64, f64), e: (f64, f64)) -> (f64, f64) {
                 match self { $(Self::$variant(model) => model.hamiltonian_range(phi, e)),+ }
+            }
+
+            fn parameters(&self) -> Vec<(Parameter, f64)> {
+                match self { $(Self::$variant(model) => model.parameters()),+ }
             }
 
             fn pull(&self) -> f64 {
@@ -204,7 +200,9 @@ mod tests {
     fn a_model_is_made_from_its_name_and_the_names_of_its_parameters() {
         let made = Planar::by_name("planar", &[("oblateness", 0.4), ("radiation", 0.15)]).unwrap();
         assert_eq!(made, Planar::Force(Force { radiation: 0.15, oblateness: 0.4 }));
-        assert_eq!((made.name(), made.parameters()), ("planar", vec![0.15, 0.4]));
+        let parameters: Vec<_> =
+            made.parameters().into_iter().map(|(parameter, value)| (parameter.name, value)).collect();
+        assert_eq!((made.name(), parameters), ("planar", vec![("radiation", 0.15), ("oblateness", 0.4)]));
     }
 
     #[test]
