@@ -26,6 +26,7 @@
 //! | [`quantity`] | what equations of motion are written over: numbers, and numbers with a derivative |
 //! | [`plane`] | states in the plane, and what a planar Hamiltonian model says beyond the rest |
 //! | [`planar`] | solar radiation pressure and Earth's oblateness in the plane: the paper's model |
+//! | [`sun_moon`] | the same with the gravity of the Sun and the Moon |
 //! | [`earth`] | constants of the Earth and the Sun |
 //! | [`registry`] | every planar model by its name |
 
@@ -36,6 +37,7 @@ mod planar_series;
 pub mod plane;
 pub mod quantity;
 pub mod registry;
+pub mod sun_moon;
 pub mod variable;
 
 use std::fmt::Debug;

@@ -6,6 +6,7 @@
 use super::planar::Force;
 use super::plane::{PlanarHamiltonian, State};
 use super::quantity::Quantity;
+use super::sun_moon::SunMoon;
 use crate::flow::taylor::{Batch, Watch};
 use crate::flow::{Accuracy, FromEquations, Loss};
 
@@ -127,7 +128,7 @@ macro_rules! planar_models {
 }
 
 // A planar model is registered by its name here.
-planar_models!(Force);
+planar_models!(Force, SunMoon);
 
 /// Why a name and parameters make no model.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
