@@ -34,11 +34,11 @@ fn main() {
 fn problem() -> Problem {
     let initial = InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025 };
     let force = Force { radiation: 0.15, oblateness: 0.40921 };
-    Problem { force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 }
+    Problem { model: force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 }
 }
 
 fn flow() -> Flow {
-    Flow::new(problem().force)
+    Flow::new(problem().model)
 }
 
 /// Samples at two years: solar angles, eccentricities, densities and the grid.
@@ -59,7 +59,7 @@ static CLOUD: LazyLock<Cloud> = LazyLock::new(|| {
     orbits.advance_to(2.0).unwrap();
     let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
     orbits.read_out(&mut phi, &mut e);
-    let n = characteristic_densities(&problem.initial, &start.phi, &start.e, &orbits.x1, &orbits.x2, true).unwrap();
+    let n = characteristic_densities(&problem.initial, &start.phi, &start.e, orbits.x1(), orbits.x2(), true).unwrap();
     let grid = GRIDS[4];
     phi.iter_mut().for_each(|phi| *phi = grid.fold(*phi));
     Cloud { orbits, phi, e, n, grid }

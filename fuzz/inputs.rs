@@ -19,7 +19,7 @@ pub fn scenario_file(bytes: &[u8]) {
         Ok(scenario) => {
             assert!(is_plain_name(&scenario.name));
             let problem = scenario.problem;
-            let numbers = [problem.force.radiation, problem.force.oblateness, problem.initial.mean_phi];
+            let numbers = [problem.model.radiation, problem.model.oblateness, problem.initial.mean_phi];
             assert!(numbers.iter().all(|number| number.is_finite()), "{numbers:?}");
             assert!(problem.initial.sigma_phi > 0.0 && problem.initial.sigma_e > 0.0);
             assert!(problem.times.len() <= 64 && problem.times.is_sorted_by(|a, b| a < b));

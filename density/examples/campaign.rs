@@ -112,7 +112,7 @@ fn campaign(options: &Options) -> Result<usize, String> {
 /// Whether the scenario could be tried at all.
 fn try_scenario(scenario: &Scenario, options: &Options, rows: &mut [(Method, Row)]) -> bool {
     let (problem, name) = (&scenario.problem, &scenario.name);
-    let grids = match comparison_grids(problem, &Flow::new(problem.force), options.bins, options.bins) {
+    let grids = match comparison_grids(problem, &Flow::new(problem.model), options.bins, options.bins) {
         Ok(grids) => grids,
         Err(why) => {
             println!("{name}: skipped, it has no comparison grid: {why}");

@@ -28,11 +28,11 @@ fn main() {
     let (folder, repeats) = (Path::new(folder), repeats.parse().expect("a number of repeats"));
     let initial = InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025 };
     let force = Force { radiation: 0.15, oblateness: 0.40921 };
-    let problem = Problem { force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 };
+    let problem = Problem { model: force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 };
     let start = initial_points(&problem, SAMPLES, Placement::Random, 1).expect("points");
-    let orbits = |accuracy| Orbits::from_polar(Flow { force, accuracy }, &start.phi, &start.e);
+    let orbits = |accuracy| Orbits::from_polar(Flow { model: force, accuracy }, &start.phi, &start.e);
     let first = orbits(Accuracy::Fine);
-    write(&folder.join("start.f64"), &[&first.x1, &first.x2]);
+    write(&folder.join("start.f64"), &[first.x1(), first.x2()]);
 
     for accuracy in Accuracy::ALL {
         let propagate = || {
@@ -40,7 +40,7 @@ fn main() {
             let mut states = Vec::new();
             for &time in &problem.times[1..] {
                 orbits.advance_to(time).expect("no orbit is lost");
-                states.push((orbits.x1.clone(), orbits.x2.clone()));
+                states.push((orbits.x1().to_vec(), orbits.x2().to_vec()));
             }
             states
         };
@@ -54,7 +54,7 @@ fn main() {
     last.advance_to(2.0).expect("no orbit is lost");
     let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
     last.read_out(&mut phi, &mut e);
-    let n = characteristic_densities(&initial, &start.phi, &start.e, &last.x1, &last.x2, true).expect("densities");
+    let n = characteristic_densities(&initial, &start.phi, &start.e, last.x1(), last.x2(), true).expect("densities");
     let grid = comparison_grids(&problem, &first.flow, 100, 100).expect("grids")[4];
     phi.iter_mut().for_each(|phi| *phi = grid.fold(*phi));
     write(&folder.join("cloud.f64"), &[&phi, &e, &n]);

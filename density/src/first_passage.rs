@@ -13,8 +13,9 @@ pub mod empirical;
 pub mod exact;
 pub mod times;
 
-use crate::dynamics::{Force, SUN_MEAN_MOTION};
 use crate::flow::{Escaped, Flow, Passages};
+use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::plane::{PlanarHamiltonian, State};
 
 /// First time \[yr\] within `[0, end]` at which the orbit `(x1[i], x2[i])` has `e >= critical_e`; infinite if there is none.
 ///
@@ -23,7 +24,13 @@ use crate::flow::{Escaped, Flow, Passages};
 ///
 /// # Panics
 /// If the slices differ in length.
-pub fn passage_times(flow: &Flow, x1: &[f64], x2: &[f64], critical_e: f64, end: f64) -> Result<Vec<f64>, Escaped> {
+pub fn passage_times<M: PlanarHamiltonian>(
+    flow: &Flow<M>,
+    x1: &[f64],
+    x2: &[f64],
+    critical_e: f64,
+    end: f64,
+) -> Result<Vec<f64>, Escaped> {
     let (mut x1, mut x2) = (x1.to_vec(), x2.to_vec());
     let mut times = vec![f64::INFINITY; x1.len()];
     let passages = Passages { passages: &mut times, pending: f64::INFINITY, note: &|time| time };
@@ -39,12 +46,12 @@ pub fn curve_times(end: f64, count: usize) -> Vec<f64> {
 
 /// Segments of an interval in each of which an orbit with `e <= critical_e` turns by less than a radian: short enough for
 /// a fifth-degree polynomial to be good to 1e-5, and about as long as the integrator's own steps.
-fn segments(force: Force, critical_e: f64, years: f64) -> usize {
+fn segments(model: &impl PlanarHamiltonian, critical_e: f64, years: f64) -> usize {
     const PHASE: f64 = 1.0;
-    let s_squared = (1.0 - critical_e * critical_e).max(1e-6);
-    let rate = |g: f64| (g - 1.0).abs();
-    let turning = rate(force.oblateness).max(rate(force.oblateness / (s_squared * s_squared))).max(1.0);
-    let fastest = turning + force.radiation;
+    /// So near to `e = 1` the rates have lost their meaning.
+    const RIM: f64 = 0.999_999_5;
+    let turning = |e: f64| model.turning_rate(State { x1: 0.0, x2: e });
+    let fastest = turning(0.0).max(turning(critical_e.min(RIM))).max(1.0) + model.pull();
     (years * SUN_MEAN_MOTION * fastest / PHASE).ceil().clamp(1.0, 1e7) as usize
 }
 

@@ -1,18 +1,34 @@
-//! The flow: many orbits moved forward or backward in time by one batched Taylor-series integrator (`flow/taylor.rs`).
+//! The flow: many orbits moved forward or backward in time by one batched Taylor-series integrator, whatever the model.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `taylor` | the integrator: lanes, steps, who boards and who has arrived |
+//! | `series` | what it needs of a model: Taylor coefficients |
+//! | [`equations`], `from_equations` | these, made from the model's equations of motion |
+//! | `threshold` | first passages, read off the series |
+//! | `record` | orbits kept step by step |
+//! | `in_plane` | the same in two slices, for planar models |
 
+pub mod equations;
+mod from_equations;
+mod in_plane;
 pub(crate) mod record;
-mod taylor;
+mod series;
+pub(crate) mod taylor;
 mod threshold;
 
 use rayon::prelude::*;
-use record::{Recorder, Step};
-use taylor::Watch;
+use taylor::{Batch, Watch};
 use threshold::Threshold;
 
-pub use taylor::Loss;
+pub use from_equations::FromEquations;
+pub use series::Series;
+pub use taylor::{LANES, Lanes, Loss};
 pub use threshold::Passages;
 
-use crate::dynamics::{Force, State};
+use crate::model::planar::Force;
+use crate::model::variable::Place;
+use crate::model::{Coordinates, Model};
 
 /// Orbits a thread takes at a time.
 const CHUNK: usize = 1024;
@@ -44,18 +60,18 @@ impl Accuracy {
     }
 }
 
-/// The flow of a force: moves orbits in time.
+/// The flow of a model: moves orbits in time. Orbits are given as columns, one a coordinate of the model's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Flow {
-    /// The force that drives it.
-    pub force: Force,
+pub struct Flow<M = Force> {
+    /// The model that drives it.
+    pub model: M,
     /// How accurately.
     pub accuracy: Accuracy,
 }
 
 /// An orbit could not be followed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("orbit {index} {why} within {years} yr of the state phi = {phi} rad, e = {e}")]
+#[error("orbit {index} {why} within {years} yr of the state {place}")]
 pub struct Escaped {
     /// Which of the orbits given.
     pub index: usize,
@@ -63,141 +79,111 @@ pub struct Escaped {
     pub why: Loss,
     /// Length of the interval \[yr\].
     pub years: f64,
-    /// Solar angle at the start of the interval \[rad\].
-    pub phi: f64,
-    /// Eccentricity at the start of the interval.
-    pub e: f64,
+    /// Where it was at the start of the interval.
+    pub place: Place,
 }
 
-impl Flow {
-    /// The flow of `force` at the default accuracy.
-    pub fn new(force: Force) -> Self {
-        Self { force, accuracy: Accuracy::default() }
+impl<M: Model> Flow<M> {
+    /// The flow of `model` at the default accuracy.
+    pub fn new(model: M) -> Self {
+        Self { model, accuracy: Accuracy::default() }
     }
 
-    /// Moves the orbits `(x1[i], x2[i])` by `years`, backwards if negative, on all threads of the current rayon pool.
+    /// Moves orbits from `from` to `to` \[yr\], backwards if that is earlier, on all threads of the current rayon pool.
     ///
     /// # Errors
-    /// [`Escaped`] names the first orbit that cannot be continued; the slices then hold no meaningful states.
+    /// [`Escaped`] names the first orbit that cannot be continued; the columns then hold no meaningful states.
     ///
     /// # Panics
-    /// If the slices differ in length.
-    pub fn advance(&self, x1: &mut [f64], x2: &mut [f64], years: f64) -> Result<(), Escaped> {
-        assert_eq!(x1.len(), x2.len(), "one x1 for every x2");
-        x1.par_chunks_mut(CHUNK)
-            .zip(x2.par_chunks_mut(CHUNK))
+    /// If there is not one column for every coordinate, or if they differ in length.
+    pub fn carry(&self, columns: &mut [&mut [f64]], from: f64, to: f64) -> Result<(), Escaped> {
+        chunks::<M>(columns)
+            .into_par_iter()
             .enumerate()
-            .map(|(chunk, (x1, x2))| self.advance_chunk(x1, x2, &[years], chunk * CHUNK))
-            .reduce(|| Ok(()), Result::and)
-    }
-
-    /// As [`Flow::advance`], from `from` to `to` \[yr\], and notes when each orbit first has `e >= critical_e`, to the
-    /// accuracy of the flow.
-    ///
-    /// # Errors
-    /// As [`Flow::advance`].
-    ///
-    /// # Panics
-    /// If the slices differ in length.
-    pub fn advance_watching<T: Copy + PartialEq + Send + Sync>(
-        &self,
-        x1: &mut [f64],
-        x2: &mut [f64],
-        (from, to): (f64, f64),
-        critical_e: f64,
-        Passages { passages, pending, note }: Passages<'_, T>,
-    ) -> Result<(), Escaped> {
-        assert!(x1.len() == x2.len() && x1.len() == passages.len(), "one x1 and one passage for every x2");
-        let critical_s = ((1.0 - critical_e) * (1.0 + critical_e)).sqrt();
-        x1.par_chunks_mut(CHUNK)
-            .zip(x2.par_chunks_mut(CHUNK))
-            .zip(passages.par_chunks_mut(CHUNK))
-            .enumerate()
-            .map(|(chunk, ((x1, x2), passages))| {
-                let mut watch = Threshold { critical_s, end: to, passages: Passages { passages, pending, note } };
-                self.advance_chunk_watched(x1, x2, &[to - from], chunk * CHUNK, &mut watch)
+            .map(|(chunk, mut columns)| {
+                let batch = Batch { columns: &mut columns, from, years: &[to - from] };
+                self.carry_batch(batch, chunk * CHUNK, &mut ())
             })
             .reduce(|| Ok(()), Result::and)
     }
 
-    /// Moves the orbits `(x1[i], x2[i])` by `years[i]` each.
+    /// As [`Flow::carry`], and notes when each orbit first has its re-entry variable at `critical` or beyond, to the accuracy of
+    /// the flow.
     ///
     /// # Errors
-    /// [`Escaped`] names the first orbit that cannot be continued; the slices then hold no meaningful states.
+    /// As [`Flow::carry`].
     ///
     /// # Panics
-    /// If the slices differ in length.
-    pub fn advance_each(&self, x1: &mut [f64], x2: &mut [f64], years: &[f64]) -> Result<(), Escaped> {
-        assert!(x1.len() == x2.len() && x1.len() == years.len(), "one x1 and one interval for every x2");
-        self.advance_chunk(x1, x2, years, 0)
+    /// As [`Flow::carry`], if there is not one passage for every orbit, or if `to` is before `from`.
+    pub fn carry_watching<T: Copy + PartialEq + Send + Sync>(
+        &self,
+        columns: &mut [&mut [f64]],
+        (from, to): (f64, f64),
+        critical: f64,
+        Passages { passages, pending, note }: Passages<'_, T>,
+    ) -> Result<(), Escaped> {
+        assert!(columns.iter().all(|column| column.len() == passages.len()), "one passage for every orbit");
+        assert!(from <= to, "passages are noted forwards in time");
+        let critical = self.model.critical_clearance(critical);
+        chunks::<M>(columns)
+            .into_par_iter()
+            .zip(passages.par_chunks_mut(CHUNK))
+            .enumerate()
+            .map(|(chunk, (mut columns, passages))| {
+                let mut watch = Threshold { critical, end: to, passages: Passages { passages, pending, note } };
+                let batch = Batch { columns: &mut columns, from, years: &[to - from] };
+                self.carry_batch(batch, chunk * CHUNK, &mut watch)
+            })
+            .reduce(|| Ok(()), Result::and)
     }
 
-    /// As [`Flow::advance`], but an orbit that cannot be continued ends as NaN instead of stopping the others. Backward
-    /// orbits from outside a cloud may have come from nowhere (`e >= 1`), where the density is zero.
+    /// As [`Flow::carry`], but an orbit that cannot be continued ends as NaN instead of stopping the others. Backward
+    /// orbits from outside a cloud may have come from nowhere, where the density is zero.
     ///
     /// # Panics
-    /// If the slices differ in length.
-    pub fn advance_where_possible(&self, x1: &mut [f64], x2: &mut [f64], years: f64) {
-        assert_eq!(x1.len(), x2.len(), "one x1 for every x2");
-        x1.par_chunks_mut(CHUNK).zip(x2.par_chunks_mut(CHUNK)).for_each(|(x1, x2)| {
-            for (lost, _) in self.integrate(x1, x2, &[years], &mut ()) {
-                (x1[lost], x2[lost]) = (f64::NAN, f64::NAN);
+    /// As [`Flow::carry`].
+    pub fn carry_where_possible(&self, columns: &mut [&mut [f64]], from: f64, to: f64) {
+        chunks::<M>(columns).into_par_iter().for_each(|mut columns| {
+            let batch = Batch { columns: &mut columns, from, years: &[to - from] };
+            for (lost, _) in self.model.integrate(self.accuracy, batch, &mut ()) {
+                columns.iter_mut().for_each(|column| column[lost] = f64::NAN);
             }
         });
     }
 
-    /// The orbits that start at `states`, each followed for `years[i]` > 0 and recorded step by step, and where each ends;
-    /// `None` for an orbit that cannot be followed.
-    pub(crate) fn record(&self, states: &[State], years: &[f64]) -> Vec<Option<(Vec<Step>, State)>> {
-        let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = states.iter().map(|state| (state.x1, state.x2)).unzip();
-        let mut recorder = Recorder { steps: vec![Vec::new(); states.len()] };
-        let lost = self.integrate(&mut x1, &mut x2, years, &mut recorder);
-        let mut recorded: Vec<_> = (recorder.steps.into_iter().zip(x1.iter().zip(&x2)))
-            .map(|(steps, (&x1, &x2))| Some((steps, State { x1, x2 })))
-            .collect();
-        lost.into_iter().for_each(|(orbit, _)| recorded[orbit] = None);
-        recorded
-    }
-
-    /// Moves one orbit by `years`.
+    /// Moves one orbit from `from` to `to` \[yr\].
     ///
     /// # Errors
-    /// [`Escaped`] if it leaves the domain.
-    pub fn advance_one(&self, state: State, years: f64) -> Result<State, Escaped> {
-        let (mut x1, mut x2) = ([state.x1], [state.x2]);
-        self.advance_chunk(&mut x1, &mut x2, &[years], 0)?;
-        Ok(State { x1: x1[0], x2: x2[0] })
+    /// [`Escaped`] if it cannot be followed.
+    pub fn carry_one(&self, state: M::State<f64>, from: f64, to: f64) -> Result<M::State<f64>, Escaped> {
+        let mut values: Vec<[f64; 1]> = (0..M::State::<f64>::COUNT).map(|k| [state.component(k)]).collect();
+        let mut columns: Vec<&mut [f64]> = values.iter_mut().map(|value| value.as_mut_slice()).collect();
+        let batch = Batch { columns: &mut columns, from, years: &[to - from] };
+        self.carry_batch(batch, 0, &mut ())?;
+        Ok(Coordinates::from_fn(|k| values[k][0]))
     }
 
-    /// Moves orbits, the first of which is number `first`, and names the first that is lost.
-    fn advance_chunk(&self, x1: &mut [f64], x2: &mut [f64], years: &[f64], first: usize) -> Result<(), Escaped> {
-        self.advance_chunk_watched(x1, x2, years, first, &mut ())
-    }
-
-    fn advance_chunk_watched(
-        &self,
-        x1: &mut [f64],
-        x2: &mut [f64],
-        years: &[f64],
-        first: usize,
-        watch: &mut impl Watch,
-    ) -> Result<(), Escaped> {
-        let lost = self.integrate(x1, x2, years, watch).into_iter().min();
+    /// Moves a batch of orbits, the first of which is number `first`, and names the first that is lost.
+    fn carry_batch(&self, batch: Batch<'_, '_>, first: usize, watch: &mut impl Watch) -> Result<(), Escaped> {
+        let Batch { columns, from, years } = batch;
+        let lost = self.model.integrate(self.accuracy, Batch { columns, from, years }, watch).into_iter().min();
         lost.map_or(Ok(()), |(lost, why)| {
-            let start = State { x1: x1[lost], x2: x2[lost] };
+            let start = self.model.read_out(from, Coordinates::from_fn(|k| columns[k][lost]));
             let years = years[lost.min(years.len() - 1)];
-            Err(Escaped { index: first + lost, why, years, phi: start.solar_angle(), e: start.eccentricity() })
+            let place = Place::new(M::VARIABLES, |k| start.component(k));
+            Err(Escaped { index: first + lost, why, years, place })
         })
     }
+}
 
-    /// Moves orbits by their `years`, or all by the last of them, and returns which were lost; those stay where they were.
-    /// The largest error after two years is about 14 tolerances in a cloud of 1e5 orbits and 24 among orbits four standard
-    /// deviations from the mean, whatever the order; the orders are the cheapest by measurement, if not by much.
-    fn integrate<W: Watch>(&self, x1: &mut [f64], x2: &mut [f64], years: &[f64], watch: &mut W) -> Vec<(usize, Loss)> {
-        match self.accuracy {
-            Accuracy::Coarse => taylor::advance::<12, W>(self.force, x1, x2, years, 4e-8, watch),
-            Accuracy::Medium => taylor::advance::<15, W>(self.force, x1, x2, years, 3.5e-11, watch),
-            Accuracy::Fine => taylor::advance::<19, W>(self.force, x1, x2, years, 3.5e-14, watch),
-        }
+/// Columns of orbits, cut into pieces that a thread takes at a time.
+fn chunks<'a, M: Model>(columns: &'a mut [&mut [f64]]) -> Vec<Vec<&'a mut [f64]>> {
+    assert_eq!(columns.len(), M::State::<f64>::COUNT, "one column for every coordinate");
+    let rows = columns[0].len();
+    assert!(columns.iter().all(|column| column.len() == rows), "columns of the same length");
+    let mut pieces: Vec<Vec<&mut [f64]>> = (0..rows.div_ceil(CHUNK)).map(|_| Vec::new()).collect();
+    for column in columns {
+        pieces.iter_mut().zip(column.chunks_mut(CHUNK)).for_each(|(piece, chunk)| piece.push(chunk));
     }
+    pieces
 }

@@ -5,8 +5,8 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::angle::{Circular, fold, nearest};
-use crate::dynamics::State;
 use crate::flow::Flow;
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::orbits::{LostOrbit, Orbits};
 use crate::problem::Problem;
 
@@ -96,9 +96,9 @@ impl Grid {
 ///
 /// # Errors
 /// [`LostOrbit`] if a trajectory of the 4-sigma ellipse leaves `e < 1`.
-pub fn comparison_grids(
-    problem: &Problem,
-    flow: &Flow,
+pub fn comparison_grids<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
     bins_phi: usize,
     bins_e: usize,
 ) -> Result<Vec<Grid>, LostOrbit> {
@@ -108,7 +108,7 @@ pub fn comparison_grids(
     let mut grids = Vec::with_capacity(problem.times.len());
     for &time in &problem.times {
         orbits.advance_to(time)?;
-        let states: Vec<State> = orbits.x1.iter().zip(&orbits.x2).map(|(&x1, &x2)| State { x1, x2 }).collect();
+        let states: Vec<State> = orbits.x1().iter().zip(orbits.x2()).map(|(&x1, &x2)| State { x1, x2 }).collect();
         let weights = rings.iter().map(|&(_, weight)| weight);
         grids.push(bounding_grid(&states, weights, bins_phi, bins_e));
     }
@@ -116,7 +116,7 @@ pub fn comparison_grids(
 }
 
 /// Points on concentric rings that fill the 4-sigma ellipse of the initial Gaussian, with their share of its mass.
-fn ellipse_rings(problem: &Problem) -> Vec<(State, f64)> {
+fn ellipse_rings<M>(problem: &Problem<M>) -> Vec<(State, f64)> {
     const RINGS: u32 = 16;
     const SPOKES: u32 = 120;
     const E_RANGE: (f64, f64) = (1e-9, 0.999);
@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn grids_of_scenario_three_keep_the_cloud_astride_zero_whole() {
         let problem = scenario(3);
-        let grids = comparison_grids(&problem, &Flow::new(problem.force), 100, 100).unwrap();
+        let grids = comparison_grids(&problem, &Flow::new(problem.model), 100, 100).unwrap();
         let last = grids[4].phi;
         assert!(last.high - last.low < 1.2, "{last:?}");
         assert!(grids[4].fold(0.01) > grids[4].fold(TAU - 0.01) || grids[4].phi.high < TAU);

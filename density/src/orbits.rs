@@ -2,36 +2,35 @@
 
 use rayon::prelude::*;
 
-use crate::dynamics::State;
 use crate::flow::{Escaped, Flow, Loss, Passages};
+use crate::model::planar::Force;
+use crate::model::plane::{PlanarHamiltonian, State};
+use crate::model::variable::Place;
+use crate::model::{Coordinates, Model};
 
 /// Orbits that a thread reads out at a time.
 const CHUNK: usize = 4096;
 
 /// Orbits that share a flow and a clock.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Orbits {
+pub struct Orbits<M = Force> {
     /// What moves them.
-    pub flow: Flow,
-    /// `e sin(phi)` of each.
-    pub x1: Vec<f64>,
-    /// `e cos(phi)` of each.
-    pub x2: Vec<f64>,
+    pub flow: Flow<M>,
+    /// Their states: one column a coordinate.
+    columns: Vec<Vec<f64>>,
     time: f64,
 }
 
 /// An orbit could not be followed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("sample {index}, which started at phi = {phi} rad, e = {e}, {why} between t = {from} and {to} yr")]
+#[error("sample {index}, which started at {place}, {why} between t = {from} and {to} yr")]
 pub struct LostOrbit {
     /// Which orbit.
     pub index: usize,
     /// Why.
     pub why: Loss,
-    /// Its solar angle at `t = 0` \[rad\].
-    pub phi: f64,
-    /// Its eccentricity at `t = 0`.
-    pub e: f64,
+    /// Where it was at `t = 0`.
+    pub place: Place,
     /// Start of the interval in which it was lost \[yr\].
     pub from: f64,
     /// End of that interval \[yr\].
@@ -45,27 +44,44 @@ impl LostOrbit {
     }
 }
 
-impl Orbits {
-    /// Orbits in the states `(x1[i], x2[i])` at `t = 0`.
-    pub fn new(flow: Flow, x1: Vec<f64>, x2: Vec<f64>) -> Self {
-        Self { flow, x1, x2, time: 0.0 }
+impl<M: Model> Orbits<M> {
+    /// Orbits in the states at `t = 0` whose coordinates stand in these columns.
+    ///
+    /// # Panics
+    /// If there is not one column for every coordinate, or if they differ in length.
+    pub fn from_columns(flow: Flow<M>, columns: Vec<Vec<f64>>) -> Self {
+        assert_eq!(columns.len(), M::State::<f64>::COUNT, "one column for every coordinate");
+        assert!(columns.iter().all(|column| column.len() == columns[0].len()), "columns of the same length");
+        Self { flow, columns, time: 0.0 }
     }
 
-    /// Orbits at `(phi[i], e[i])` at `t = 0`.
-    pub fn from_polar(flow: Flow, phi: &[f64], e: &[f64]) -> Self {
-        let states = phi.iter().zip(e).map(|(&phi, &e)| State::from_polar(phi, e));
-        let (x1, x2) = states.map(|state| (state.x1, state.x2)).unzip();
-        Self::new(flow, x1, x2)
+    /// Orbits at `t = 0` whose variables stand in these columns.
+    ///
+    /// # Panics
+    /// If there is not one column for every variable, or if they differ in length.
+    pub fn from_variables(flow: Flow<M>, variables: &[&[f64]]) -> Self {
+        assert_eq!(variables.len(), M::VARIABLES.len(), "one column for every variable");
+        let state = |i: usize| flow.model.state(0.0, Coordinates::from_fn(|k| variables[k][i]));
+        let mut columns = vec![Vec::with_capacity(variables[0].len()); M::State::<f64>::COUNT];
+        for state in (0..variables[0].len()).map(state) {
+            columns.iter_mut().enumerate().for_each(|(k, column)| column.push(state.component(k)));
+        }
+        Self::from_columns(flow, columns)
     }
 
     /// Number of orbits.
     pub fn len(&self) -> usize {
-        self.x1.len()
+        self.columns[0].len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.x1.is_empty()
+        self.len() == 0
+    }
+
+    /// The states, one column a coordinate.
+    pub fn columns(&self) -> &[Vec<f64>] {
+        &self.columns
     }
 
     /// Moves all to `time` \[yr\].
@@ -75,10 +91,12 @@ impl Orbits {
     pub fn advance_to(&mut self, time: f64) -> Result<(), LostOrbit> {
         let from = self.time;
         self.time = time;
-        self.flow.advance(&mut self.x1, &mut self.x2, time - from).map_err(|escaped| self.trace(escaped, from, time))
+        let moved = self.flow.carry(&mut slices(&mut self.columns), from, time);
+        moved.map_err(|escaped| self.trace(escaped, from, time))
     }
 
-    /// As [`Orbits::advance_to`], and notes when each orbit first has `e >= critical_e`, see [`Flow::advance_watching`].
+    /// As [`Orbits::advance_to`], and notes when each orbit's re-entry variable is first at `critical` or beyond, see
+    /// [`Flow::carry_watching`].
     ///
     /// # Errors
     /// As [`Orbits::advance_to`].
@@ -88,20 +106,68 @@ impl Orbits {
     pub fn advance_watching<T: Copy + PartialEq + Send + Sync>(
         &mut self,
         time: f64,
-        critical_e: f64,
+        critical: f64,
         passages: Passages<'_, T>,
     ) -> Result<(), LostOrbit> {
         let from = self.time;
         self.time = time;
-        let moved = self.flow.advance_watching(&mut self.x1, &mut self.x2, (from, time), critical_e, passages);
+        let moved = self.flow.carry_watching(&mut slices(&mut self.columns), (from, time), critical, passages);
         moved.map_err(|escaped| self.trace(escaped, from, time))
     }
 
     /// Follows an orbit that escaped back to where it started.
-    fn trace(&self, Escaped { index, why, phi, e, .. }: Escaped, from: f64, to: f64) -> LostOrbit {
-        let before = State::from_polar(phi, e);
-        let start = self.flow.advance_one(before, -from).unwrap_or(before);
-        LostOrbit { index, why, phi: start.solar_angle(), e: start.eccentricity(), from, to }
+    fn trace(&self, Escaped { index, why, place, .. }: Escaped, from: f64, to: f64) -> LostOrbit {
+        let model = &self.flow.model;
+        let before = model.state(from, Coordinates::from_fn(|k| place.values[k]));
+        let start = model.read_out(0.0, self.flow.carry_one(before, from, 0.0).unwrap_or(before));
+        LostOrbit { index, why, place: Place::new(M::VARIABLES, |k| start.component(k)), from, to }
+    }
+
+    /// Writes the variables of all orbits, a column each.
+    ///
+    /// # Panics
+    /// If there is not one column for every variable, or one is not as long as there are orbits.
+    pub fn read_out_columns(&self, variables: &mut [&mut [f64]]) {
+        assert_eq!(variables.len(), M::VARIABLES.len(), "one column for every variable");
+        assert!(variables.iter().all(|column| column.len() == self.len()), "room for every orbit");
+        let mut pieces: Vec<Vec<&mut [f64]>> = (0..self.len().div_ceil(CHUNK)).map(|_| Vec::new()).collect();
+        for column in variables {
+            pieces.iter_mut().zip(column.chunks_mut(CHUNK)).for_each(|(piece, chunk)| piece.push(chunk));
+        }
+        pieces.par_iter_mut().enumerate().for_each(|(piece, columns)| {
+            for i in 0..columns[0].len() {
+                let state = Coordinates::from_fn(|k| self.columns[k][piece * CHUNK + i]);
+                let values = self.flow.model.read_out(self.time, state);
+                columns.iter_mut().enumerate().for_each(|(k, column)| column[i] = values.component(k));
+            }
+        });
+    }
+}
+
+/// Columns as slices.
+fn slices(columns: &mut [Vec<f64>]) -> Vec<&mut [f64]> {
+    columns.iter_mut().map(Vec::as_mut_slice).collect()
+}
+
+impl<M: PlanarHamiltonian> Orbits<M> {
+    /// Orbits in the states `(x1[i], x2[i])` at `t = 0`.
+    pub fn new(flow: Flow<M>, x1: Vec<f64>, x2: Vec<f64>) -> Self {
+        Self::from_columns(flow, vec![x1, x2])
+    }
+
+    /// Orbits at `(phi[i], e[i])` at `t = 0`.
+    pub fn from_polar(flow: Flow<M>, phi: &[f64], e: &[f64]) -> Self {
+        Self::from_variables(flow, &[phi, e])
+    }
+
+    /// `e sin(phi)` of each.
+    pub fn x1(&self) -> &[f64] {
+        &self.columns[0]
+    }
+
+    /// `e cos(phi)` of each.
+    pub fn x2(&self) -> &[f64] {
+        &self.columns[1]
     }
 
     /// Writes solar angles, in `[0, 2π)` \[rad\], and eccentricities.
@@ -111,7 +177,7 @@ impl Orbits {
     pub fn read_out(&self, phi: &mut [f64], e: &mut [f64]) {
         assert!(phi.len() == self.len() && e.len() == self.len(), "room for every orbit");
         let chunks = phi.par_chunks_mut(CHUNK).zip(e.par_chunks_mut(CHUNK));
-        let states = self.x1.par_chunks(CHUNK).zip(self.x2.par_chunks(CHUNK));
+        let states = self.x1().par_chunks(CHUNK).zip(self.x2().par_chunks(CHUNK));
         chunks.zip(states).for_each(|((phi, e), (x1, x2))| {
             for (((phi, e), &x1), &x2) in phi.iter_mut().zip(e).zip(x1).zip(x2) {
                 let state = State { x1, x2 };
@@ -125,7 +191,6 @@ impl Orbits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::Force;
 
     #[test]
     fn a_lost_orbit_is_named_by_where_it_started() {
@@ -136,7 +201,8 @@ mod tests {
         let lost = (1..100).find_map(|k| orbits.advance_to(0.005 * f64::from(k)).err()).expect("one escapes");
         assert!(lost.index < 2);
         let start = [(0.3, 0.1), (0.0, 0.6)][lost.index];
-        assert!((lost.phi - start.0).abs() < 1e-9 && (lost.e - start.1).abs() < 1e-9, "{lost}");
+        let [phi, e, ..] = lost.place.values;
+        assert!((phi - start.0).abs() < 1e-9 && (e - start.1).abs() < 1e-9, "{lost}");
     }
 
     #[test]

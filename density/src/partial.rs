@@ -396,7 +396,7 @@ mod tests {
     /// Samples of a paper's scenario at its snapshots, with the grids.
     fn clouds(number: u32, samples: usize) -> Vec<(Vec<f64>, Vec<f64>, Grid)> {
         let problem = scenario(number as _);
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
         let (x1, x2) = draw(&problem.initial, 3, samples);
         let mut orbits = Orbits::new(flow, x1, x2);

@@ -3,7 +3,11 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use crate::dynamics::Force;
+use crate::gaussian::Gaussian;
+use crate::model::PlanarHamiltonian;
+use crate::model::planar::Force;
+use crate::model::registry::Parameter;
+use crate::problem_error::{Field, ProblemError, check, check_angle};
 
 /// The initial Gaussian, independent in `phi` and `e`, cut to `0 < e < 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +60,13 @@ impl InitialGaussian {
     }
 }
 
+impl From<InitialGaussian> for Gaussian<2> {
+    /// Before the cut.
+    fn from(InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e }: InitialGaussian) -> Self {
+        Self::independent([mean_phi, mean_e], [sigma_phi, sigma_e])
+    }
+}
+
 /// The probability that a standard normal variable exceeds `sigmas`.
 fn tail(sigmas: f64) -> f64 {
     0.5 * libm::erfc(sigmas / SQRT_2)
@@ -63,15 +74,105 @@ fn tail(sigmas: f64) -> f64 {
 
 /// A scenario's science: all that a method needs to know.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Problem {
-    /// Radiation and oblateness parameters.
-    pub force: Force,
+pub struct Problem<M = Force> {
+    /// What moves the orbits.
+    pub model: M,
     /// The cloud at `t = 0`.
     pub initial: InitialGaussian,
     /// Snapshot times \[yr\], ascending from zero.
     pub times: Vec<f64>,
     /// Eccentricity at which the satellite re-enters.
     pub critical_e: f64,
+}
+
+/// The longest time that a snapshot may be taken at \[yr\].
+pub const MOST_YEARS: f64 = 1000.0;
+
+impl<M: PlanarHamiltonian> Problem<M> {
+    /// A problem whose every number is one that the methods are made for.
+    ///
+    /// # Errors
+    /// [`ProblemError`] with the first field that is wrong, and what would be right.
+    pub fn new(model: M, initial: InitialGaussian, times: Vec<f64>, critical_e: f64) -> Result<Self, ProblemError> {
+        for (Parameter { name, low, high, .. }, value) in model.parameters() {
+            let right =
+                if low == 0.0 { format!("0 or greater, at most {high}") } else { format!("between {low} and {high}") };
+            check(Field::Parameter(name), value, (low..=high).contains(&value), right)?;
+        }
+        initial.check()?;
+        check_times(&times)?;
+        check_fraction(Field::CriticalE, critical_e)?;
+        Ok(Self { model, initial, times, critical_e })
+    }
+}
+
+impl InitialGaussian {
+    fn check(&self) -> Result<(), ProblemError> {
+        const NARROWEST: f64 = 1e-9;
+        let (delta_phi, delta_e) = (2.0 * self.sigma_phi, 2.0 * self.sigma_e);
+        check_angle(Field::MeanPhi, self.mean_phi, f64::NEG_INFINITY, "between -2π and 2π")?;
+        check_fraction(Field::MeanE, self.mean_e)?;
+        check_angle(Field::DeltaPhi, delta_phi, NARROWEST, "at least 1e-9 and at most 2π")?;
+        let is_right = (NARROWEST..=1.0).contains(&delta_e);
+        check(Field::DeltaE, delta_e, is_right, "at least 1e-9 and at most 1".into())
+    }
+}
+
+fn check_fraction(field: Field, value: f64) -> Result<(), ProblemError> {
+    check(field, value, value > 0.0 && value < 1.0, "between 0 and 1, both excluded".into())
+}
+
+/// Times ascend from 0.
+fn check_times(times: &[f64]) -> Result<(), ProblemError> {
+    let first = times.first().copied().unwrap_or(f64::NAN);
+    check(Field::Times, first, first == 0.0, "0.0 for the first of the times, which must ascend".into())?;
+    for pair in times.windows(2) {
+        check(Field::Times, pair[1], pair[0] < pair[1], format!("later than {}: times must ascend", pair[0]))?;
+        check(Field::Times, pair[1], pair[1] <= MOST_YEARS, format!("at most {MOST_YEARS} yr"))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::paper::scenario;
+    use super::*;
+
+    fn checked(change: impl Fn(&mut Problem)) -> Result<Problem, ProblemError> {
+        let mut problem = scenario(1);
+        change(&mut problem);
+        let Problem { model, initial, times, critical_e } = problem;
+        Problem::new(model, initial, times, critical_e)
+    }
+
+    #[test]
+    fn the_papers_scenarios_are_right() {
+        assert_eq!(checked(|_| {}), Ok(scenario(1)));
+    }
+
+    #[test]
+    fn a_wrong_field_is_told_with_its_value_and_what_would_be_right() {
+        let refused = |change: fn(&mut Problem), field: Field, words: &str| {
+            let error = checked(change).unwrap_err();
+            assert_eq!(error.field, field, "{error}");
+            assert!(error.to_string().contains(words), "{error}");
+        };
+        refused(
+            |p| p.model.radiation = -1.0,
+            Field::Parameter("radiation"),
+            "-1 is not allowed, it must be 0 or greater",
+        );
+        refused(|p| p.model.oblateness = f64::NAN, Field::Parameter("oblateness"), "at most 100");
+        refused(|p| p.initial.mean_phi = 100.0, Field::MeanPhi, "if 100 degrees are meant, write 1.7453293");
+        refused(|p| p.initial.mean_phi = 7.0, Field::MeanPhi, "between -2π and 2π; if 7 degrees are meant");
+        refused(|p| p.initial.mean_e = 1.0, Field::MeanE, "between 0 and 1");
+        refused(|p| p.initial.sigma_phi = 10.0, Field::DeltaPhi, "if 20 degrees are meant, write 0.3490659");
+        refused(|p| p.initial.sigma_e = 0.0, Field::DeltaE, "at least 1e-9");
+        refused(|p| p.critical_e = f64::INFINITY, Field::CriticalE, "between 0 and 1");
+        refused(|p| p.times = vec![], Field::Times, "0.0 for the first");
+        refused(|p| p.times = vec![0.0, 2.0, 1.0], Field::Times, "1 is not allowed, it must be later than 2");
+        refused(|p| p.times = vec![0.0, 2000.0], Field::Times, "at most 1000 yr");
+    }
 }
 
 #[cfg(test)]
@@ -86,7 +187,7 @@ pub(crate) mod paper {
             _ => (0.3004, 0.23, PI / 32.0, 0.02, 5),
         };
         Problem {
-            force: Force { radiation: 0.15, oblateness: 0.40921 },
+            model: Force { radiation: 0.15, oblateness: 0.40921 },
             initial: InitialGaussian { mean_phi, mean_e, sigma_phi: delta_phi / 2.0, sigma_e: delta_e / 2.0 },
             times: (0..snapshots).map(|k| 0.5 * f64::from(k)).collect(),
             critical_e: 0.6,

@@ -34,7 +34,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use crate::dynamics::State;
+use crate::gaussian::Gaussian;
+use crate::model::Variable;
+use crate::model::plane::State;
 use crate::problem::InitialGaussian;
 
 use quantile::{normal_quantile_of_tail, normal_tail};
@@ -125,6 +127,29 @@ pub fn draw_one(initial: &InitialGaussian, generator: &ChaCha8Rng, index: u64) -
             return (phi, e);
         }
     }
+}
+
+/// Draws the numbers in `range` of independent draws from a Gaussian over a model's variables, cut to their ranges; one column a
+/// variable. Where the Gaussian is the plane's, the draws are those of [`Plan`], byte for byte.
+pub fn draw_variables<const N: usize>(
+    initial: &Gaussian<N>,
+    variables: &[Variable],
+    seed: u64,
+    range: Range<usize>,
+) -> [Vec<f64>; N] {
+    let generator = ChaCha8Rng::seed_from_u64(seed);
+    let one = |index: usize| {
+        let mut stream = generator.clone();
+        stream.set_stream(index as u64);
+        loop {
+            let point = initial.point(std::array::from_fn(|_| StandardNormal.sample(&mut stream)));
+            if variables.iter().zip(&point).all(|(variable, &value)| variable.allows(value)) {
+                return point;
+            }
+        }
+    };
+    let points: Vec<[f64; N]> = range.into_par_iter().map(one).collect();
+    std::array::from_fn(|k| points.iter().map(|point| point[k]).collect())
 }
 
 /// The scramble of a group, from a stream that no draw uses.

@@ -152,7 +152,7 @@ fn exact_has_the_values_of_the_cases() {
     let (mut wrong, mut withheld) = (Vec::new(), Vec::new());
     for (scenario, known) in all() {
         let problem = &scenario.problem;
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let grids = comparison_grids(problem, &flow, 10, 10).unwrap();
         let exact = Exact::new(problem, &flow, Settings::default());
         let curve = exact_curve(problem, &flow, &problem.times).unwrap();
@@ -191,7 +191,7 @@ fn exact_has_the_values_of_the_cases() {
 fn exact_is_silently_wrong_in_no_case_by_the_oracle() {
     for (scenario, _) in all() {
         let problem = &scenario.problem;
-        let grids = comparison_grids(problem, &Flow::new(problem.force), 25, 25).unwrap();
+        let grids = comparison_grids(problem, &Flow::new(problem.model), 25, 25).unwrap();
         let oracle = solve(problem, &grids, &Effort::QUICK);
         let verdict = judge(problem, &run(Method::Exact, problem, &grids), &oracle, true);
         let wrong: Vec<String> =
@@ -207,7 +207,7 @@ fn exact_is_not_refused_for_the_side_of_zero_on_which_the_mean_of_a_symmetric_cl
     let end = problem.times[problem.times.len() - 1];
     problem.times = (0..=8).map(|k| end - 0.25 * f64::from(8 - k)).collect();
     problem.times[0] = 0.0;
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 10, 10).unwrap();
     let exact = Exact::new(&problem, &flow, Settings::default());
     for k in 1..problem.times.len() {
@@ -230,7 +230,7 @@ fn no_method_is_silently_wrong_in_a_random_scenario() {
     for index in 0..SCENARIOS {
         let scenario = draw(SEED, index);
         let problem = &scenario.problem;
-        let Ok(grids) = comparison_grids(problem, &Flow::new(problem.force), 25, 25) else { continue };
+        let Ok(grids) = comparison_grids(problem, &Flow::new(problem.model), 25, 25) else { continue };
         let mut oracles = Oracles::new(problem, &grids, &Effort::QUICK);
         let names =
             if index < WITH_ALL_METHODS { &["exact", "gmm-ut", "dee-961", "mc"][..] } else { &["exact", "gmm-ut"] };

@@ -23,7 +23,7 @@ fn of_scenario(file: &str, number: usize) -> Vec<Vec<f64>> {
 fn moments_agree_with_the_reference_to_its_accuracy() {
     for number in 1..=3 {
         let problem = paper(number);
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let exact = Exact::new(&problem, &flow, Settings::default());
         let reference = of_scenario("exact-moments.csv", number);
         assert_eq!(reference.len(), problem.times.len());
@@ -43,7 +43,7 @@ fn moments_agree_with_the_reference_to_its_accuracy() {
 fn common_probabilities_above_critical_e_agree_with_the_reference() {
     for (number, time) in [(1, 0.5), (1, 1.0), (1, 1.5), (2, 1.5), (2, 2.0)] {
         let problem = paper(number);
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let exact = Exact::new(&problem, &flow, Settings::default());
         let row = of_scenario("exact-moments.csv", number).into_iter().find(|row| row[0] == time).unwrap();
         let probability = exact.probability_above(problem.critical_e, time).unwrap();
@@ -58,7 +58,7 @@ fn probability_above_by_lines(problem: &Problem, time: f64) -> f64 {
     const WIDTH: f64 = 18.0;
     let tail = |z: f64| 0.5 * libm::erfc(z / 2f64.sqrt());
     let at = |k: f64, parts: usize| WIDTH * (k / parts as f64 - 0.5);
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let mut probability = 0.0;
     for line in 0..LINES {
         let v = at(line as f64 + 0.5, LINES);
@@ -87,7 +87,7 @@ fn rare_probabilities_above_critical_e_agree_with_a_scan_of_the_initial_plane() 
     // The reference file has 5.259065e-9 and 4.4717e-7 here, which neither way confirms.
     for time in [1.5, 2.0] {
         let problem = paper(3);
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let exact = Exact::new(&problem, &flow, Settings::default());
         let probability = exact.probability_above(problem.critical_e, time).unwrap();
         let scanned = probability_above_by_lines(&problem, time);
@@ -100,7 +100,7 @@ fn rare_probabilities_above_critical_e_agree_with_a_scan_of_the_initial_plane() 
 fn density_at_points_agrees_with_the_reference() {
     for number in 1..=3 {
         let problem = paper(number);
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let exact = Exact::new(&problem, &flow, Settings::default());
         for row in of_scenario("exact-density-points.csv", number) {
             let density = exact.density(&[row[1]], &[row[2]], row[0])[0];
@@ -113,7 +113,7 @@ fn density_at_points_agrees_with_the_reference() {
 fn bin_averages_are_the_averages_of_the_density_at_points() {
     const FINE: usize = 40;
     let problem = paper(1);
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let exact = Exact::new(&problem, &flow, Settings::default());
     let grids = comparison_grids(&problem, &flow, 30, 20).unwrap();
     for index in [1, 3, 4] {
@@ -140,7 +140,7 @@ fn bin_averages_are_the_averages_of_the_density_at_points() {
 fn joint_density_has_the_mass_that_its_border_encloses() {
     for number in 1..=3 {
         let problem = paper(number);
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let exact = Exact::new(&problem, &flow, Settings::default());
         let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
         for index in 0..problem.times.len() {
@@ -162,7 +162,7 @@ fn joint_density_of_the_thinnest_cloud_is_that_of_a_sample() {
     const ORBITS: usize = 100_000;
     const COARSE: usize = 10;
     let problem = paper(2);
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
     let (index, grid) = (3, grids[3]);
     let snapshot = Exact::new(&problem, &flow, Settings::default()).snapshot(&grids, index).unwrap();
@@ -188,13 +188,13 @@ fn joint_density_of_the_thinnest_cloud_is_that_of_a_sample() {
 fn rotating(initial: InitialGaussian) -> Problem {
     let force = Force { radiation: 0.3, oblateness: 0.0 };
     let period = 1.0 / (1.0f64 + 0.3 * 0.3).sqrt();
-    Problem { force, initial, times: vec![0.0, 0.5 * period, period], critical_e: 0.5 }
+    Problem { model: force, initial, times: vec![0.0, 0.5 * period, period], critical_e: 0.5 }
 }
 
 #[test]
 fn without_oblateness_a_cloud_about_zero_eccentricity_returns_after_a_period() {
     let problem = rotating(InitialGaussian { mean_phi: 1.0, mean_e: 0.02, sigma_phi: 1.5, sigma_e: 0.015 });
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let exact = Exact::new(&problem, &flow, Settings::default());
     let grids = comparison_grids(&problem, &flow, 40, 30).unwrap();
     let (first, last) = (exact.snapshot(&[grids[0]; 3], 0).unwrap(), exact.snapshot(&[grids[0]; 3], 2).unwrap());
@@ -221,7 +221,7 @@ fn density_of_a_cloud_wider_than_the_circle_adds_its_turns() {
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
     let problem = paper(3);
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 50, 50).unwrap();
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -234,7 +234,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 #[test]
 fn a_snapshot_that_does_not_exist_is_an_error() {
     let problem = paper(1);
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let error = Exact::new(&problem, &flow, Settings::default()).snapshot(&[], 9).unwrap_err();
     assert_eq!(error, Error::NoSuchSnapshot { index: 9, snapshots: 5, grids: 0 });
 }

@@ -33,7 +33,7 @@ fn rotation_first_passage(state: State, radiation: f64, critical_e: f64) -> f64 
 fn without_oblateness_orbits_pass_when_rigid_rotation_says() {
     let force = Force { radiation: 0.2, oblateness: 0.0 };
     let initial = InitialGaussian { mean_phi: 2.0, mean_e: 0.25, sigma_phi: 1.5, sigma_e: 0.08 };
-    let problem = Problem { force, initial, times: vec![0.0, 1.5], critical_e: 0.45 };
+    let problem = Problem { model: force, initial, times: vec![0.0, 1.5], critical_e: 0.45 };
     let (x1, x2) = sample(&problem, 5000, 3);
     let times = first_passage_times(&Flow::new(force), &x1, &x2, 0.45, 1.5).unwrap();
     let (mut never, mut later) = (0, 0);
@@ -75,7 +75,7 @@ fn orbits_that_start_above_have_passed_at_once() {
 fn passages_read_off_the_integrators_series_are_those_that_are_searched_for() {
     for (number, critical_e, end) in [(1, 0.6, 2.0), (1, 0.8, 2.0), (2, 0.78, 3.0), (3, 0.4, 2.0)] {
         let problem = Problem { critical_e, ..paper(number) };
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let (mut x1, mut x2) = sample(&problem, 5_000, 11);
         let searched = first_passage_times(&flow, &x1, &x2, critical_e, end).unwrap();
         let mut read_off = vec![f64::INFINITY; x1.len()];
@@ -106,7 +106,7 @@ fn passages_under_strong_radiation_and_oblateness_are_those_that_are_searched_fo
     {
         let force = Force { radiation, oblateness };
         let initial = InitialGaussian { mean_phi: 4.1, mean_e: 0.13, sigma_phi: 0.4, sigma_e: 0.04 };
-        let problem = Problem { force, initial, times: vec![0.0, 0.5], critical_e };
+        let problem = Problem { model: force, initial, times: vec![0.0, 0.5], critical_e };
         let (x1, x2) = sample(&problem, 500, 3);
         let flow = Flow::new(force);
         let read_off = passage_times(&flow, &x1, &x2, critical_e, 0.5).unwrap();
@@ -123,7 +123,7 @@ fn exact_curve_is_within_four_standard_errors_of_a_sample() {
     let cases = [(1, 0.6, 2.0), (1, 0.8, 2.0), (2, 0.78, 3.0), (3, 0.4, 2.0)];
     for (number, critical_e, end) in cases {
         let problem = Problem { critical_e, ..paper(number) };
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let times = curve_times(end, 65);
         let exact = exact_curve(&problem, &flow, &times).unwrap();
         let (x1, x2) = sample(&problem, ORBITS, 11);
@@ -141,7 +141,7 @@ fn exact_curve_is_within_four_standard_errors_of_a_sample() {
 fn exact_curve_never_falls_and_is_never_below_the_snapshot_probability() {
     for (number, critical_e, end) in [(1, 0.6, 2.0), (1, 0.8, 2.0), (2, 0.6, 3.0), (3, 0.4, 2.0), (3, 0.6, 2.0)] {
         let problem = Problem { critical_e, ..paper(number) };
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let times = curve_times(end, 65);
         let curve = exact_curve(&problem, &flow, &times).unwrap();
         let snapshot = Exact::new(&problem, &flow, Settings::default());
@@ -158,8 +158,8 @@ fn exact_curve_never_falls_and_is_never_below_the_snapshot_probability() {
 
 #[test]
 fn exact_curve_without_radiation_is_constant() {
-    let problem = Problem { force: Force { radiation: 0.0, oblateness: 0.4 }, critical_e: 0.16, ..paper(1) };
-    let curve = exact_curve(&problem, &Flow::new(problem.force), &curve_times(1.0, 5)).unwrap();
+    let problem = Problem { model: Force { radiation: 0.0, oblateness: 0.4 }, critical_e: 0.16, ..paper(1) };
+    let curve = exact_curve(&problem, &Flow::new(problem.model), &curve_times(1.0, 5)).unwrap();
     // P(e_0 > 0.16) = P(z > 0.6), with the cut at e = 0 below 1e-8.
     assert!(curve.iter().all(|point| (point.value - 0.274_253_117_750_074).abs() < 1e-8), "{curve:?}");
 }

@@ -7,6 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use density::dynamics::{Force, State};
 use density::flow::{Accuracy, Flow, Loss};
+use density::model::PlanarHamiltonian;
 use density::problem::InitialGaussian;
 use density::sampling::draw;
 
@@ -81,7 +82,7 @@ fn every_accuracy_keeps_what_it_promises_to_a_cloud() {
             let (mut x1, mut x2) = (x1.clone(), x2.clone());
             for _ in 0..pieces {
                 let years = 2.0 / f64::from(pieces);
-                Flow { force: PAPER, accuracy }.advance(&mut x1, &mut x2, years).unwrap();
+                Flow { model: PAPER, accuracy }.advance(&mut x1, &mut x2, years).unwrap();
             }
             (x1, x2)
         };
@@ -102,7 +103,7 @@ fn every_accuracy_keeps_what_it_promises_against_states_computed_with_40_digits(
     let rows = common::rows("states.csv");
     assert_eq!(rows.len(), 3 * 17 * 4);
     for accuracy in Accuracy::ALL {
-        let flow = Flow { force: PAPER, accuracy };
+        let flow = Flow { model: PAPER, accuracy };
         let mut worst: f64 = 0.0;
         for orbit in rows.chunks(4) {
             let mut state = State::from_polar(orbit[0].1[0], orbit[0].1[1]);
@@ -140,7 +141,7 @@ fn an_orbit_has_the_same_bytes_on_any_number_of_threads_and_in_any_company() {
 #[test]
 fn a_thousand_years_in_one_interval_are_followed_whatever_the_accuracy() {
     for accuracy in Accuracy::ALL {
-        let flow = Flow { force: PAPER, accuracy };
+        let flow = Flow { model: PAPER, accuracy };
         let (mut x1, mut x2) = cloud(SCENARIOS[0], 16);
         let before = hamiltonians(&x1, &x2);
         flow.advance(&mut x1, &mut x2, 1000.0).unwrap();

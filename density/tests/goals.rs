@@ -17,7 +17,7 @@ use density::problem::Problem;
 type Course = Vec<Estimate>;
 
 fn exact(problem: &Problem, grids: &[Grid]) -> Course {
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let exact = Exact::new(problem, &flow, ExactSettings::default());
     (0..grids.len()).map(|index| exact.snapshot(grids, index).unwrap().estimate).collect()
 }
@@ -25,7 +25,7 @@ fn exact(problem: &Problem, grids: &[Grid]) -> Course {
 fn carried(problem: &Problem, grids: &[Grid], count: usize, degree: usize) -> Vec<(Estimate, MeshDiagnostics)> {
     let points = initial_points(problem, count, Placement::Lattice, 0).unwrap();
     let mesh = CarriedMesh::new(&problem.initial, &points.phi, &points.e, points.lattice, degree).unwrap();
-    let mut orbits = Orbits::from_polar(Flow::new(problem.force), &points.phi, &points.e);
+    let mut orbits = Orbits::from_polar(Flow::new(problem.model), &points.phi, &points.e);
     let (mut phi, mut e) = (points.phi.clone(), points.e.clone());
     let estimate = |(&time, grid): (&f64, &Grid)| {
         orbits.advance_to(time).unwrap();
@@ -37,7 +37,7 @@ fn carried(problem: &Problem, grids: &[Grid], count: usize, degree: usize) -> Ve
 
 fn adaptive_mixture(problem: &Problem, grids: &[Grid]) -> (Course, usize) {
     let settings = mixture::Settings::default();
-    let mut propagator = Propagator::new(problem, &Flow::new(problem.force), &settings).unwrap();
+    let mut propagator = Propagator::new(problem, &Flow::new(problem.model), &settings).unwrap();
     let points = propagator.sigma_points() + propagator.pilot_points();
     let estimate = |(&time, grid): (&f64, &Grid)| {
         propagator.advance_to(time).unwrap();
@@ -62,7 +62,7 @@ fn l1(method: &Estimate, exact: &Estimate) -> f64 {
 fn check(name: &str, moment: f64, joint: f64, method: impl Fn(&Problem, &[Grid]) -> Course) {
     for number in 1..=3 {
         let problem = scenario(number);
-        let grids = comparison_grids(&problem, &Flow::new(problem.force), 100, 100).unwrap();
+        let grids = comparison_grids(&problem, &Flow::new(problem.model), 100, 100).unwrap();
         for (index, (found, exact)) in method(&problem, &grids).iter().zip(exact(&problem, &grids)).enumerate() {
             let (moment_error, joint_error) = (worst_moment(found, &exact), l1(found, &exact));
             println!("{name}, scenario {number}, snapshot {index}: moments {moment_error:.1e}, L1 {joint_error:.1e}");
@@ -99,7 +99,7 @@ fn the_adaptive_mixture_is_within_a_thousandth_in_every_moment_and_1_per_cent_in
 #[test]
 fn linear_triangles_too_coarse_for_scenario_two_say_so() {
     let problem = scenario(2);
-    let grids = comparison_grids(&problem, &Flow::new(problem.force), 100, 100).unwrap();
+    let grids = comparison_grids(&problem, &Flow::new(problem.model), 100, 100).unwrap();
     let coarse = carried(&problem, &grids, 961, 1);
     let exact = exact(&problem, &grids);
     let (estimate, diagnostics) = &coarse[3]; // 1.5 yr, where the cloud is thinner than a bin

@@ -48,7 +48,7 @@ fn carried_lattice_of_961_points_keeps_every_moment_to_a_hundredth_of_a_per_cent
 fn carried_straight_triangles_over_961_lattice_points_keep_every_moment_to_seven_tenths_of_a_per_cent() {
     for number in 1..=3 {
         let problem = scenario(number);
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let points = lattice_points(&problem, 31, 4.2).unwrap();
         let mesh = CarriedMesh::new(&problem.initial, &points.phi, &points.e, points.lattice, 1).unwrap();
         let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
@@ -204,7 +204,7 @@ fn wrong_columns_are_named_not_panicked_on() {
     moved[57] += 0.01;
     assert_eq!(new(&moved, Some(10), 3).unwrap_err(), MeshError::NotALattice { side: 10, row: 57 });
     let mesh = new(&points.phi, Some(10), 3).unwrap();
-    let grid = comparison_grids(&problem, &Flow::new(problem.force), 10, 10).unwrap()[0];
+    let grid = comparison_grids(&problem, &Flow::new(problem.model), 10, 10).unwrap()[0];
     let mut e = points.e.clone();
     e[3] = f64::NAN;
     let error = mesh.estimate(&points.phi, &e, &grid, 0.6).unwrap_err();

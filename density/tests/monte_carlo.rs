@@ -30,7 +30,7 @@ fn moments_are_exact_within_four_standard_errors_in_all_three_scenarios() {
     assert_eq!(rows.len(), 17);
     for number in 1..=3 {
         let (name, problem) = (format!("scenario-{number}"), common::paper(number));
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
         let (x1, x2) = draw(&problem.initial, 42, SAMPLES);
         let mut orbits = Orbits::new(flow, x1, x2);

@@ -18,7 +18,7 @@ const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
 
 fn problem(force: Force, [phi, e, delta_phi, delta_e]: [f64; 4], times: &[f64], critical_e: f64) -> Problem {
     let initial = InitialGaussian { mean_phi: phi, mean_e: e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e };
-    Problem { force, initial, times: times.to_vec(), critical_e }
+    Problem { model: force, initial, times: times.to_vec(), critical_e }
 }
 
 fn near_circular() -> Problem {
@@ -46,7 +46,7 @@ fn strong_radiation() -> Problem {
 
 /// Moments and diagnostics of DEE at all snapshots, the points read out modulo a turn as they are between processes.
 fn carried(problem: &Problem, count: usize) -> Vec<(Moments, f64, [f64; 4])> {
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let grids = comparison_grids(problem, &flow, 50, 50).unwrap();
     let points = initial_points(problem, count, Placement::Lattice, 0).unwrap();
     let mut orbits = Orbits::from_polar(flow, &points.phi, &points.e);
@@ -106,7 +106,7 @@ fn dee_gives_361_points_probabilities_between_zero_and_one() {
     for problem in [my_satellite(), start_at_phi_0(), wide_start()] {
         let points = initial_points(&problem, 361, Placement::Lattice, 0).unwrap();
         let times: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k) * problem.times.last().unwrap()).collect();
-        let curve = passage_curve(&problem, &Flow::new(problem.force), &points, 7, &times).unwrap();
+        let curve = passage_curve(&problem, &Flow::new(problem.model), &points, 7, &times).unwrap();
         assert!(curve.probability.iter().all(|p| (0.0..=1.0).contains(p)), "{curve:?}");
         assert!(curve.probability.windows(2).all(|pair| pair[0] <= pair[1]), "{curve:?}");
     }
@@ -126,7 +126,7 @@ fn dee_passages_of_961_points_are_right_within_the_error_that_they_claim() {
     ];
     for (problem, right, times) in cases {
         let points = initial_points(&problem, 961, Placement::Lattice, 0).unwrap();
-        let curve = passage_curve(&problem, &Flow::new(problem.force), &points, 7, &times).unwrap();
+        let curve = passage_curve(&problem, &Flow::new(problem.model), &points, 7, &times).unwrap();
         for (k, right) in right.into_iter().enumerate() {
             let (found, error) = (curve.probability[k], curve.error[k]);
             assert!((found - right).abs() < error + 1e-5, "t = {}: {found} +- {error}, right {right}", times[k]);
@@ -139,7 +139,7 @@ fn a_mixture_over_zero_eccentricity_has_the_moments_of_the_cut_gaussian_at_the_s
     // A normal cut at two deviations below its mean: Φ(2), and mean and variance of what is above.
     let problem = problem(PAPER, [2.2069, 0.02, 0.4, 0.02], &[0.0, 0.1], 0.6);
     let settings = mixture::Settings::default();
-    let propagator = Propagator::new(&problem, &Flow::new(problem.force), &settings).unwrap();
+    let propagator = Propagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
     let components = propagator.mixture().components;
     let (moments, _) = mixture::moments::moments(&components, 0.6).unwrap();
     let hazard = (-2f64).exp() / (2.0 * std::f64::consts::PI).sqrt() / 0.977_249_868_051_820_8;

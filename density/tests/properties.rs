@@ -13,6 +13,7 @@ use density::estimate::Estimate;
 use density::exact::{Exact, Settings};
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
+use density::model::PlanarHamiltonian;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
 use density::sampling;
@@ -33,7 +34,7 @@ fn stays_inside(problem: &Problem) -> bool {
     let years = problem.times[0];
     let times = (1..=STOPS).map(|k| years * f64::from(k) / f64::from(STOPS)).collect();
     let way = Problem { times, ..problem.clone() };
-    comparison_grids(&way, &Flow::new(problem.force), 1, 1)
+    comparison_grids(&way, &Flow::new(problem.model), 1, 1)
         .is_ok_and(|grids| grids.iter().all(|grid| grid.e.high < 0.95))
 }
 
@@ -50,7 +51,7 @@ prop_compose! {
     ) -> Problem {
         let sigma_e = relative_sigma_e * f64::min(mean_e, 1.0 - mean_e);
         Problem {
-            force: Force { radiation, oblateness },
+            model: Force { radiation, oblateness },
             initial: InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e },
             times: vec![years],
             critical_e,
@@ -73,10 +74,10 @@ proptest! {
 
     #[test]
     fn hamiltonian_is_constant_along_every_trajectory(problem in problem()) {
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let (mut x1, mut x2) = sampling::draw(&problem.initial, 1, 200);
         let energy = |x1: &[f64], x2: &[f64]| -> Vec<f64> {
-            x1.iter().zip(x2).map(|(&x1, &x2)| problem.force.hamiltonian(State { x1, x2 })).collect()
+            x1.iter().zip(x2).map(|(&x1, &x2)| problem.model.hamiltonian(State { x1, x2 })).collect()
         };
         let before = energy(&x1, &x2);
         flow.advance(&mut x1, &mut x2, problem.times[0]).unwrap();
@@ -88,7 +89,7 @@ proptest! {
 
     #[test]
     fn comparison_grid_holds_999_of_1000_samples(problem in problem()) {
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let grid = comparison_grids(&problem, &flow, 50, 50).unwrap()[0];
         let estimate = monte_carlo(&problem, flow, grid, 20_000);
         prop_assert!(estimate.mass() >= 0.999, "{}", estimate.mass());
@@ -100,7 +101,7 @@ proptest! {
 
     #[test]
     fn exact_joint_density_and_what_lies_outside_make_one(problem in problem()) {
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let grids = comparison_grids(&problem, &flow, 40, 40).unwrap();
         let settings = Settings { moment_error: 1e-6, joint_error: 1e-3, ..Settings::default() };
         let snapshot = Exact::new(&problem, &flow, settings).snapshot(&grids, 0).unwrap();
@@ -111,7 +112,7 @@ proptest! {
 
     #[test]
     fn exact_moments_are_those_of_a_sample_within_five_standard_errors(problem in problem()) {
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let grid = comparison_grids(&problem, &flow, 10, 10).unwrap()[0];
         let settings = Settings { moment_error: 1e-6, ..Settings::default() };
         let exact = Exact::new(&problem, &flow, settings);

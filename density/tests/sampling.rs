@@ -60,7 +60,7 @@ struct Snapshot {
 impl Snapshot {
     fn of_scenario_1(index: usize) -> Self {
         let problem = paper(1);
-        let flow = Flow::new(problem.force);
+        let flow = Flow::new(problem.model);
         let (grid, years) = (comparison_grids(&problem, &flow, 20, 20).unwrap()[index], problem.times[index]);
         let exact = Exact::new(&problem, &flow, Settings::default());
         let moments = exact.moments(years).unwrap();

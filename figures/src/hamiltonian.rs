@@ -12,6 +12,7 @@
 use std::f64::consts::PI;
 
 use density::dynamics::{Force, State};
+use density::model::PlanarHamiltonian;
 
 use crate::elements::Point;
 

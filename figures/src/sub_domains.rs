@@ -11,6 +11,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use density::dynamics::{Force, State};
+use density::model::PlanarHamiltonian;
 
 use crate::elements::Point;
 use crate::hamiltonian::{self, STILL, Stationary};

@@ -102,7 +102,7 @@ fn assignment() -> Assignment {
         scenario: 0,
         scenarios: 1,
         problem: Problem {
-            force: Force { radiation: 0.15, oblateness: 0.4 },
+            model: Force { radiation: 0.15, oblateness: 0.4 },
             initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
             times: vec![0.0, 0.5],
             critical_e: 0.6,

@@ -63,7 +63,7 @@ fn own_curve(assignment: &Assignment) -> Result<Vec<f64>, String> {
     let plan = Plan { draws: Draws::Sobol, seed: 1, replicates: std::num::NonZeroUsize::MIN };
     let (x1, x2) = plan.draw(&problem.initial, ORBITS);
     let end = times.last().copied().unwrap_or(0.0);
-    let passages = first_passage_times(&Flow::new(problem.force), &x1, &x2, problem.critical_e, end);
+    let passages = first_passage_times(&Flow::new(problem.model), &x1, &x2, problem.critical_e, end);
     let passages = passages.map_err(|why| format!("our own orbits cannot be followed: {why}"))?;
     Ok(empirical_curve(&passages, None, &times).probability)
 }

@@ -10,6 +10,7 @@ use density::dynamics::{State, density_growth, density_growth_without_jacobian};
 use density::estimate::{Estimate, Moments};
 use density::exact::{Exact, Settings};
 use density::flow::Flow;
+use density::model::PlanarHamiltonian;
 use messages::layout::{DensityHeader, SnapshotHeader, kind, treatment};
 use nodes::assignment::Assignment;
 use nodes::method::{Case, Estimated};
@@ -132,7 +133,7 @@ fn hamiltonian(assignment: &Assignment, tables: &[Table]) -> Result<String, Stri
     let keep_places = tables[0].header.kind == kind::CHARACTERISTICS;
     let values = |table: &Table| {
         let mut values: Vec<f64> =
-            table.states().into_iter().map(|state| assignment.problem.force.hamiltonian(state)).collect();
+            table.states().into_iter().map(|state| assignment.problem.model.hamiltonian(state)).collect();
         if !keep_places {
             values.sort_by(f64::total_cmp);
         }
@@ -225,7 +226,7 @@ struct Worst {
 impl Worst {
     /// Compares the moments of a snapshot with the exact ones.
     fn take(&mut self, assignment: &Assignment, table: &Table, moments: &Moments) {
-        let flow = Flow::new(assignment.problem.force);
+        let flow = Flow::new(assignment.problem.model);
         let exact = Exact::new(&assignment.problem, &flow, Settings::default());
         let (time, critical_e) = (table.header.time, assignment.problem.critical_e);
         let right = exact.moments(time).and_then(|right| Ok((right, exact.probability_above(critical_e, time)?)));

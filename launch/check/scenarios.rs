@@ -47,7 +47,7 @@ pub fn long() -> Result<Scenario, LostOrbit> {
 /// coordinate's, once in `1/sqrt(1 + C²)` yr. Here that is 71.6 degrees and 0.32 yr: the whole cloud leaves `e < 1`.
 pub fn impossible() -> Result<Scenario, LostOrbit> {
     let problem = Problem {
-        force: Force { radiation: 3.0, oblateness: 0.0 },
+        model: Force { radiation: 3.0, oblateness: 0.0 },
         initial: cloud(0.5, 0.1, 0.01, 0.002),
         times: vec![0.0, 0.2, 0.4],
         critical_e: 0.6,
@@ -62,7 +62,7 @@ fn cloud(mean_phi: f64, mean_e: f64, sigma_phi: f64, sigma_e: f64) -> InitialGau
 }
 
 fn bounded(name: &'static str, force: Force, initial: InitialGaussian, times: Vec<f64>) -> Result<Scenario, LostOrbit> {
-    let problem = Problem { force, initial, times, critical_e: 0.5 };
+    let problem = Problem { model: force, initial, times, critical_e: 0.5 };
     let grids = comparison_grids(&problem, &Flow::new(force), BINS.0, BINS.1)?;
     Ok(Scenario { name, problem, grids })
 }

@@ -27,7 +27,7 @@ impl Propagator for Mine {
         let problem = &assignment.problem;
         let plan = Plan { draws: Draws::Independent, seed: 1, replicates: NonZeroUsize::MIN };
         let (x1, x2) = plan.draw(&problem.initial, SAMPLES);
-        self.work = Some((Orbits::new(Flow::new(problem.force), x1, x2), problem.times.clone()));
+        self.work = Some((Orbits::new(Flow::new(problem.model), x1, x2), problem.times.clone()));
         // `messages::layout::kind` says which other kinds there are, and what their columns are.
         Ok(Form { kind: kind::SAMPLES, most_rows: SAMPLES, ..Form::default() })
     }

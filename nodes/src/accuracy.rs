@@ -12,7 +12,7 @@ pub struct AccuracySetting(pub Accuracy);
 impl AccuracySetting {
     /// The flow of `force` at the accuracy set, or at the default one.
     pub(crate) fn flow(setting: Option<Self>, force: Force) -> Flow {
-        Flow { force, accuracy: setting.unwrap_or_default().0 }
+        Flow { model: force, accuracy: setting.unwrap_or_default().0 }
     }
 }
 

@@ -1,7 +1,5 @@
 //! The problem as it arrives on the scenario topic, checked and in the terms of science; and the way back.
 
-use std::path::Path;
-
 use density::dynamics::Force;
 use density::first_passage::curve_times;
 use density::grid::{Axis, Grid};
@@ -12,7 +10,7 @@ use messages::text::{pack, unpack};
 use messages::topic::Scenario;
 
 use crate::failure::Failure;
-use crate::input::{InputFile, PLAIN_NAME, is_plain_name};
+use crate::input::{PLAIN_NAME, is_plain_name};
 use crate::scenario_file::{self, ScenarioFile};
 use crate::screen::MOST_BINS;
 
@@ -62,35 +60,30 @@ impl Assignment {
         if header.scenarios > 0 && header.scenario >= header.scenarios {
             return Err(format!("scenario {} of {}", header.scenario, header.scenarios));
         }
-        let fields = [header.radiation, header.oblateness, header.mean_phi, header.critical_e];
-        let widths = [header.sigma_phi, header.sigma_e];
-        if !fields.iter().chain(&widths).chain(items).all(|value| value.is_finite()) {
+        if !items.iter().all(|value| value.is_finite()) {
             return Err("a number that is not finite".into());
-        }
-        if !(header.sigma_phi > 0.0 && header.sigma_e > 0.0 && header.mean_e > 0.0 && header.mean_e < 1.0) {
-            return Err("an initial Gaussian without width, or centred outside 0 < e < 1".into());
         }
         let rows = || items.chunks_exact(SCENARIO_COLUMNS);
         let grid = |row: &[f64]| Grid {
             phi: Axis { low: row[1], high: row[2], bins: header.phi_bins as usize },
             e: Axis { low: row[3], high: row[4], bins: header.e_bins as usize },
         };
-        if !rows().all(|row| row[1] < row[2] && row[3] < row[4]) || !rows().is_sorted_by(|a, b| a[0] < b[0]) {
-            return Err("grids without extent, or times that do not ascend".into());
+        if !rows().all(|row| row[1] < row[2] && row[3] < row[4]) {
+            return Err("grids without extent".into());
         }
         Ok(Self {
             run_id: header.run_id,
             name: unpack(&header.name),
             scenario: header.scenario,
             scenarios: header.scenarios,
-            problem: problem(header, rows().map(|row| row[0]).collect()),
+            problem: problem(header, rows().map(|row| row[0]).collect())?,
             grids: rows().map(grid).collect(),
         })
     }
 
     /// The message's header and items.
     pub fn to_parts(&self) -> (ScenarioHeader, Vec<f64>) {
-        let Problem { force, initial, times, critical_e } = &self.problem;
+        let Problem { model: force, initial, times, critical_e } = &self.problem;
         let header = ScenarioHeader {
             run_id: self.run_id,
             radiation: force.radiation,
@@ -118,21 +111,22 @@ impl Assignment {
 }
 
 /// The problem that a header states, with snapshots at `times`.
-fn problem(header: &ScenarioHeader, times: Vec<f64>) -> Problem {
-    Problem {
-        force: Force { radiation: header.radiation, oblateness: header.oblateness },
-        initial: InitialGaussian {
-            mean_phi: header.mean_phi,
-            mean_e: header.mean_e,
-            sigma_phi: header.sigma_phi,
-            sigma_e: header.sigma_e,
-        },
-        times,
-        critical_e: header.critical_e,
-    }
+///
+/// # Errors
+/// What is wrong, by the key that a scenario file has for it.
+fn problem(header: &ScenarioHeader, times: Vec<f64>) -> Result<Problem, String> {
+    let force = Force { radiation: header.radiation, oblateness: header.oblateness };
+    let initial = InitialGaussian {
+        mean_phi: header.mean_phi,
+        mean_e: header.mean_e,
+        sigma_phi: header.sigma_phi,
+        sigma_e: header.sigma_e,
+    };
+    let problem = Problem::new(force, initial, times, header.critical_e);
+    problem.map_err(|error| format!("{}: {}", scenario_file::key(error.field), error.problem()))
 }
 
-/// The problem that a request is about, checked as if it stood in a file.
+/// The problem that a request is about.
 ///
 /// # Errors
 /// [`Failure::Refused`] says what is wrong.
@@ -141,9 +135,12 @@ pub fn read_request(header: &ScenarioHeader, times: &[f64]) -> Result<ScenarioFi
     if !is_plain_name(&name) {
         return Err(Failure::Refused(format!("a request's name must be plain: {PLAIN_NAME}")));
     }
-    let problem = problem(header, times.to_vec());
-    let as_file = InputFile::from_text(Path::new(&format!("request {name}")), &scenario_file::to_text(&name, &problem));
-    scenario_file::check(&as_file).map_err(|e| Failure::Refused(e.to_string()))
+    let refused = |why: &str| Failure::Refused(format!("request {name}: {why}"));
+    if !scenario_file::is_right_number_of_times(times.len()) {
+        return Err(refused(&format!("times.at: must be 2 to {MOST_SNAPSHOTS} times")));
+    }
+    let problem = problem(header, times.to_vec()).map_err(|why| refused(&why))?;
+    Ok(ScenarioFile { name, problem })
 }
 
 /// The header and the times of a request to work on a scenario; `number` is what the answer will carry.
@@ -170,7 +167,7 @@ mod tests {
             scenario: 0,
             scenarios: 1,
             problem: Problem {
-                force: Force { radiation: 0.15, oblateness: 0.4 },
+                model: Force { radiation: 0.15, oblateness: 0.4 },
                 initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
                 times: vec![0.0, 0.5],
                 critical_e: 0.6,

@@ -230,7 +230,7 @@ impl Propagator for DensityEvolution {
         let (seed, resolution, degree) = (self.settings.seed(), self.settings.resolution(), self.settings.degree());
         let start = initial_points(problem, samples, self.settings.placement(), seed)?;
         let range = self.shard.part(start.phi.len())?;
-        let flow = AccuracySetting::flow(accuracy, problem.force);
+        let flow = AccuracySetting::flow(accuracy, problem.model);
         let orbits = Orbits::from_polar(flow, &start.phi[range.clone()], &start.e[range.clone()]);
         let form = Form {
             kind: kind::CHARACTERISTICS,
@@ -258,7 +258,7 @@ impl Propagator for DensityEvolution {
         let with_jacobian = self.settings.mode == Mode::Corrected;
         let [phi, e] = [&work.start.phi, &work.start.e].map(|column| &column[work.range.clone()]);
         work.densities =
-            characteristic_densities(&work.problem.initial, phi, e, &orbits.x1, &orbits.x2, with_jacobian)?;
+            characteristic_densities(&work.problem.initial, phi, e, orbits.x1(), orbits.x2(), with_jacobian)?;
         Ok(rows)
     }
 
@@ -284,7 +284,7 @@ impl Propagator for DensityEvolution {
         }
         let start = Orbits::from_polar(flow, &work.start.phi, &work.start.e);
         let end = times.last().copied().unwrap_or(0.0);
-        let passages = passage_times(&flow, &start.x1, &start.x2, work.problem.critical_e, end)?;
+        let passages = passage_times(&flow, start.x1(), start.x2(), work.problem.critical_e, end)?;
         let mut curve = empirical_curve(&passages, None, times);
         curve.interval = None;
         Ok(Passage::Curve(Passage::rows(&curve)))

@@ -108,7 +108,7 @@ impl Propagator for ExactDensity {
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
         let (assignment, snapshot) = self.work.as_mut().ok_or_else(Failure::no_scenario)?;
-        let flow = AccuracySetting::flow(self.accuracy, assignment.problem.force);
+        let flow = AccuracySetting::flow(self.accuracy, assignment.problem.model);
         let exact = Exact::new(&assignment.problem, &flow, self.settings).snapshot(&assignment.grids, index)?;
         let rows = DENSITY_HEAD + exact.estimate.joint.len();
         *snapshot = Some(exact);
@@ -135,7 +135,7 @@ impl Propagator for ExactDensity {
 
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let (assignment, _) = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
-        let flow = AccuracySetting::flow(self.accuracy, assignment.problem.force);
+        let flow = AccuracySetting::flow(self.accuracy, assignment.problem.model);
         let ExactSettings { most_orbits, limits, .. } = self.settings;
         let curve = curve(&assignment.problem, &flow, times, most_orbits)?;
         // A probability that is not stood behind is withheld; its bounds are known all the same.

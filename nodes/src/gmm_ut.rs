@@ -201,7 +201,7 @@ impl GaussianMixture {
 impl Propagator for GaussianMixture {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
-        let flow = AccuracySetting::flow(self.settings.accuracy, problem.force);
+        let flow = AccuracySetting::flow(self.settings.accuracy, problem.model);
         let propagator = mixture::Propagator::new(problem, &flow, &self.settings.for_mixture())?;
         let form = Form { kind: kind::MIXTURE, most_rows: propagator.components(), ..Form::default() };
         self.course = Some(Course { propagator, times: problem.times.clone(), mixture: None, disagreement: f64::NAN });

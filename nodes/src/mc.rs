@@ -122,7 +122,7 @@ impl Propagator for MonteCarlo {
         let range = self.shard.part(samples)?;
         let (first, most_rows) = (range.start, range.len());
         let (x1, x2) = self.settings.plan().draw_range(&problem.initial, range);
-        let orbits = Orbits::new(AccuracySetting::flow(accuracy, problem.force), x1, x2);
+        let orbits = Orbits::new(AccuracySetting::flow(accuracy, problem.model), x1, x2);
         let (points, curve_times) = (vec![PENDING; most_rows], assignment.passage_times());
         self.sample = Some(Sample { first, orbits, points, curve_times, problem: problem.clone() });
         let replicates = if replicates > 1 { replicates as u32 } else { 0 };

@@ -281,7 +281,7 @@ mod tests {
     #[test]
     fn a_curve_contradicts_the_initial_cloud_or_its_own_snapshots_only_beyond_its_noise() {
         let problem = Problem {
-            force: Force { radiation: 0.15, oblateness: 0.4 },
+            model: Force { radiation: 0.15, oblateness: 0.4 },
             initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
             times: vec![0.0, 0.7],
             critical_e: 0.6,

@@ -112,7 +112,7 @@ impl Desk<'_> {
             )));
         }
         let (phi_bins, e_bins) = self.bins;
-        let grids = comparison_grids(problem, &Flow::new(problem.force), phi_bins, e_bins)?;
+        let grids = comparison_grids(problem, &Flow::new(problem.model), phi_bins, e_bins)?;
         let position = self.position;
         self.position += 1;
         if position < self.first {

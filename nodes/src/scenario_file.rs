@@ -1,10 +1,10 @@
 //! Scenario files: the problem as a user writes it.
 
-use std::f64::consts::TAU;
 use std::path::Path;
 
-use density::dynamics::{Force, force_from_orbit};
-use density::problem::{InitialGaussian, Problem};
+use density::dynamics::Force;
+use density::problem::{InitialGaussian, MOST_YEARS, Problem};
+use density::problem_error::{Field, ProblemError};
 use messages::layout::MOST_SNAPSHOTS;
 use serde::Deserialize;
 use toml::Spanned;
@@ -85,21 +85,68 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     }
     let Initial { phi, e, delta_phi, delta_e } = &raw.initial;
     let initial = InitialGaussian {
-        mean_phi: angle(file, phi, "between -2π and 2π", |x| x.abs() <= TURN)?,
-        mean_e: number(file, e, "between 0 and 1, both excluded", |x| x > 0.0 && x < 1.0)?,
-        sigma_phi: 0.5 * angle(file, delta_phi, "at least 1e-9 and at most 2π", |x| (1e-9..=TURN).contains(&x))?,
-        sigma_e: 0.5 * number(file, delta_e, "at least 1e-9 and at most 1", |x| (1e-9..=1.0).contains(&x))?,
+        mean_phi: *phi.get_ref(),
+        mean_e: *e.get_ref(),
+        sigma_phi: 0.5 * delta_phi.get_ref(),
+        sigma_e: 0.5 * delta_e.get_ref(),
     };
-    let critical = &raw.disposal.critical_e;
-    Ok(ScenarioFile {
-        name: raw.name.get_ref().clone(),
-        problem: Problem {
-            force: force(file, &raw.orbit)?,
-            initial,
-            times: times(file, &raw.times)?,
-            critical_e: number(file, critical, "between 0 and 1, both excluded", |x| x > 0.0 && x < 1.0)?,
-        },
-    })
+    let force = force(file, &raw.orbit)?;
+    let times = times(file, &raw.times)?;
+    let problem = Problem::new(force, initial, times, *raw.disposal.critical_e.get_ref());
+    Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem: problem.map_err(|error| raw.locate(file, &error))? })
+}
+
+/// The key of a scenario file that states a field of a problem.
+pub fn key(field: Field) -> String {
+    match field {
+        Field::Parameter(name) => format!("orbit.{name}"),
+        Field::MeanPhi => "initial.phi".into(),
+        Field::MeanE => "initial.e".into(),
+        Field::DeltaPhi => "initial.delta_phi".into(),
+        Field::DeltaE => "initial.delta_e".into(),
+        Field::Times => "times.at".into(),
+        Field::CriticalE => "disposal.critical_e".into(),
+    }
+}
+
+impl Raw {
+    /// The line and key of what is wrong with the problem.
+    fn locate(&self, file: &InputFile, error: &ProblemError) -> InputError {
+        let problem = error.problem();
+        let number = |value: &Spanned<f64>| file.error(value, &problem);
+        let Times { end, at, .. } = self.times.get_ref();
+        match error.field {
+            Field::Parameter(name) => self.orbit.get_ref().locate(file, name, &self.orbit, &problem),
+            Field::MeanPhi => number(&self.initial.phi),
+            Field::MeanE => number(&self.initial.e),
+            Field::DeltaPhi => number(&self.initial.delta_phi),
+            Field::DeltaE => number(&self.initial.delta_e),
+            Field::CriticalE => number(&self.disposal.critical_e),
+            Field::Times => match (at, end) {
+                (Some(at), _) => file.error(at, &problem),
+                (None, Some(end)) => number(end),
+                (None, None) => file.error(&self.times, &problem),
+            },
+        }
+    }
+}
+
+impl Orbit {
+    /// The line and key of the parameter `name`; of the whole table if it follows from others.
+    fn locate(&self, file: &InputFile, name: &str, table: &Spanned<Self>, problem: &str) -> InputError {
+        let value = match name {
+            "radiation" => &self.radiation,
+            "oblateness" => &self.oblateness,
+            "semi_major_axis" => &self.semi_major_axis,
+            "area_to_mass" => &self.area_to_mass,
+            "reflectivity" => &self.reflectivity,
+            _ => &None,
+        };
+        match value {
+            Some(value) => file.error(value, problem),
+            None => file.error(table, &format!("gives {name}: {problem}")),
+        }
+    }
 }
 
 fn number(
@@ -116,47 +163,27 @@ fn number(
     }
 }
 
-/// A full turn \[rad\], with room for one that was written with six digits.
-const TURN: f64 = TAU + 1e-5;
-
-/// As [`number`], of an angle in radians; one that is too large for that may be meant in degrees.
-fn angle(
-    file: &InputFile,
-    value: &Spanned<f64>,
-    range: &str,
-    is_right: impl Fn(f64) -> bool,
-) -> Result<f64, InputError> {
-    let x = *value.get_ref();
-    let hint = match x.to_radians() {
-        radians if x.abs() > TURN && is_right(radians) => format!("; if {x} degrees are meant, write {radians:.7}"),
-        _ => String::new(),
-    };
-    number(file, value, &format!("an angle in radians, {range}{hint}"), is_right)
-}
-
 fn force(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Force, InputError> {
     match orbit.get_ref() {
         Orbit {
-            radiation: Some(c),
-            oblateness: Some(w),
+            radiation: Some(radiation),
+            oblateness: Some(oblateness),
             semi_major_axis: None,
             area_to_mass: None,
             reflectivity: None,
-        } => Ok(Force {
-            radiation: number(file, c, "0 or greater, at most 100", |x| (0.0..=100.0).contains(&x))?,
-            oblateness: number(file, w, "0 or greater, at most 100", |x| (0.0..=100.0).contains(&x))?,
-        }),
+        } => Ok(Force { radiation: *radiation.get_ref(), oblateness: *oblateness.get_ref() }),
         Orbit {
             radiation: None,
             oblateness: None,
             semi_major_axis: Some(a),
             area_to_mass: Some(ratio),
             reflectivity: Some(reflectivity),
-        } => Ok(force_from_orbit(
-            number(file, a, "more than 1 Earth radius, at most 100", |x| x > 1.0 && x <= 100.0)?,
-            number(file, ratio, "0 or greater, at most 1000 m²/kg", |x| (0.0..=1000.0).contains(&x))?,
-            number(file, reflectivity, "between 0 and 2", |x| (0.0..=2.0).contains(&x))?,
-        )),
+        } => Force::from_orbit(*a.get_ref(), *ratio.get_ref(), *reflectivity.get_ref()).map_err(|error| {
+            match error.field {
+                Field::Parameter(name) => orbit.get_ref().locate(file, name, orbit, &error.problem()),
+                _ => file.error(orbit, &error.problem()),
+            }
+        }),
         _ => Err(file.error(
             orbit,
             "must have either radiation and oblateness, or semi_major_axis, area_to_mass and reflectivity",
@@ -173,19 +200,20 @@ fn times(file: &InputFile, times: &Spanned<Times>) -> Result<Vec<f64>, InputErro
     }
 }
 
+/// How many snapshots a scenario may have: as many as a message holds.
+pub fn is_right_number_of_times(times: usize) -> bool {
+    (2..=MOST_SNAPSHOTS).contains(&times)
+}
+
 fn listed_times(file: &InputFile, at: &Spanned<Vec<f64>>) -> Result<Vec<f64>, InputError> {
-    let list = at.get_ref();
-    if list.first() != Some(&0.0) || !list.is_sorted_by(|a, b| a < b) {
-        return Err(file.error(at, "must start with 0.0, and its times must ascend"));
+    if !is_right_number_of_times(at.get_ref().len()) {
+        return Err(file.error(at, &format!("must be 2 to {MOST_SNAPSHOTS} times")));
     }
-    if !(2..=MOST_SNAPSHOTS).contains(&list.len()) || !list.iter().all(|t| (0.0..=1000.0).contains(t)) {
-        return Err(file.error(at, &format!("must be 2 to {MOST_SNAPSHOTS} times of at most 1000 yr")));
-    }
-    Ok(list.clone())
+    Ok(at.get_ref().clone())
 }
 
 fn stepped_times(file: &InputFile, end_at: &Spanned<f64>, every: &Spanned<f64>) -> Result<Vec<f64>, InputError> {
-    let end = number(file, end_at, "at least 1e-6 and at most 1000 yr", |x| (1e-6..=1000.0).contains(&x))?;
+    let end = number(file, end_at, "at least 1e-6 and at most 1000 yr", |x| (1e-6..=MOST_YEARS).contains(&x))?;
     let step = number(file, every, "greater than 0 and at most end", |x| x > 0.0 && x <= end)?;
     let steps = (end / step).round();
     if (steps * step - end).abs() > 1e-9 * end {
@@ -211,7 +239,7 @@ fn as_meant(multiple: f64) -> f64 {
 
 /// The text of a scenario file that says `problem`.
 pub fn to_text(name: &str, problem: &Problem) -> String {
-    let Problem { force, initial, times, critical_e } = problem;
+    let Problem { model: force, initial, times, critical_e } = problem;
     format!(
         "name = \"{name}\"\n\n[orbit]\nradiation = {:?}\noblateness = {:?}\n\n[initial]\nphi = {:?}\ne = {:?}\n\
          delta_phi = {:?}\ndelta_e = {:?}\n\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = {critical_e:?}\n",
@@ -271,8 +299,8 @@ mod tests {
     fn parameters_follow_from_the_orbit() {
         let orbit = "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2";
         let scenario = load_with("radiation = 0.15\noblateness = 0.40921", orbit).unwrap();
-        assert!((scenario.problem.force.oblateness - 0.40921).abs() < 1e-5);
-        assert!(scenario.problem.force.radiation > 0.0);
+        assert!((scenario.problem.model.oblateness - 0.40921).abs() < 1e-5);
+        assert!(scenario.problem.model.radiation > 0.0);
     }
 
     #[test]

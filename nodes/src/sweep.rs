@@ -275,7 +275,7 @@ mod tests {
                 assert_eq!(name, format!("s-{index}"));
                 assert_eq!(sweep.index_of(&name), Some(index));
                 assert_eq!(sweep.values(index)[0], problem.initial.mean_e);
-                (problem.initial.mean_e, (problem.force.radiation * 1e9).round() / 1e9)
+                (problem.initial.mean_e, (problem.model.radiation * 1e9).round() / 1e9)
             })
             .collect();
         assert_eq!(sweep.combination(3), "initial.e = 0.2, orbit.radiation = 0.1");

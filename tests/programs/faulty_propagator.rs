@@ -94,7 +94,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
     let drawn = |seed: u64| {
         let plan = Plan { draws: Draws::Independent, seed, replicates: std::num::NonZeroUsize::MIN };
         let (x1, x2) = plan.draw(&initial, SAMPLES);
-        Orbits::new(Flow::new(problem.force), x1, x2)
+        Orbits::new(Flow::new(problem.model), x1, x2)
     };
     let mut orbits = drawn(5);
     let outlet = session.domain.outlet::<Snapshot>(2 * SAMPLES)?;

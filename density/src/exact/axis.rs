@@ -1,9 +1,10 @@
 //! Every orbit by the point at which it is least eccentric.
 //!
-//! The flow is reversible: `(x1, x2) -> (-x1, x2)` with time reversed maps orbits onto orbits. All its stationary points lie on
-//! the axis `x1 = 0`, so every closed orbit encloses a point of the axis, crosses it, is its own mirror image, and crosses it
-//! exactly twice. As `e' = n_sun C s sin(phi)` (Eq. 1), the eccentricity grows wherever `x1 > 0` and falls where `x1 < 0`: it
-//! is least at the crossing where `x1` grows, and largest at the other one. On the axis
+//! The flow is reversible: `(x1, x2) -> (-x1, x2)` with time reversed maps orbits onto orbits. The eccentricity grows wherever
+//! `x1 > 0` and falls where `x1 < 0` ([`PlanarHamiltonian::eccentricity_follows_x1`]; of the paper's model `e' = n_sun C s sin(phi)`,
+//! Eq. 1). So all stationary points lie on the axis `x1 = 0`, every closed orbit encloses a point of the axis, crosses it, is its
+//! own mirror image, and crosses it exactly twice: its eccentricity is least at the crossing where `x1` grows, and largest at the
+//! other one. On the axis, in the paper's model,
 //!
 //! ```text
 //! h(q) = H(0, q) = s + C q + (W/3)/s³      h'(q) = C + q (W/s⁴ - 1)/s      s = sqrt(1 - q²)
@@ -13,7 +14,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::dynamics::{Force, State};
+use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::hamiltonian_range::Interval;
 
@@ -24,33 +25,33 @@ const RIM: f64 = 1.0 - 1e-9;
 
 /// The parts of the axis `x1 = 0` on which `H` grows with `q = x2`: one point an orbit.
 #[derive(Debug, Clone)]
-pub(crate) struct Axis {
-    force: Force,
+pub(crate) struct Axis<M> {
+    model: M,
     /// Ascending, each from a minimum of `h` (or the rim) to a maximum (or the rim).
     rising: Vec<(f64, f64)>,
 }
 
-impl Axis {
-    pub(crate) fn new(force: Force) -> Self {
+impl<M: PlanarHamiltonian> Axis<M> {
+    pub(crate) fn new(model: M) -> Self {
         let angle = |k: u32| FRAC_PI_2 * (2.0 * f64::from(k) / f64::from(STEPS) - 1.0);
         let point = |k: u32| angle(k).sin().clamp(-RIM, RIM);
         let mut rising = Vec::new();
-        let mut start = (slope(force, -RIM) > 0.0).then_some(-RIM);
+        let mut start = (model.slope_on_axis(-RIM) > 0.0).then_some(-RIM);
         for k in 0..STEPS {
             let (a, b) = (point(k), point(k + 1));
-            match (slope(force, a) > 0.0, slope(force, b) > 0.0) {
-                (false, true) => start = Some(turning_point(force, a, b)),
-                (true, false) => rising.extend(start.take().map(|start| (start, turning_point(force, a, b)))),
+            match (model.slope_on_axis(a) > 0.0, model.slope_on_axis(b) > 0.0) {
+                (false, true) => start = Some(turning_point(&model, a, b)),
+                (true, false) => rising.extend(start.take().map(|start| (start, turning_point(&model, a, b)))),
                 _ => {}
             }
         }
         rising.extend(start.map(|start| (start, RIM)));
-        Self { force, rising }
+        Self { model, rising }
     }
 
     /// `h(q)`.
     pub(crate) fn hamiltonian(&self, q: f64) -> f64 {
-        self.force.hamiltonian(State { x1: 0.0, x2: q })
+        self.model.hamiltonian(State { x1: 0.0, x2: q })
     }
 
     /// The rising parts with `h` in an interval.
@@ -89,21 +90,15 @@ impl Axis {
     /// The point of a rising part that the orbit through `state` passes: of those with its `H` the most eccentric one that is
     /// not more eccentric than the state.
     pub(crate) fn orbit_of(&self, state: State) -> Option<f64> {
-        let (h, e) = (self.force.hamiltonian(state), state.eccentricity());
+        let (h, e) = (self.model.hamiltonian(state), state.eccentricity());
         let points = self.rising.iter().filter_map(|&(low, high)| self.point_of(h, low, high));
         points.filter(|q| q.abs() <= e + 1e-9).max_by(|a, b| a.abs().total_cmp(&b.abs()))
     }
 }
 
-/// `h'(q)`.
-pub(crate) fn slope(force: Force, q: f64) -> f64 {
-    let s = ((1.0 - q) * (1.0 + q)).sqrt();
-    force.radiation + q * (force.oblateness / s.powi(4) - 1.0) / s
-}
-
-fn turning_point(force: Force, a: f64, b: f64) -> f64 {
-    let rises = slope(force, a) > 0.0;
-    boundary(a, b, |q| (slope(force, q) > 0.0) == rises)
+fn turning_point(model: &impl PlanarHamiltonian, a: f64, b: f64) -> f64 {
+    let rises = model.slope_on_axis(a) > 0.0;
+    boundary(a, b, |q| (model.slope_on_axis(q) > 0.0) == rises)
 }
 
 /// Where `holds` ends between `low`, where it holds, and `high`, to the last bit.
@@ -119,6 +114,7 @@ fn boundary(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
 mod tests {
     use super::*;
     use crate::flow::Flow;
+    use crate::model::planar::Force;
 
     const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
 

@@ -10,9 +10,9 @@
 
 use rayon::prelude::*;
 
-use crate::dynamics::State;
 use crate::flow::Flow;
 use crate::grid::Grid;
+use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::block::{BackwardMap, BinMass, Block, N, Range};
 use super::hamiltonian_range::{Interval, cloud_range, distance_from_cloud, hamiltonian_range};
@@ -26,8 +26,8 @@ const SHARE: f64 = 0.01;
 const FIRST: usize = 25;
 
 /// The joint density after `years` on `grid`, to an L1 error of about `tolerance`; `None` if that takes more than `most_orbits`.
-pub(super) fn joint(
-    flow: &Flow,
+pub(super) fn joint<M: PlanarHamiltonian>(
+    flow: &Flow<M>,
     measure: &Measure,
     grid: &Grid,
     years: f64,
@@ -35,7 +35,7 @@ pub(super) fn joint(
     most_orbits: usize,
 ) -> Option<Joint> {
     let small = SHARE * tolerance * measure.scale();
-    let cloud = cloud_range(flow.force, measure);
+    let cloud = cloud_range(&flow.model, measure);
     let transform = chebyshev_transform::<N>();
     let (mut mass, mut error, mut orbits) = (vec![0.0; grid.len()], 0.0, 0);
     let mut pending = first_blocks(grid);
@@ -95,11 +95,11 @@ fn first_blocks(grid: &Grid) -> Vec<Block> {
     phi.iter().flat_map(|&phi| e.iter().map(move |&e| Block { phi, e })).collect()
 }
 
-fn may_hold(block: &Block, flow: &Flow, cloud: Interval) -> bool {
-    hamiltonian_range(flow.force, (block.phi.low, block.phi.high), (block.e.low, block.e.high)).meets(cloud)
+fn may_hold(block: &Block, flow: &Flow<impl PlanarHamiltonian>, cloud: Interval) -> bool {
+    hamiltonian_range(&flow.model, (block.phi.low, block.phi.high), (block.e.low, block.e.high)).meets(cloud)
 }
 
-fn backward(flow: &Flow, blocks: &[Block], years: f64) -> (Vec<f64>, Vec<f64>) {
+fn backward(flow: &Flow<impl PlanarHamiltonian>, blocks: &[Block], years: f64) -> (Vec<f64>, Vec<f64>) {
     let nodes = blocks.iter().flat_map(|block| {
         let es = block.e.nodes();
         block.phi.nodes().into_iter().flat_map(move |phi| es.map(|e| State::from_polar(phi, e)))

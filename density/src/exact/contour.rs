@@ -5,9 +5,10 @@
 //! at any time is a polynomial, and `t` years later is the same orbit at `θ + n_sun t`, taken modulo the period: how far ahead
 //! that is costs nothing.
 
-use crate::dynamics::{Force, SUN_MEAN_MOTION, State};
 use crate::flow::Flow;
 use crate::flow::record::Step;
+use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::plane::{PlanarHamiltonian, State};
 
 /// Most steps of half an orbit: that of an orbit within rounding of a separatrix has a few hundred.
 const MOST_STEPS: usize = 3000;
@@ -38,9 +39,10 @@ struct Trace {
 impl Contour {
     /// The orbits through `(0, q)`, where they are least eccentric; `None` for one that does not come round within the domain
     /// `e < 1` and [`MOST_YEARS`].
-    pub(crate) fn trace(flow: &Flow, points: &[f64]) -> Vec<Option<Self>> {
+    pub(crate) fn trace<M: PlanarHamiltonian>(flow: &Flow<M>, points: &[f64]) -> Vec<Option<Self>> {
         let mut contours: Vec<Option<Self>> = vec![None; points.len()];
-        let mut under_way: Vec<Trace> = points.iter().enumerate().map(|(k, &q)| Trace::new(flow.force, k, q)).collect();
+        let mut under_way: Vec<Trace> =
+            points.iter().enumerate().map(|(k, &q)| Trace::new(&flow.model, k, q)).collect();
         while !under_way.is_empty() {
             let states: Vec<State> = under_way.iter().map(|trace| trace.state).collect();
             let years: Vec<f64> = under_way.iter().map(|trace| trace.years).collect();
@@ -110,11 +112,10 @@ impl Contour {
 }
 
 impl Trace {
-    fn new(force: Force, place: usize, q: f64) -> Self {
+    fn new(model: &impl PlanarHamiltonian, place: usize, q: f64) -> Self {
         let state = State { x1: 0.0, x2: q };
-        let s = state.s();
-        let pace = 1.0 + force.radiation + force.oblateness / s.powi(4);
-        Self { place, state, years: 0.5 / pace, starts: Vec::new(), steps: Vec::new() }
+        let years = 0.5 / model.pace(state);
+        Self { place, state, years, starts: Vec::new(), steps: Vec::new() }
     }
 
     /// Takes in what has been recorded; half the period if the orbit has come to the other side of the axis.
@@ -157,6 +158,7 @@ pub(crate) fn angle_of(years: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::planar::Force;
 
     #[test]
     fn an_orbit_is_where_the_flow_takes_it_after_any_number_of_periods() {

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use crate::angle::nearest;
-use crate::dynamics::Force;
 use crate::grid::Grid;
+use crate::model::PlanarHamiltonian;
 
 use super::contour::Contour;
 use super::trail::{Point, Trail};
@@ -72,7 +72,7 @@ impl Cubic {
 pub(super) fn pieces(
     contour: &Contour,
     trail: &Trail,
-    force: Force,
+    model: &impl PlanarHamiltonian,
     grid: &Grid,
     holds: impl Fn(f64, f64) -> bool,
     mut visit: impl FnMut(Piece),
@@ -90,7 +90,7 @@ pub(super) fn pieces(
         let folded = grid.fold(a.phi);
         let x = |point: Point| (folded + (point.phi - a.phi) - low) / width;
         let y = |point: Point| (point.e - grid.e.low) / height;
-        let ((phi_a, e_a), (phi_b, e_b)) = (a.rates(force), b.rates(force));
+        let ((phi_a, e_a), (phi_b, e_b)) = (a.rates(model), b.rates(model));
         // Where e is nearly 0 the rate of the angle says little about what lies between two points.
         let steep = (b.phi - a.phi).abs() * 3.0;
         let slope = |rate: f64| (rate * length).clamp(-steep, steep) / width;

@@ -16,8 +16,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::dynamics::{Force, State};
 use crate::flow::Flow;
+use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::axis::Axis;
 use super::contour::Contour;
@@ -52,15 +52,15 @@ pub(crate) struct Orbit {
 
 impl Orbit {
     /// Points close enough together for cubic interpolation.
-    pub(crate) fn trail(&self, force: Force) -> &Trail {
-        self.trail.get_or_init(|| Trail::new(&self.contour, force))
+    pub(crate) fn trail(&self, model: &impl PlanarHamiltonian) -> &Trail {
+        self.trail.get_or_init(|| Trail::new(&self.contour, model))
     }
 }
 
 /// The orbits of a cloud.
 #[derive(Debug)]
-pub(crate) struct Family<'a> {
-    pub flow: &'a Flow,
+pub(crate) struct Family<'a, M> {
+    pub flow: &'a Flow<M>,
     pub measure: Measure,
     /// Ends of the intervals of `q` at the start; pairs that hold orbits of the cloud.
     first: Vec<(f64, f64)>,
@@ -69,12 +69,12 @@ pub(crate) struct Family<'a> {
     known: Mutex<HashMap<u64, Option<Arc<Orbit>>>>,
 }
 
-impl<'a> Family<'a> {
+impl<'a, M: PlanarHamiltonian> Family<'a, M> {
     /// The orbits of the cloud `measure`; those that touch the circle `e = critical_e` end an interval.
-    pub(crate) fn new(flow: &'a Flow, measure: Measure, critical_e: f64) -> Self {
-        let axis = Axis::new(flow.force);
+    pub(crate) fn new(flow: &'a Flow<M>, measure: Measure, critical_e: f64) -> Self {
+        let axis = Axis::new(flow.model);
         let pilots = pilots(&axis, &measure);
-        let parts = axis.within(cloud_range(flow.force, &measure));
+        let parts = axis.within(cloud_range(&flow.model, &measure));
         let special = axis.special_points(critical_e);
         let first = parts.iter().flat_map(|&part| intervals(part, &special, &pilots)).collect();
         let levels = pilots.iter().map(|&q| axis.hamiltonian(q));
@@ -118,7 +118,7 @@ impl<'a> Family<'a> {
 
     fn orbit(&self, q: f64, contour: Contour) -> Orbit {
         let share = Share::new(&self.measure, &contour, self.scale);
-        Orbit { width: super::axis::slope(self.flow.force, q), contour, share, trail: OnceLock::new() }
+        Orbit { width: self.flow.model.slope_on_axis(q), contour, share, trail: OnceLock::new() }
     }
 
     /// The integral over all orbits of `count` functions of an orbit, refined until `tolerances` of the values reached are met
@@ -263,7 +263,7 @@ pub(crate) fn worst(shares: &[f64], most: usize, can_be_halved: impl Fn(usize) -
 }
 
 /// The orbits of points all over the cloud, ascending.
-fn pilots(axis: &Axis, measure: &Measure) -> Vec<f64> {
+fn pilots(axis: &Axis<impl PlanarHamiltonian>, measure: &Measure) -> Vec<f64> {
     let at = |i: u32| PILOT_REACH * (2.0 * f64::from(i) / f64::from(PILOT - 1) - 1.0);
     let point = |k: u32| {
         let (phi, e) = measure.gaussian.point(at(k / PILOT), at(k % PILOT));

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::dynamics::{Force, State};
+use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::measure::Measure;
 
@@ -27,32 +27,13 @@ impl Interval {
 }
 
 /// Bounds of `H` on the rectangle `phi` x `e`.
-pub(super) fn hamiltonian_range(force: Force, phi: (f64, f64), e: (f64, f64)) -> Interval {
-    let (e_low, e_high) = (e.0.clamp(0.0, 1.0), e.1.clamp(0.0, 1.0));
-    let cos = cosine_range(phi.0, phi.1);
-    let products = [e_low * cos.low, e_low * cos.high, e_high * cos.low, e_high * cos.high];
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    products.iter().for_each(|&p| (low, high) = (low.min(p), high.max(p)));
-    // s + (W/3)/s³ is convex in s, with its minimum at s⁴ = W.
-    let even = |s: f64| s + force.oblateness / (3.0 * s.powi(3));
-    let (s_low, s_high) = ((1.0 - e_high * e_high).sqrt(), (1.0 - e_low * e_low).sqrt());
-    let even_high = if s_low > 0.0 || force.oblateness > 0.0 { even(s_low).max(even(s_high)) } else { s_high };
-    let even_low =
-        even(force.oblateness.sqrt().sqrt().clamp(s_low.max(f64::MIN_POSITIVE), s_high.max(f64::MIN_POSITIVE)));
-    Interval { low: even_low + force.radiation * low, high: even_high + force.radiation * high }
-}
-
-fn cosine_range(from: f64, to: f64) -> Interval {
-    let holds = |angle: f64| ((from - angle) / TAU).ceil() * TAU + angle <= to;
-    let (a, b) = (from.cos(), to.cos());
-    Interval {
-        low: if holds(std::f64::consts::PI) { -1.0 } else { a.min(b) },
-        high: if holds(0.0) { 1.0 } else { a.max(b) },
-    }
+pub(super) fn hamiltonian_range(model: &impl PlanarHamiltonian, phi: (f64, f64), e: (f64, f64)) -> Interval {
+    let (low, high) = model.hamiltonian_range(phi, e);
+    Interval { low, high }
 }
 
 /// The values of `H` that the cloud has.
-pub(super) fn cloud_range(force: Force, measure: &Measure) -> Interval {
+pub(super) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> Interval {
     const PARTS: u32 = 48;
     let gaussian = measure.gaussian;
     let edge = |i: u32| RADIUS * (2.0 * f64::from(i) / f64::from(PARTS) - 1.0);
@@ -67,7 +48,7 @@ pub(super) fn cloud_range(force: Force, measure: &Measure) -> Interval {
         if e_high <= 0.0 || e_low >= 1.0 {
             continue;
         }
-        let cell = hamiltonian_range(force, (phi_low, phi_high), (e_low, e_high));
+        let cell = hamiltonian_range(model, (phi_low, phi_high), (e_low, e_high));
         range = Some(range.map_or(cell, |range| range.hull(cell)));
     }
     range.unwrap_or(Interval { low: f64::NEG_INFINITY, high: f64::INFINITY })
@@ -86,12 +67,13 @@ pub(super) fn distance_from_cloud(measure: &Measure, state: State) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::planar::Force;
 
     #[test]
     fn hamiltonian_range_encloses_the_hamiltonian() {
         let force = Force { radiation: 0.15, oblateness: 0.40921 };
         for (phi, e) in [((0.2, 1.0), (0.1, 0.3)), ((2.0, 4.0), (0.0, 0.7)), ((-0.3, 0.4), (0.5, 0.9))] {
-            let range = hamiltonian_range(force, phi, e);
+            let range = hamiltonian_range(&force, phi, e);
             for (i, j) in (0..21 * 21).map(|k| (f64::from(k / 21) / 20.0, f64::from(k % 21) / 20.0)) {
                 let state = State::from_polar(phi.0 + i * (phi.1 - phi.0), e.0 + j * (e.1 - e.0));
                 let h = force.hamiltonian(state);
@@ -103,8 +85,8 @@ mod tests {
     #[test]
     fn a_cloud_at_small_eccentricity_cannot_reach_the_rim() {
         let problem = crate::problem::paper::scenario(1);
-        let cloud = cloud_range(problem.force, &Measure::new(problem.initial));
-        let at = |e: (f64, f64)| hamiltonian_range(problem.force, (0.0, 0.5), e).meets(cloud);
+        let cloud = cloud_range(&problem.model, &Measure::new(problem.initial));
+        let at = |e: (f64, f64)| hamiltonian_range(&problem.model, (0.0, 0.5), e).meets(cloud);
         assert!(!at((0.9, 0.95)) && !at((0.95, 1.0)) && at((0.3, 0.5)));
     }
 }

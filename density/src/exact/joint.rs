@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 
 use crate::angle::nearest;
-use crate::dynamics::Force;
 use crate::grid::Grid;
+use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::contour::angle_of;
 use super::crossings::{Piece, pieces};
@@ -49,11 +49,17 @@ const CHECKING: usize = 1_000;
 ///
 /// While the cloud is not wound up, blocks of bins with a polynomial each ([`super::by_blocks`]) are the cheaper way. What they
 /// say is taken only if a few orbits, followed from line to line, say the same within their error.
-pub(super) fn joint(family: &Family<'_>, grid: &Grid, years: f64, tolerance: f64, most_orbits: usize) -> Joint {
+pub(super) fn joint(
+    family: &Family<'_, impl PlanarHamiltonian>,
+    grid: &Grid,
+    years: f64,
+    tolerance: f64,
+    most_orbits: usize,
+) -> Joint {
     if years == 0.0 {
         return at_start(&family.measure, grid);
     }
-    let most_backward = (BACKWARD * most_orbits as f64 / turns(family.flow.force, grid, years).max(1.0)) as usize;
+    let most_backward = (BACKWARD * most_orbits as f64 / turns(&family.flow.model, grid, years).max(1.0)) as usize;
     let coarse = by_orbits(family, grid, years, tolerance, CHECKING.min(most_orbits));
     if coarse.error <= tolerance {
         return coarse;
@@ -65,9 +71,8 @@ pub(super) fn joint(family: &Family<'_>, grid: &Grid, years: f64, tolerance: f64
 }
 
 /// Turns of the fastest orbit on the grid in so many years, about: an integrator's steps are proportional to them.
-fn turns(force: Force, grid: &Grid, years: f64) -> f64 {
-    let s2 = 1.0 - grid.e.high.powi(2);
-    years * (force.oblateness / (s2 * s2) - 1.0).abs().max(1.0)
+fn turns(model: &impl PlanarHamiltonian, grid: &Grid, years: f64) -> f64 {
+    years * model.turning_rate(State { x1: 0.0, x2: grid.e.high }).max(1.0)
 }
 
 impl Joint {
@@ -94,7 +99,13 @@ fn at_start(measure: &Measure, grid: &Grid) -> Joint {
     Joint { density, error: grid.len() as f64 * f64::EPSILON, mass_outside: 1.0 - inside, orbits: 0 }
 }
 
-fn by_orbits(family: &Family<'_>, grid: &Grid, years: f64, tolerance: f64, most_orbits: usize) -> Joint {
+fn by_orbits(
+    family: &Family<'_, impl PlanarHamiltonian>,
+    grid: &Grid,
+    years: f64,
+    tolerance: f64,
+    most_orbits: usize,
+) -> Joint {
     let t = angle_of(years);
     let mut leaves: Vec<Leaf> = Vec::new();
     let mut pending = family.first_intervals();
@@ -129,11 +140,11 @@ fn finish(grid: &Grid, leaves: &[Leaf], error: f64, orbits: usize) -> Joint {
     Joint { density, error: error + missing, mass_outside, orbits }
 }
 
-fn leaf(family: &Family<'_>, grid: &Grid, t: f64, interval: Interval) -> Leaf {
+fn leaf(family: &Family<'_, impl PlanarHamiltonian>, grid: &Grid, t: f64, interval: Interval) -> Leaf {
     let mut entries: Vec<(u32, f64, f64)> = Vec::new();
     for ((_, kronrod, gauss), orbit) in interval.nodes().iter().zip(family.orbits(interval)) {
         if let Some(orbit) = orbit.filter(|orbit| orbit.share.total() > 0.0) {
-            visit(&orbit, family.flow.force, grid, t, |bin, mass| {
+            visit(&orbit, &family.flow.model, grid, t, |bin, mass| {
                 entries.push((bin, kronrod * orbit.width * mass, gauss * orbit.width * mass));
             });
         }
@@ -149,7 +160,7 @@ fn leaf(family: &Family<'_>, grid: &Grid, t: f64, interval: Interval) -> Leaf {
 }
 
 /// What an orbit holds in each of its pieces after the time `t`, per unit of `H`.
-fn visit(orbit: &Orbit, force: Force, grid: &Grid, t: f64, mut take: impl FnMut(u32, f64)) {
+fn visit(orbit: &Orbit, model: &impl PlanarHamiltonian, grid: &Grid, t: f64, mut take: impl FnMut(u32, f64)) {
     let (contour, share) = (&orbit.contour, &orbit.share);
     let total = share.total();
     let outside = grid.len() as u32;
@@ -163,7 +174,7 @@ fn visit(orbit: &Orbit, force: Force, grid: &Grid, t: f64, mut take: impl FnMut(
         share.before(earlier) + turns - at_start
     };
     let holds = |from: f64, to: f64| before(to) - before(from) > 0.0;
-    pieces(contour, orbit.trail(force), force, grid, holds, |Piece { from, to, bin }| {
+    pieces(contour, orbit.trail(model), model, grid, holds, |Piece { from, to, bin }| {
         let mass = before(to) - before(from);
         if mass > 0.0 {
             take(bin.map_or(outside, |bin| bin as u32), mass);

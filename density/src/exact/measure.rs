@@ -15,7 +15,7 @@
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 use crate::angle::nearest;
-use crate::dynamics::{State, density_growth};
+use crate::model::plane::{State, density_growth};
 use crate::problem::InitialGaussian;
 
 /// Standard deviations from the mean beyond which a Gaussian counts as zero: its tail there is 1e-19.

@@ -7,7 +7,7 @@
 //! integrals are positive, so an error of the outer integral is never larger than the probability that it concerns, and the
 //! probability of the whole family, which must be 1, tells when orbits were overlooked.
 //!
-//! Liouville's theorem gives the density at any point in closed form as well ([`crate::dynamics::density_growth`],
+//! Liouville's theorem gives the density at any point in closed form as well ([`crate::model::plane::density_growth`],
 //! [`Exact::density`]).
 //!
 //! What cannot be computed to an accuracy that a yardstick needs is withheld: it is NaN, and its error estimate says how far
@@ -34,10 +34,11 @@ mod share;
 mod trail;
 
 use crate::angle::Circular;
-use crate::dynamics::State;
 use crate::estimate::{Estimate, Moments};
 use crate::flow::{Escaped, Flow};
 use crate::grid::Grid;
+use crate::model::planar::Force;
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 
 pub(crate) use contour::angle_of;
@@ -98,6 +99,15 @@ pub enum Error {
         /// Comparison grids given.
         grids: usize,
     },
+    /// The model's orbits do not pass every eccentricity once on their way up and once on their way down.
+    #[error(
+        "the exact density needs a planar model whose eccentricity grows wherever e sin(phi) > 0, and {model} is none: the pull \
+         towards the Sun must outweigh all else that drives the eccentricity"
+    )]
+    EccentricityTurnsBack {
+        /// The model and its parameters.
+        model: String,
+    },
     /// What was computed is not what orbits of the flow do.
     #[error("the exact density contradicts a sample of orbits: {0}")]
     Contradicted(Check),
@@ -142,16 +152,16 @@ impl ExactSnapshot {
 
 /// The exact density of a problem.
 #[derive(Debug)]
-pub struct Exact<'a> {
-    problem: &'a Problem,
-    flow: &'a Flow,
+pub struct Exact<'a, M = Force> {
+    problem: &'a Problem<M>,
+    flow: &'a Flow<M>,
     settings: Settings,
-    family: Family<'a>,
+    family: Family<'a, M>,
 }
 
-impl<'a> Exact<'a> {
+impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
     /// The exact density of `problem`, carried by `flow`.
-    pub fn new(problem: &'a Problem, flow: &'a Flow, settings: Settings) -> Self {
+    pub fn new(problem: &'a Problem<M>, flow: &'a Flow<M>, settings: Settings) -> Self {
         let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
         Self { problem, flow, settings, family }
     }
@@ -165,6 +175,7 @@ impl<'a> Exact<'a> {
         let (snapshots, grids_given) = (self.problem.times.len(), grids.len());
         let missing = Error::NoSuchSnapshot { index, snapshots, grids: grids_given };
         let (Some(&years), Some(grid)) = (self.problem.times.get(index), grids.get(index)) else { return Err(missing) };
+        is_possible(&self.flow.model)?;
         // Where orbits of the cloud cannot be followed, nothing is known of it.
         let Ok(check) = self_check::Sample::new(self.problem, self.flow, years) else {
             return Ok(ExactSnapshot::withheld(*grid));
@@ -206,8 +217,9 @@ impl<'a> Exact<'a> {
     /// Moments after `years`.
     ///
     /// # Errors
-    /// [`Escaped`] if an orbit of the cloud leaves `e < 1`.
-    pub fn moments(&self, years: f64) -> Result<moments::SmoothMoments, Escaped> {
+    /// [`Error`] if the model's orbits are not what the method needs.
+    pub fn moments(&self, years: f64) -> Result<moments::SmoothMoments, Error> {
+        is_possible(&self.flow.model)?;
         let Settings { moment_error, most_orbits, .. } = self.settings;
         Ok(moments::smooth_moments(&self.family, years, moment_error, most_orbits))
     }
@@ -215,8 +227,9 @@ impl<'a> Exact<'a> {
     /// Probability that the eccentricity exceeds `critical_e` after `years`.
     ///
     /// # Errors
-    /// [`Escaped`] if an orbit of the cloud leaves `e < 1`.
-    pub fn probability_above(&self, critical_e: f64, years: f64) -> Result<Estimated, Escaped> {
+    /// [`Error`] if the model's orbits are not what the method needs.
+    pub fn probability_above(&self, critical_e: f64, years: f64) -> Result<Estimated, Error> {
+        is_possible(&self.flow.model)?;
         if years == 0.0 {
             let value = self.problem.initial.probability_above(critical_e);
             return Ok(Estimated { value, error: f64::EPSILON });
@@ -241,6 +254,15 @@ impl<'a> Exact<'a> {
         let measure = &self.family.measure;
         let at = |i: usize| if inside(e[i]) { measure.density_after(start(i), ends[i]) } else { 0.0 };
         (0..ends.len()).map(at).collect()
+    }
+}
+
+/// Whether the orbits of a model are what this module takes them for.
+pub(crate) fn is_possible(model: &impl PlanarHamiltonian) -> Result<(), Error> {
+    if model.eccentricity_follows_x1() {
+        Ok(())
+    } else {
+        Err(Error::EccentricityTurnsBack { model: format!("{model:?}") })
     }
 }
 

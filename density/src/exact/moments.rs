@@ -9,7 +9,7 @@
 use std::f64::consts::PI;
 
 use crate::angle::{Circular, fold, nearest};
-use crate::dynamics::Force;
+use crate::model::PlanarHamiltonian;
 
 use super::contour::angle_of;
 use super::family::{Family, Integrals, Orbit};
@@ -61,7 +61,12 @@ const FIRST: usize = 5;
 const SECOND: usize = 9;
 
 /// The moments after `years`, refined until the error estimate is below `tolerance` or `most_orbits` are spent.
-pub(super) fn smooth_moments(family: &Family<'_>, years: f64, tolerance: f64, most_orbits: usize) -> SmoothMoments {
+pub(super) fn smooth_moments(
+    family: &Family<'_, impl PlanarHamiltonian>,
+    years: f64,
+    tolerance: f64,
+    most_orbits: usize,
+) -> SmoothMoments {
     let t = angle_of(years);
     let first = |orbit: &Orbit| {
         along(family, orbit, t, None, |phi, e| {
@@ -141,8 +146,8 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, of_states: f64) 
     }
 }
 
-fn about(family: &Family<'_>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64> {
-    let cuts = cut_crossings(orbit, family.flow.force, centre.phi + PI);
+fn about(family: &Family<'_, impl PlanarHamiltonian>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64> {
+    let cuts = cut_crossings(orbit, &family.flow.model, centre.phi + PI);
     let mut values = along(family, orbit, t, Some(&cuts), |phi, e| {
         let (theta, de) = (nearest(phi, centre.phi) - centre.phi, e - centre.e);
         let (sin, cos) = phi.sin_cos();
@@ -151,7 +156,7 @@ fn about(family: &Family<'_>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64>
     let at_cut = |&theta: &f64| {
         let state = orbit.contour.at(theta);
         let point = super::trail::Point { theta, phi: state.solar_angle(), e: state.eccentricity() };
-        let (rate, _) = point.rates(family.flow.force);
+        let (rate, _) = point.rates(&family.flow.model);
         density(&family.measure, orbit.contour.at(orbit.contour.wrap(theta - t))) / rate.abs().max(1e-3)
     };
     values.push(cuts.iter().map(at_cut).sum());
@@ -160,7 +165,7 @@ fn about(family: &Family<'_>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64>
 
 /// The integral along an orbit of functions of the state `t` later, cut at the times `cuts` on the orbit at which they jump.
 fn along<const N: usize>(
-    family: &Family<'_>,
+    family: &Family<'_, impl PlanarHamiltonian>,
     orbit: &Orbit,
     t: f64,
     cuts: Option<&[f64]>,
@@ -208,7 +213,7 @@ fn later_ends(orbit: &Orbit) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// The times on the orbit at which the solar angle passes `cut`.
-fn cut_crossings(orbit: &Orbit, force: Force, cut: f64) -> Vec<f64> {
+fn cut_crossings(orbit: &Orbit, model: &impl PlanarHamiltonian, cut: f64) -> Vec<f64> {
     let (sin, cos) = cut.sin_cos();
     // e sin(phi - cut) and e cos(phi - cut), which are smooth also at e = 0.
     let aside = |theta: f64| {
@@ -219,7 +224,7 @@ fn cut_crossings(orbit: &Orbit, force: Force, cut: f64) -> Vec<f64> {
         let state = orbit.contour.at(theta);
         state.x2 * cos + state.x1 * sin
     };
-    let points = &orbit.trail(force).points;
+    let points = &orbit.trail(model).points;
     let values: Vec<f64> = points.iter().map(|point| point.e * (point.phi - cut).sin()).collect();
     let changes = (1..points.len()).filter(|&k| (values[k - 1] < 0.0) != (values[k] < 0.0));
     let root = |k: usize| {
@@ -236,7 +241,7 @@ fn cut_crossings(orbit: &Orbit, force: Force, cut: f64) -> Vec<f64> {
 
 /// The probability that the eccentricity exceeds `critical_e` after `years`, with its error estimate.
 pub(super) fn probability_above(
-    family: &Family<'_>,
+    family: &Family<'_, impl PlanarHamiltonian>,
     critical_e: f64,
     years: f64,
     tolerance: f64,

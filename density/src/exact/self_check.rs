@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use std::fmt;
 
 use crate::angle::{Circular, nearest};
-use crate::dynamics::State;
 use crate::estimate::{Estimate, ordered_sum};
 use crate::flow::{Escaped, Flow};
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 use crate::sampling;
 
@@ -53,7 +53,7 @@ impl fmt::Display for Check {
 }
 
 impl Sample {
-    pub(super) fn new(problem: &Problem, flow: &Flow, years: f64) -> Result<Self, Escaped> {
+    pub(super) fn new<M: PlanarHamiltonian>(problem: &Problem<M>, flow: &Flow<M>, years: f64) -> Result<Self, Escaped> {
         let (mut x1, mut x2) = sampling::draw(&problem.initial, SEED, ORBITS);
         flow.advance(&mut x1, &mut x2, years)?;
         let states = x1.into_iter().zip(x2).map(|(x1, x2)| State { x1, x2 }).collect();

@@ -12,7 +12,7 @@
 
 use std::sync::LazyLock;
 
-use crate::dynamics::State;
+use crate::model::plane::State;
 
 use super::contour::Contour;
 use super::measure::{Measure, REACH};

@@ -2,7 +2,7 @@
 //! them: where the solar angle turns back is a point, so that no line can be passed twice unseen.
 
 use crate::angle::nearest;
-use crate::dynamics::{Force, State};
+use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::contour::Contour;
 
@@ -30,7 +30,7 @@ pub(crate) struct Trail {
 }
 
 impl Trail {
-    pub(crate) fn new(contour: &Contour, force: Force) -> Self {
+    pub(crate) fn new(contour: &Contour, model: &impl PlanarHamiltonian) -> Self {
         let first = contour.at(0.0);
         let mut half = vec![Point { theta: 0.0, phi: first.solar_angle(), e: first.eccentricity() }];
         let knots: Vec<f64> = contour.knots().collect();
@@ -40,7 +40,7 @@ impl Trail {
                 extend(&mut half, contour, theta, DEEPEST);
             }
         }
-        let half = with_turning_points(half, contour, force);
+        let half = with_turning_points(half, contour, model);
         // The axis has phi = 0 or π, about which the other half is the mirror image.
         let axis = half[0].phi;
         let mirrored = half.iter().skip(1).rev();
@@ -67,9 +67,9 @@ fn extend(points: &mut Vec<Point>, contour: &Contour, theta: f64, depth: u32) {
 }
 
 /// Adds the points at which the solar angle turns back.
-fn with_turning_points(points: Vec<Point>, contour: &Contour, force: Force) -> Vec<Point> {
+fn with_turning_points(points: Vec<Point>, contour: &Contour, model: &impl PlanarHamiltonian) -> Vec<Point> {
     let mut all: Vec<Point> = Vec::with_capacity(points.len() + 4);
-    let grows = |point: &Point| point.rates(force).0 > 0.0;
+    let grows = |point: &Point| point.rates(model).0 > 0.0;
     for point in points {
         if let Some(last) = all.last().copied().filter(|last| grows(last) != grows(&point)) {
             let at = |theta: f64| {
@@ -92,11 +92,7 @@ fn with_turning_points(points: Vec<Point>, contour: &Contour, force: Force) -> V
 
 impl Point {
     /// Rates of solar angle and eccentricity by time on the orbit.
-    pub(crate) fn rates(&self, force: Force) -> (f64, f64) {
-        let (sin, cos) = self.phi.sin_cos();
-        let s2 = (1.0 - self.e * self.e).max(f64::MIN_POSITIVE);
-        let s = s2.sqrt();
-        let drift = force.oblateness / (s2 * s2) - 1.0;
-        (force.radiation * s * cos / self.e.max(f64::MIN_POSITIVE) + drift, force.radiation * s * sin)
+    pub(crate) fn rates(&self, model: &impl PlanarHamiltonian) -> (f64, f64) {
+        model.polar_rates(self.phi, self.e)
     }
 }

@@ -15,8 +15,9 @@
 use crate::exact::family::{Family, Orbit};
 use crate::exact::measure::Measure;
 use crate::exact::moments::touching;
-use crate::exact::{Estimated, PROBABILITY_ERROR, probability_tolerance};
-use crate::flow::{Escaped, Flow};
+use crate::exact::{Error, Estimated, PROBABILITY_ERROR, is_possible, probability_tolerance};
+use crate::flow::Flow;
+use crate::model::PlanarHamiltonian;
 use crate::problem::Problem;
 
 /// Orbits that a curve may take.
@@ -25,8 +26,12 @@ pub const MOST_ORBITS: usize = 30_000;
 /// `P(T <= t)` at each of the ascending `times` \[yr\], with error estimates.
 ///
 /// # Errors
-/// [`Escaped`] if an orbit of the cloud leaves `e < 1`.
-pub fn exact_curve(problem: &Problem, flow: &Flow, times: &[f64]) -> Result<Vec<Estimated>, Escaped> {
+/// [`Error`] if the model's orbits are not what the method needs.
+pub fn exact_curve<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
+    times: &[f64],
+) -> Result<Vec<Estimated>, Error> {
     curve(problem, flow, times, MOST_ORBITS)
 }
 
@@ -34,7 +39,13 @@ pub fn exact_curve(problem: &Problem, flow: &Flow, times: &[f64]) -> Result<Vec<
 ///
 /// # Errors
 /// As [`exact_curve`].
-pub fn curve(problem: &Problem, flow: &Flow, times: &[f64], most_orbits: usize) -> Result<Vec<Estimated>, Escaped> {
+pub fn curve<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
+    times: &[f64],
+    most_orbits: usize,
+) -> Result<Vec<Estimated>, Error> {
+    is_possible(&flow.model)?;
     let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
     let passed = |orbit: &Orbit| passed(orbit, problem.critical_e, times);
     let tolerances = |values: &[f64], _: &[f64]| {

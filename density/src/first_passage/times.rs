@@ -1,7 +1,7 @@
 //! First passage time of every orbit of a sample.
 //!
 //! Orbits are carried in segments ([`super::segments`]). In a segment `f = e² - e_crit²` is followed by the quintic through
-//! value, slope and second derivative at both ends,
+//! value, slope and second derivative at both ends; of the paper's model
 //!
 //! ```text
 //! f' = 2 n_sun C s x1      f'' = 2 n_sun C (s x1' - n_sun C x1²)
@@ -14,8 +14,9 @@
 
 use rayon::prelude::*;
 
-use crate::dynamics::{Force, SUN_MEAN_MOTION, State};
 use crate::flow::{Escaped, Flow};
+use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::{Quintic, segments};
 
@@ -35,8 +36,8 @@ const SMALL_STEP: f64 = 1e-13;
 ///
 /// # Panics
 /// If the slices differ in length.
-pub fn first_passage_times(
-    flow: &Flow,
+pub fn first_passage_times<M: PlanarHamiltonian>(
+    flow: &Flow<M>,
     x1: &[f64],
     x2: &[f64],
     critical_e: f64,
@@ -54,8 +55,8 @@ pub fn first_passage_times(
     Ok(times)
 }
 
-struct Threshold<'a> {
-    flow: &'a Flow,
+struct Threshold<'a, M> {
+    flow: &'a Flow<M>,
     critical_e: f64,
     segments: usize,
     segment: f64,
@@ -74,26 +75,24 @@ struct Candidate {
 }
 
 /// `f` and its first two derivatives.
-pub(crate) fn excess(force: Force, critical_e: f64, state: State) -> [f64; 3] {
-    let scale = 2.0 * SUN_MEAN_MOTION * force.radiation;
-    let s = state.s();
-    let s_rate = -SUN_MEAN_MOTION * force.radiation * state.x1;
+pub(crate) fn excess(model: &impl PlanarHamiltonian, critical_e: f64, state: State) -> [f64; 3] {
     let f = state.x1 * state.x1 + state.x2 * state.x2 - critical_e * critical_e;
-    [f, scale * s * state.x1, scale * (s * force.rate(state).x1 + s_rate * state.x1)]
+    let [slope, bend] = model.eccentricity_squared_rates(state);
+    [f, slope, bend]
 }
 
-impl<'a> Threshold<'a> {
-    fn new(flow: &'a Flow, critical_e: f64, end: f64) -> Self {
-        let segments = segments(flow.force, critical_e, end);
+impl<'a, M: PlanarHamiltonian> Threshold<'a, M> {
+    fn new(flow: &'a Flow<M>, critical_e: f64, end: f64) -> Self {
+        let segments = segments(&flow.model, critical_e, end);
         let segment = end / segments as f64;
-        let Force { radiation: c, oblateness: w } = flow.force;
-        let g = (w - 1.0).abs().max((w / (1.0 - critical_e * critical_e).powi(2) - 1.0).abs());
-        let bend = 2.0 * SUN_MEAN_MOTION.powi(2) * c * (2.0 * c + g * critical_e);
+        let turning = |e: f64| flow.model.turning_rate(State { x1: 0.0, x2: e });
+        let (pull, g) = (flow.model.pull(), turning(0.0).max(turning(critical_e)));
+        let bend = 2.0 * SUN_MEAN_MOTION.powi(2) * pull * (2.0 * pull + g * critical_e);
         Self { flow, critical_e, segments, segment, headroom: 0.125 * bend * segment * segment }
     }
 
     fn excess(&self, state: State) -> [f64; 3] {
-        excess(self.flow.force, self.critical_e, state)
+        excess(&self.flow.model, self.critical_e, state)
     }
 
     /// Fills in the times of a chunk's orbits.

@@ -1,12 +1,13 @@
 //! Orbits recorded as the integrator's own Taylor series, step by step: dense output without further evaluations.
 
-use super::taylor::{Crew, Lanes, Series, Watch};
-use crate::dynamics::State;
+use super::series::Series;
+use super::taylor::{Crew, Lanes, Watch};
+use crate::model::plane::State;
 
 /// Most coefficients of a series.
 pub(crate) const COEFFICIENTS: usize = 19;
 
-/// A step of an orbit as polynomials in the time since its start \[1/n_sun\].
+/// A step of a planar orbit as polynomials in the time since its start \[1/n_sun\].
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
     /// How long the step is \[1/n_sun\].
@@ -28,20 +29,29 @@ impl Step {
     }
 }
 
-/// Keeps every step of every orbit.
+/// Keeps every step of every planar orbit that runs forwards.
 pub(super) struct Recorder {
     /// The steps of each orbit.
     pub steps: Vec<Vec<Step>>,
 }
 
 impl Watch for Recorder {
+    const SEES_CLEARANCE: bool = false;
+
     #[inline(never)]
-    fn see<const P: usize>(&mut self, series: &Series<P>, lengths: &Lanes, crew: &Crew) {
+    fn see<const P: usize, S: Series<P>>(&mut self, series: &S, lengths: &Lanes, crew: &Crew) {
+        let coefficients = |k: usize, lane: usize| {
+            let mut coefficients = [0.0; COEFFICIENTS];
+            coefficients
+                .iter_mut()
+                .zip(series.coordinate(k))
+                .for_each(|(coefficient, lanes)| *coefficient = lanes[lane]);
+            coefficients
+        };
         for (lane, &length) in lengths.iter().enumerate() {
             let Some(steps) = crew.orbit[lane].and_then(|orbit| self.steps.get_mut(orbit)) else { continue };
             if length > 0.0 {
-                let (x1, x2) = series.coefficients(lane);
-                steps.push(Step { length, x1, x2 });
+                steps.push(Step { length, x1: coefficients(0, lane), x2: coefficients(1, lane) });
             }
         }
     }

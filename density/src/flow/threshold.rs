@@ -1,13 +1,15 @@
 //! First passages read off the integrator's own series.
 //!
-//! The eccentricity reaches its critical value where `s = sqrt(1 - e²)` falls to `s_crit`, and `s` is one of the variables
-//! whose Taylor series the integrator has at hand: within a step `h` it cannot fall below `s_0 - sum |s_n| h^n`. Only where
-//! that bound reaches `s_crit` is the series itself followed, in a few pieces, to its first root.
+//! A satellite re-enters where its clearance `c` ([`crate::model::Model::clearance`]; in the plane `s = sqrt(1 - e²)`) falls to a
+//! critical value `c_crit`. The integrator has the Taylor series of the clearance at hand: within a step `h` it cannot fall
+//! below `c_0 - sum |c_n| h^n`. Only where that bound reaches `c_crit` is the series itself followed, in a few pieces, to its
+//! first root.
 
-use super::taylor::{Crew, LANES, Lanes, Series, Watch};
-use crate::dynamics::SUN_MEAN_MOTION;
+use super::series::Series;
+use super::taylor::{Crew, LANES, Lanes, Watch};
+use crate::model::earth::SUN_MEAN_MOTION;
 
-/// Pieces of a step in which `s` has at most one minimum: a year takes about fifteen steps at the default accuracy.
+/// Pieces of a step in which the clearance has at most one minimum: a year takes about fifteen steps at the default accuracy.
 const PIECES: usize = 8;
 /// Steps to a root: were all of them halvings, they would be more than a double has bits.
 const MOST_STEPS: u32 = 60;
@@ -24,10 +26,10 @@ pub struct Passages<'a, T> {
     pub note: &'a (dyn Fn(f64) -> T + Sync),
 }
 
-/// Watches for the first passage of every orbit through a critical eccentricity.
+/// Watches for the first passage of every orbit, all of which run forwards, through a critical clearance.
 pub(super) struct Threshold<'a, T> {
-    /// `sqrt(1 - e_crit²)`.
-    pub critical_s: f64,
+    /// The clearance at which a satellite re-enters.
+    pub critical: f64,
     /// Time at the end of the interval \[yr\].
     pub end: f64,
     /// What has been seen.
@@ -35,26 +37,29 @@ pub(super) struct Threshold<'a, T> {
 }
 
 impl<T: Copy + PartialEq> Watch for Threshold<'_, T> {
+    const SEES_CLEARANCE: bool = true;
+
     #[inline(always)]
-    fn see<const P: usize>(&mut self, series: &Series<P>, steps: &Lanes, crew: &Crew) {
+    fn see<const P: usize, S: Series<P>>(&mut self, series: &S, steps: &Lanes, crew: &Crew) {
         let pending = |orbit: &usize| self.passages.passages.get(*orbit).is_some_and(|p| *p == self.passages.pending);
         if !crew.orbit.iter().flatten().any(pending) {
             return;
         }
+        let clearance = series.clearance();
         let mut fall = [0.0; LANES];
         for n in (1..P).rev() {
             for l in 0..LANES {
-                fall[l] = (fall[l] + series.s[n][l].abs()) * steps[l];
+                fall[l] = (fall[l] + clearance[n][l].abs()) * steps[l];
             }
         }
         let mut is_near = [false; LANES];
         for l in 0..LANES {
-            is_near[l] = series.s[0][l] - fall[l] <= self.critical_s;
+            is_near[l] = clearance[0][l] - fall[l] <= self.critical;
         }
         if is_near.contains(&true) {
             for l in 0..LANES {
                 if is_near[l] {
-                    self.follow(series, l, steps[l], crew);
+                    self.follow(clearance, l, steps[l], crew);
                 }
             }
         }
@@ -64,17 +69,17 @@ impl<T: Copy + PartialEq> Watch for Threshold<'_, T> {
 impl<T: Copy + PartialEq> Threshold<'_, T> {
     /// Looks for the passage of one lane's orbit in one step.
     #[inline(never)]
-    fn follow<const P: usize>(&mut self, series: &Series<P>, lane: usize, step: f64, crew: &Crew) {
+    fn follow<const P: usize>(&mut self, clearance: &[Lanes; P], lane: usize, step: f64, crew: &Crew) {
         let Passages { passages, pending, note } = &mut self.passages;
         let Some(passage) = crew.orbit[lane].and_then(|orbit| passages.get_mut(orbit)) else { return };
         if passage != pending {
             return;
         }
         let mut polynomial = [0.0; P];
-        for (coefficient, lanes) in polynomial.iter_mut().zip(&series.s) {
+        for (coefficient, lanes) in polynomial.iter_mut().zip(clearance) {
             *coefficient = lanes[lane];
         }
-        polynomial[0] -= self.critical_s;
+        polynomial[0] -= self.critical;
         if let Some(time) = first_fall(&polynomial, step) {
             *passage = note(self.end - (crew.left[lane] + step - time) / SUN_MEAN_MOTION);
         }

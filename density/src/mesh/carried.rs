@@ -27,9 +27,9 @@ use super::readout::{Node, invariant_measure, polar_measure};
 use super::share::Share;
 use super::{MeshError, check_points, parts};
 use crate::angle::nearest;
-use crate::dynamics::State;
 use crate::estimate::{Estimate, Moments, ordered_sum, weighted_moments};
 use crate::grid::Grid;
+use crate::model::plane::State;
 use crate::problem::InitialGaussian;
 
 /// Cells a side to which a lattice is refined for the joint density.

@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 
 use super::{MeshError, check_column, check_points};
-use crate::dynamics::{State, density_growth, density_growth_without_jacobian};
+use crate::model::plane::{State, density_growth, density_growth_without_jacobian};
 use crate::problem::InitialGaussian;
 
 /// Density per unit `phi`-`e` area \[1/rad\] that each characteristic carries, from its initial solar angle and
@@ -46,14 +46,16 @@ pub fn characteristic_densities(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::{Force, SUN_MEAN_MOTION};
+    use crate::model::PlanarHamiltonian;
+    use crate::model::earth::SUN_MEAN_MOTION;
+    use crate::model::planar::Force;
     use crate::problem::paper::scenario;
 
     /// `(x1, x2, ln n)` after `years`, Eq. 8 integrated beside the equations of motion by the classical Runge-Kutta method.
     fn integrate_eq_8(force: Force, start: State, years: f64, steps: u32) -> (State, f64) {
         let rate = |[x1, x2, _]: [f64; 3]| {
             let state = State { x1, x2 };
-            let velocity = force.rate(state);
+            let velocity = force.motion(state);
             [velocity.x1, velocity.x2, SUN_MEAN_MOTION * x1 * force.radiation / state.s()]
         };
         let h = years / f64::from(steps);
@@ -74,7 +76,7 @@ mod tests {
         for number in 1..=3 {
             let problem = scenario(number);
             let (phi0, e0) = problem.initial.point(1.0, -1.5);
-            let (end, log_growth) = integrate_eq_8(problem.force, State::from_polar(phi0, e0), 2.0, 20_000);
+            let (end, log_growth) = integrate_eq_8(problem.model, State::from_polar(phi0, e0), 2.0, 20_000);
             let n0 = problem.initial.density(phi0, e0);
             let carried = |with_jacobian| {
                 characteristic_densities(&problem.initial, &[phi0], &[e0], &[end.x1], &[end.x2], with_jacobian).unwrap()

@@ -7,9 +7,9 @@ use super::gaussian::{probability, standard_density};
 use super::lattice::{Refinement, graded_triangles};
 use super::readout::Node;
 use crate::angle::nearest;
-use crate::dynamics::State;
 use crate::estimate::ordered_sum;
 use crate::grid::Grid;
+use crate::model::plane::State;
 use crate::problem::InitialGaussian;
 
 /// Triangles that keep their probability.

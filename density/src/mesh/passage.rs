@@ -19,10 +19,11 @@ use super::fine::number_nodes;
 use super::gaussian::probability;
 use super::lattice::{Refinement, graded_triangles, lattice_lines};
 use super::{MeshError, Points};
-use crate::dynamics::{SUN_MEAN_MOTION, State};
 use crate::first_passage::Quintic;
 use crate::first_passage::times::excess;
 use crate::flow::{Escaped, Flow};
+use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::orbits::Orbits;
 use crate::problem::Problem;
 
@@ -74,9 +75,9 @@ pub struct PassageCurve {
 ///
 /// # Errors
 /// [`PassageError`].
-pub fn passage_curve(
-    problem: &Problem,
-    flow: &Flow,
+pub fn passage_curve<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
     points: &Points,
     degree: usize,
     times: &[f64],
@@ -113,9 +114,9 @@ struct Walked {
 }
 
 /// As [`passage_curve`], of all points.
-fn curve_of(
-    problem: &Problem,
-    flow: &Flow,
+fn curve_of<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
     points: &Points,
     degree: usize,
     times: &[f64],
@@ -132,7 +133,8 @@ fn curve_of(
         false => None,
     };
     let end = times.last().copied().unwrap_or(0.0);
-    let mut walk = Walk { problem, flow, x1: orbits.x1.clone(), x2: orbits.x2.clone(), now: 0.0, end, hurried: false };
+    let mut walk =
+        Walk { problem, flow, x1: orbits.x1().to_vec(), x2: orbits.x2().to_vec(), now: 0.0, end, hurried: false };
     let (mut curve, mut step, mut steps) = (PassageCurve::default(), 0.0, 0);
     let at_start = initial.probability_above(problem.critical_e);
     let outside = 1.0 - (fine.total / initial.mass_inside()).min(1.0);
@@ -167,9 +169,9 @@ fn curve_of(
 }
 
 /// The lattice's orbits on their way.
-struct Walk<'a> {
-    problem: &'a Problem,
-    flow: &'a Flow,
+struct Walk<'a, M> {
+    problem: &'a Problem<M>,
+    flow: &'a Flow<M>,
     x1: Vec<f64>,
     x2: Vec<f64>,
     /// Time \[yr\].
@@ -180,7 +182,7 @@ struct Walk<'a> {
     hurried: bool,
 }
 
-impl Walk<'_> {
+impl<M: PlanarHamiltonian> Walk<'_, M> {
     /// Moves on by a step that is short enough; its length \[yr\].
     fn step(&mut self) -> Result<f64, Escaped> {
         let (left, shortest) = (self.end - self.now, self.end / MOST_STEPS);
@@ -201,11 +203,8 @@ impl Walk<'_> {
 
     /// Rate at which the fastest orbit below the critical eccentricity turns \[rad/yr\].
     fn fastest(&self) -> f64 {
-        let Problem { force, critical_e, .. } = self.problem;
-        let rate = |x1: f64, x2: f64| {
-            let turning = (force.oblateness / State { x1, x2 }.s().powi(4) - 1.0).abs().max(1.0);
-            SUN_MEAN_MOTION * (turning + force.radiation)
-        };
+        let Problem { model, critical_e, .. } = self.problem;
+        let rate = |x1: f64, x2: f64| SUN_MEAN_MOTION * (model.turning_rate(State { x1, x2 }).max(1.0) + model.pull());
         let below = |&(&x1, &x2): &(&f64, &f64)| x1 * x1 + x2 * x2 < critical_e * critical_e;
         let rates = self.x1.iter().zip(&self.x2).filter(below).map(|(&x1, &x2)| rate(x1, x2));
         rates.fold(SUN_MEAN_MOTION, f64::max)
@@ -283,12 +282,12 @@ impl Watch {
 impl Watched {
     /// The orbits of the lattice with these lines, interpolated to `degree`, with triangles between every so many lines of
     /// the refined lattice.
-    fn new(
-        problem: &Problem,
+    fn new<M: PlanarHamiltonian>(
+        problem: &Problem<M>,
         lines: &[Vec<f64>; 2],
         degree: usize,
         strides: &[usize],
-        orbits: &Orbits,
+        orbits: &Orbits<M>,
     ) -> Result<Self, MeshError> {
         let factor = FINE_CELLS.div_ceil(lines[0].len() - 1);
         let refinement = Refinement::new(&lines[0], &lines[1], degree, factor)?;
@@ -296,24 +295,24 @@ impl Watched {
         let used = number_nodes(meshes.iter_mut().flatten().map(|(corners, _)| corners).collect());
         let total = meshes[0].iter().map(|(_, mass)| mass).sum();
         let mut watched = Self { refinement, used, meshes, total, orbits: Vec::new(), step: 0.0 };
-        watched.orbits = watched.excesses(problem, &orbits.x1, &orbits.x2).into_iter().map(Watch::new).collect();
+        watched.orbits = watched.excesses(problem, orbits.x1(), orbits.x2()).into_iter().map(Watch::new).collect();
         Ok(watched)
     }
 
     /// Of the used points, from the states of the lattice.
-    fn excesses(&self, problem: &Problem, x1: &[f64], x2: &[f64]) -> Vec<[f64; 3]> {
+    fn excesses<M: PlanarHamiltonian>(&self, problem: &Problem<M>, x1: &[f64], x2: &[f64]) -> Vec<[f64; 3]> {
         let [x1, x2] = [x1, x2].map(|values| self.refinement.apply(values));
         let inside = |x1: f64, x2: f64| {
             // Interpolation may overshoot the domain where it resolves nothing.
             let shrink = (0.999_999 / x1.hypot(x2)).min(1.0);
             State { x1: shrink * x1, x2: shrink * x2 }
         };
-        let excess = |&k: &u32| excess(problem.force, problem.critical_e, inside(x1[k as usize], x2[k as usize]));
+        let excess = |&k: &u32| excess(&problem.model, problem.critical_e, inside(x1[k as usize], x2[k as usize]));
         self.used.par_iter().map(excess).collect()
     }
 
     /// Takes note of a step of so many years to these states of the lattice.
-    fn see(&mut self, problem: &Problem, years: f64, x1: &[f64], x2: &[f64]) {
+    fn see<M: PlanarHamiltonian>(&mut self, problem: &Problem<M>, years: f64, x1: &[f64], x2: &[f64]) {
         let excesses = self.excesses(problem, x1, x2);
         let before = std::mem::replace(&mut self.step, years);
         self.orbits.par_iter_mut().zip(&excesses).for_each(|(orbit, &excess)| orbit.go_on(before, years, excess));

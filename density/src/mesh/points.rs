@@ -41,7 +41,12 @@ pub struct Points {
 /// # Errors
 /// [`MeshError::TooFewPoints`] below four points; [`MeshError::Initial`] if the Gaussian's parameters are not finite, a
 /// standard deviation is not positive, the mean eccentricity is outside (0, 1), or under 1 % of it lies in `0 < e < 1`.
-pub fn initial_points(problem: &Problem, count: usize, placement: Placement, seed: u64) -> Result<Points, MeshError> {
+pub fn initial_points<M>(
+    problem: &Problem<M>,
+    count: usize,
+    placement: Placement,
+    seed: u64,
+) -> Result<Points, MeshError> {
     let initial = &problem.initial;
     check(initial)?;
     if count < 4 {
@@ -90,7 +95,7 @@ pub fn lattice_reach(side: usize) -> f64 {
 ///
 /// # Errors
 /// As [`initial_points`]; [`MeshError::Initial`] if `reach` is not positive and finite.
-pub fn lattice_points(problem: &Problem, side: usize, reach: f64) -> Result<Points, MeshError> {
+pub fn lattice_points<M>(problem: &Problem<M>, side: usize, reach: f64) -> Result<Points, MeshError> {
     const E_RANGE: (f64, f64) = (1e-12, 1.0 - 1e-6);
     let initial = &problem.initial;
     check(initial)?;

@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use super::gaussian::standard_density;
 use super::lattice::{Stencil, stencil};
 use crate::angle::{Circular, nearest};
-use crate::dynamics::State;
 use crate::estimate::{Moments, weighted_moments};
+use crate::model::plane::State;
 
 /// Gauss-Legendre points and weights on `(-1, 1)` (Abramowitz & Stegun, Table 25.4), the positive half.
 const GAUSS_2: [(f64, f64); 1] = [(0.577_350_269_189_625_8, 1.0)];

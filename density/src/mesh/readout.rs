@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use super::polygon::{Corner, Polygon, twice_area};
 use crate::angle::nearest;
-use crate::dynamics::State;
+use crate::model::plane::State;
 
 /// Triangles wider than this \[rad\] are halved.
 const WIDE: f64 = 0.3;

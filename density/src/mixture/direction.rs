@@ -14,8 +14,8 @@ use super::MixtureError;
 use super::linearity::Bends;
 use super::split::{Axes, state};
 use super::unscented::Unscented;
-use crate::dynamics::State;
 use crate::flow::Flow;
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 
 /// The direction along which the flow bends the initial Gaussian most: its angle from the `phi` axis in standardised
@@ -23,7 +23,10 @@ use crate::problem::Problem;
 ///
 /// # Errors
 /// [`MixtureError::NothingInside`], [`MixtureError::Escaped`].
-pub fn strongest_nonlinearity(problem: &Problem, flow: &Flow) -> Result<(f64, usize), MixtureError> {
+pub fn strongest_nonlinearity<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
+) -> Result<(f64, usize), MixtureError> {
     const DIRECTIONS: u32 = 36;
     let axes = |k: u32| Axes::new(PI * f64::from(k) / f64::from(DIRECTIONS));
     let initial = &problem.initial;

@@ -6,9 +6,9 @@
 
 use rayon::prelude::*;
 
-use crate::dynamics::State;
 use crate::flow::Flow;
 use crate::grid::Grid;
+use crate::model::plane::State;
 use crate::problem::Problem;
 
 const CELLS: usize = 320;
@@ -21,7 +21,7 @@ const NODES: usize = CELLS + 3;
 
 /// Probability in each bin of each grid.
 pub(super) fn exact_masses(problem: &Problem, grids: &[Grid]) -> Vec<Vec<f64>> {
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let coordinate = |i: usize| (i as f64 - 1.0) * SPACING - EDGE;
     let start = |k: usize| {
         let (phi, e) = problem.initial.point(coordinate(k / NODES), coordinate(k % NODES));

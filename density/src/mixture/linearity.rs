@@ -28,7 +28,7 @@
 
 use super::Component;
 use super::unscented::{Offsets, Stencil, Unscented};
-use crate::dynamics::State;
+use crate::model::plane::State;
 
 /// Above this `D`, the density of a mixture is not to be trusted and the run-time should say so.
 pub const DISTRUST: f64 = 0.3;

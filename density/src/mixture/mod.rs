@@ -23,6 +23,7 @@
 //! | [`linearity`] | how far the flow over a component is from linear: when to distrust the density |
 //! | [`merge`] | fewer components, same mean and covariance |
 //! | [`moments`], [`bins`] | what a mixture says: moments, and bin averages of its density |
+//! | [`any_model`] | the transform and the mixture over the variables of a model that is not planar |
 //!
 //! # What the paper's form can and cannot do
 //! [`Settings::paper`] is the method of Table 3: 39 components split along `e` (the text says along `phi`, the numbers say
@@ -55,6 +56,7 @@
 
 use crate::flow::Escaped;
 
+pub mod any_model;
 pub mod bins;
 pub mod direction;
 pub mod lattice;

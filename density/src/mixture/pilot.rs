@@ -9,9 +9,9 @@ use super::linearity::{Bends, RESOLUTION};
 use super::split::{Axes, is_inside, state};
 use super::unscented::Unscented;
 use crate::angle::nearest;
-use crate::dynamics::State;
 use crate::estimate::weighted_moments;
 use crate::flow::Flow;
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::{InitialGaussian, Problem};
 
 /// Spacing of the pilot lattice \[standard deviations\].
@@ -43,7 +43,7 @@ struct Node {
 
 impl Pilot {
     /// Carries the pilot lattice through the snapshots of a problem.
-    pub(super) fn fly(problem: &Problem, flow: &Flow) -> Result<Self, MixtureError> {
+    pub(super) fn fly<M: PlanarHamiltonian>(problem: &Problem<M>, flow: &Flow<M>) -> Result<Self, MixtureError> {
         let (indices, states) = pilot_states(&problem.initial);
         let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = states.iter().map(|state| (state.x1, state.x2)).unzip();
         let mut now = 0.0;

@@ -22,6 +22,7 @@ use super::lattice::Lattice;
 use super::pilot::Pilot;
 use super::unscented::Unscented;
 use crate::flow::Flow;
+use crate::model::PlanarHamiltonian;
 use crate::problem::Problem;
 
 /// Fewest points to plan with: those of the pilot and of a coarse lattice.
@@ -63,7 +64,12 @@ pub struct Plan {
 ///
 /// # Errors
 /// [`MixtureError::Plan`] if there is no room, [`MixtureError::NothingInside`], [`MixtureError::Escaped`].
-pub fn plan(problem: &Problem, flow: &Flow, unscented: &Unscented, adaptive: &Adaptive) -> Result<Plan, MixtureError> {
+pub fn plan<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
+    unscented: &Unscented,
+    adaptive: &Adaptive,
+) -> Result<Plan, MixtureError> {
     let Adaptive { tolerance, sigma_points } = *adaptive;
     if sigma_points < LEAST_POINTS || tolerance.is_nan() || tolerance <= 0.0 {
         return Err(MixtureError::Plan { tolerance, points: sigma_points, least: LEAST_POINTS });

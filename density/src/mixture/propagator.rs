@@ -10,8 +10,9 @@ use super::split::{Direction, SigmaPoints, split};
 use super::unscented::{Stencil, Unscented};
 use super::{Component, MixtureError, Settings, Split, direction, linearity, moments, plan};
 use crate::angle::nearest;
-use crate::dynamics::State;
 use crate::flow::Flow;
+use crate::model::planar::Force;
+use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 
 /// A mixture at one snapshot.
@@ -32,8 +33,8 @@ impl Mixture {
 
 /// Carries the sigma points of a problem.
 #[derive(Debug, Clone)]
-pub struct Propagator {
-    flow: Flow,
+pub struct Propagator<M = Force> {
+    flow: Flow<M>,
     unscented: Unscented,
     x1: Vec<f64>,
     x2: Vec<f64>,
@@ -44,13 +45,13 @@ pub struct Propagator {
     left_out: f64,
 }
 
-impl Propagator {
+impl<M: PlanarHamiltonian> Propagator<M> {
     /// Splits the initial Gaussian of `problem`, at `t = 0`. An adaptive split looks ahead through all snapshots of the
     /// problem with a few hundred pilot points.
     ///
     /// # Errors
     /// [`MixtureError`], if the settings are out of range or the initial Gaussian is outside the domain.
-    pub fn new(problem: &Problem, flow: &Flow, settings: &Settings) -> Result<Self, MixtureError> {
+    pub fn new(problem: &Problem<M>, flow: &Flow<M>, settings: &Settings) -> Result<Self, MixtureError> {
         let unscented = settings.unscented;
         unscented.check()?;
         let initial = &problem.initial;
@@ -70,7 +71,7 @@ impl Propagator {
         Ok(Self::from_points(*flow, unscented, points, pilot_points))
     }
 
-    fn from_points(flow: Flow, unscented: Unscented, points: SigmaPoints, pilot_points: usize) -> Self {
+    fn from_points(flow: Flow<M>, unscented: Unscented, points: SigmaPoints, pilot_points: usize) -> Self {
         let SigmaPoints { states, weights, stencils, left_out } = points;
         let (x1, x2) = states.iter().map(|state| (state.x1, state.x2)).unzip();
         Self { flow, unscented, x1, x2, weights, stencils, now: 0.0, pilot_points, left_out }
@@ -130,7 +131,11 @@ impl Propagator {
 }
 
 /// The angle of a direction from the `phi` axis in standardised coordinates, in `[0, π)`, and the points spent on finding it.
-fn angle(direction: Direction, problem: &Problem, flow: &Flow) -> Result<(f64, usize), MixtureError> {
+fn angle<M: PlanarHamiltonian>(
+    direction: Direction,
+    problem: &Problem<M>,
+    flow: &Flow<M>,
+) -> Result<(f64, usize), MixtureError> {
     match direction {
         Direction::SolarAngle => Ok((0.0, 0)),
         Direction::Eccentricity => Ok((FRAC_PI_2, 0)),

@@ -16,7 +16,7 @@
 use super::library::Library;
 use super::unscented::{Stencil, Unscented};
 use super::{Above, MixtureError};
-use crate::dynamics::State;
+use crate::model::plane::State;
 use crate::problem::InitialGaussian;
 
 /// Along which line of the initial Gaussian to split.

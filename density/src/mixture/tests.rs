@@ -8,10 +8,10 @@ use std::sync::OnceLock;
 use super::exact_joint::exact_masses;
 use super::linearity::DISTRUST;
 use super::*;
-use crate::dynamics::{State, density_growth};
 use crate::estimate::Estimate;
 use crate::flow::Flow;
 use crate::grid::comparison_grids;
+use crate::model::plane::{State, density_growth};
 use crate::problem::Problem;
 use crate::problem::paper::scenario;
 
@@ -37,7 +37,7 @@ struct Run {
 
 fn run(number: usize, settings: &Settings) -> Run {
     let problem = scenario(number);
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
     let mut propagator = Propagator::new(&problem, &flow, settings).unwrap();
     let snapshots = problem.times.iter().zip(&grids).map(|(&time, grid)| {
@@ -150,7 +150,7 @@ fn distrust_is_shown_wherever_a_split_in_both_directions_misses_by_six_per_cent(
 #[test]
 fn the_exact_masses_of_these_tests_agree_with_the_characteristics_run_backwards() {
     let problem = scenario(1);
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 20, 20).unwrap();
     let masses = exact_masses(&problem, &grids);
     let (grid, masses) = (&grids[2], &masses[2]);
@@ -178,7 +178,7 @@ fn merging_keeps_mean_and_covariance_of_the_mixture() {
         split: Split::Lattice(lattice::Lattice { spacing: [0.4; 2], ..Default::default() }),
         ..Settings::default()
     };
-    let mut propagator = Propagator::new(&problem, &Flow::new(problem.force), &settings).unwrap();
+    let mut propagator = Propagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
     propagator.advance_to(2.0).unwrap();
     let before = propagator.mixture().components;
     let after = merge::merge(&before, 60).unwrap();
@@ -205,7 +205,7 @@ fn an_estimate_has_the_same_bytes_on_any_number_of_threads() {
 #[test]
 fn rows_that_are_no_gaussians_are_refused() {
     let problem = scenario(1);
-    let grid = comparison_grids(&problem, &Flow::new(problem.force), 10, 10).unwrap()[0];
+    let grid = comparison_grids(&problem, &Flow::new(problem.model), 10, 10).unwrap()[0];
     let good = [1.0, 2.2, 0.14, 0.04, 0.0, 0.001];
     let with = |index: usize, value: f64| {
         let mut row = good;
@@ -222,7 +222,7 @@ fn rows_that_are_no_gaussians_are_refused() {
 #[test]
 fn settings_out_of_range_are_refused() {
     let problem = scenario(1);
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let refused = |settings: Settings| Propagator::new(&problem, &flow, &settings).unwrap_err();
     assert_eq!(refused(split_along(split::Direction::Eccentricity, 38, 1)), MixtureError::LibrarySize(38));
     let adaptive = |tolerance: f64, sigma_points: usize| Settings {

@@ -21,12 +21,12 @@ use std::f64::consts::PI;
 
 use super::{Component, MixtureError};
 use crate::angle::nearest;
-use crate::dynamics::State;
+use crate::model::plane::State;
 
 /// Angle \[rad\] from a component's centre beyond which a point on a line through it lies across the origin.
 const ACROSS: f64 = 0.9 * PI;
 /// Dimensions of the `(phi, e)` plane.
-const DIMENSIONS: f64 = 2.0;
+const PLANE: usize = 2;
 
 /// The parameters of Eqs. 17 to 19.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,39 +55,68 @@ impl Unscented {
     /// a flow without mixed fourth derivatives is good to fifth order (Julier & Uhlmann 2004, Sect. III).
     pub const THIRD_ORDER: Self = Self { alpha: 1.0, beta: 1.0, eta: 0.0 };
 
-    /// `n + zeta`, the square of the points' distance from their centre in standard deviations.
+    /// `n + zeta`, the square of the points' distance from their centre in standard deviations, in the plane.
     pub fn distance_squared(&self) -> f64 {
-        self.alpha * self.alpha * (DIMENSIONS + self.beta)
+        self.distance_squared_in(PLANE)
     }
 
-    /// Weight of each outer point.
+    /// The same in so many dimensions.
+    pub fn distance_squared_in(&self, dimensions: usize) -> f64 {
+        self.alpha * self.alpha * (dimensions as f64 + self.beta)
+    }
+
+    /// Weight of each outer point in the plane.
     pub fn outer_weight(&self) -> f64 {
-        0.5 / self.distance_squared()
+        self.outer_weight_in(PLANE)
     }
 
-    /// Weight of the centre in the mean.
+    /// The same in so many dimensions.
+    pub fn outer_weight_in(&self, dimensions: usize) -> f64 {
+        0.5 / self.distance_squared_in(dimensions)
+    }
+
+    /// Weight of the centre in the mean, in the plane.
     pub fn central_mean_weight(&self) -> f64 {
-        1.0 - DIMENSIONS / self.distance_squared()
+        self.central_mean_weight_in(PLANE)
     }
 
-    /// Weight of the centre in the covariance.
+    /// The same in so many dimensions.
+    pub fn central_mean_weight_in(&self, dimensions: usize) -> f64 {
+        1.0 - dimensions as f64 / self.distance_squared_in(dimensions)
+    }
+
+    /// Weight of the centre in the covariance, in the plane.
     pub fn central_covariance_weight(&self) -> f64 {
-        self.central_mean_weight() + 1.0 - self.alpha * self.alpha + self.eta
+        self.central_covariance_weight_in(PLANE)
     }
 
-    /// Whether sigma points can be placed and variances cannot turn negative.
+    /// The same in so many dimensions.
+    pub fn central_covariance_weight_in(&self, dimensions: usize) -> f64 {
+        self.central_mean_weight_in(dimensions) + 1.0 - self.alpha * self.alpha + self.eta
+    }
+
+    /// Whether sigma points can be placed in the plane and variances cannot turn negative.
     ///
     /// # Errors
     /// [`MixtureError::SigmaDistance`], [`MixtureError::CovarianceWeight`].
     pub fn check(&self) -> Result<(), MixtureError> {
-        let distance_squared = self.distance_squared();
+        self.check_in(PLANE)
+    }
+
+    /// The same in so many dimensions.
+    ///
+    /// # Errors
+    /// As [`Unscented::check`].
+    pub fn check_in(&self, dimensions: usize) -> Result<(), MixtureError> {
+        let distance_squared = self.distance_squared_in(dimensions);
         if !(distance_squared > 0.0 && distance_squared.is_finite()) {
             return Err(MixtureError::SigmaDistance(distance_squared));
         }
         // At a given shift s of the mean the variance is least with all outer points at the same place, and is then
-        // s² [(n + zeta - 2)²/(2 (n + zeta)) + w_0].
-        let (weight, least) =
-            (self.central_covariance_weight(), -(distance_squared - DIMENSIONS).powi(2) / (2.0 * distance_squared));
+        // s² [(n + zeta - n)²/(n (n + zeta)) + w_0].
+        let n = dimensions as f64;
+        let weight = self.central_covariance_weight_in(dimensions);
+        let least = -(distance_squared - n).powi(2) / (n * distance_squared);
         if weight >= least { Ok(()) } else { Err(MixtureError::CovarianceWeight { weight, least }) }
     }
 

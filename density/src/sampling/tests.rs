@@ -28,6 +28,15 @@ fn a_draw_depends_on_seed_and_index_alone() {
 }
 
 #[test]
+fn draws_over_a_models_variables_are_the_planes_where_the_gaussian_is() {
+    for initial in [scenario(1).initial, HALVED] {
+        let [phi, e] = draw_variables(&Gaussian::from(initial), &crate::model::plane::VARIABLES, 7, 0..1000);
+        let polar = plan(Draws::Independent, 7, 1).polar(&initial);
+        assert!((0..1000).all(|i| polar(i) == (phi[i], e[i])));
+    }
+}
+
+#[test]
 fn draws_stay_inside_the_cut_even_where_it_takes_half_the_gaussian() {
     for draws in ALL {
         let polar = plan(draws, 1, 2).polar(&HALVED);

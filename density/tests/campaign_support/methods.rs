@@ -169,7 +169,7 @@ fn text(error: impl std::fmt::Display) -> String {
 }
 
 fn exact(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> {
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let exact = Exact::new(problem, &flow, ExactSettings::default());
     let snapshot = |index: usize| {
         let found = exact.snapshot(grids, index).map_err(text)?;
@@ -200,7 +200,7 @@ const UNSAID: Claim = Claim { moments: [TOLERANCE; 5], above: TOLERANCE, joint: 
 fn mesh(problem: &Problem, grids: &[Grid], points: usize) -> Result<Parts, String> {
     const DEGREE: usize = 7;
     let Problem { initial, critical_e, .. } = problem;
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let start = initial_points(problem, points, Placement::Lattice, 1).map_err(text)?;
     let mut orbits = Orbits::from_polar(flow, &start.phi, &start.e);
     let (mut phi, mut e) = (vec![0.0; orbits.len()], vec![0.0; orbits.len()]);
@@ -226,7 +226,7 @@ fn mesh_curve(problem: &Problem, flow: &Flow, start: &density::mesh::Points, deg
 }
 
 fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> {
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let mut propagator = mixture::Propagator::new(problem, &flow, &mixture::Settings::default()).map_err(text)?;
     let mut snapshot = |time: f64, grid: &Grid| {
         propagator.advance_to(time).map_err(text)?;
@@ -242,7 +242,7 @@ fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> 
 fn monte_carlo(problem: &Problem, grids: &[Grid], samples: usize) -> Result<Parts, String> {
     let times = times_of_curve(problem);
     let (x1, x2) = sampling::draw(&problem.initial, 1, samples);
-    let mut orbits = Orbits::new(Flow::new(problem.force), x1, x2);
+    let mut orbits = Orbits::new(Flow::new(problem.model), x1, x2);
     let mut noted = vec![usize::MAX; samples];
     let note = |time| point(time, &times);
     let (mut phi, mut e) = (vec![0.0; samples], vec![0.0; samples]);

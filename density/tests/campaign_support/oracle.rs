@@ -128,7 +128,7 @@ pub fn solve(problem: &Problem, grids: &[Grid], effort: &Effort) -> Oracle {
 }
 
 fn level(problem: &Problem, grids: &[Grid], effort: &Effort, (lines, nodes): (usize, usize)) -> (Vec<Truth>, u64) {
-    let motion = Motion { force: problem.force, most_steps: effort.most_orbit_steps };
+    let motion = Motion { force: problem.model, most_steps: effort.most_orbit_steps };
     let lattice = Lattice::new(problem.initial, lines, nodes);
     let paths = follow(motion, &lattice.starts(), &problem.times);
     let read =
@@ -197,7 +197,7 @@ impl Sampled {
             .map(|(mean, sigma)| Normal::new(mean, sigma).expect("a scenario has a positive deviation"));
         let draws = std::iter::repeat_with(|| [phi.sample(&mut random), e.sample(&mut random)]);
         let starts: Vec<[f64; 2]> = draws.filter(|[_, e]| *e > 0.0 && *e < 1.0).take(effort.samples).collect();
-        let motion = Motion { force: problem.force, most_steps: effort.most_orbit_steps };
+        let motion = Motion { force: problem.model, most_steps: effort.most_orbit_steps };
         Self { paths: follow(motion, &starts, &problem.times), count: effort.samples }
     }
 

@@ -34,7 +34,7 @@ pub fn draw(seed: u64, index: u64) -> Scenario {
     let (one, other) = (between(0.02, 0.49), between(0.5, 0.98));
     let initial = InitialGaussian { mean_phi, mean_e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e };
     let times = vec![0.0, rounded(one * horizon), rounded(other * horizon), horizon];
-    let problem = Problem { force: Force { radiation, oblateness }, initial, times, critical_e };
+    let problem = Problem { model: Force { radiation, oblateness }, initial, times, critical_e };
     Scenario { name: format!("random-{seed}-{index}"), problem }
 }
 
@@ -45,7 +45,7 @@ fn rounded(x: f64) -> f64 {
 
 impl fmt::Display for Scenario {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Problem { force, initial, times, critical_e } = &self.problem;
+        let Problem { model: force, initial, times, critical_e } = &self.problem;
         let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = initial;
         write!(
             f,
@@ -60,7 +60,7 @@ impl fmt::Display for Scenario {
 impl Scenario {
     /// As a scenario file that phasecloud reads.
     pub fn to_toml(&self) -> String {
-        let Problem { force, initial, times, critical_e } = &self.problem;
+        let Problem { model: force, initial, times, critical_e } = &self.problem;
         format!(
             "name = \"{}\"\n[orbit]\nradiation = {:?}\noblateness = {:?}\n[initial]\nphi = {:?}\ne = {:?}\n\
              delta_phi = {:?}\ndelta_e = {:?}\n[times]\nat = {times:?}\n[disposal]\ncritical_e = {critical_e:?}\n",
@@ -92,7 +92,7 @@ impl Scenario {
             sigma_e: 0.5 * number("delta_e")?,
         };
         let force = Force { radiation: number("radiation")?, oblateness: number("oblateness")? };
-        let problem = Problem { force, initial, times, critical_e: number("critical_e")? };
+        let problem = Problem { model: force, initial, times, critical_e: number("critical_e")? };
         Some(Self { name: value("name")?.trim_matches('"').into(), problem })
     }
 }

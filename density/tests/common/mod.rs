@@ -17,7 +17,7 @@ pub fn paper(number: usize) -> Problem {
         _ => (0.3004, 0.23, PI / 32.0, 0.02, 5),
     };
     Problem {
-        force: Force { radiation: 0.15, oblateness: 0.40921 },
+        model: Force { radiation: 0.15, oblateness: 0.40921 },
         initial: InitialGaussian { mean_phi, mean_e, sigma_phi: delta_phi / 2.0, sigma_e: delta_e / 2.0 },
         times: (0..snapshots).map(|k| 0.5 * f64::from(k)).collect(),
         critical_e: 0.6,

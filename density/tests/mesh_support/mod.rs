@@ -25,7 +25,7 @@ pub struct Snapshot {
 
 /// The initial points and their snapshots on 100 x 100 comparison grids.
 pub fn propagate(problem: &Problem, count: usize, placement: Placement, seed: u64) -> (Points, Vec<Snapshot>) {
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let grids = comparison_grids(problem, &flow, 100, 100).unwrap();
     let points = initial_points(problem, count, placement, seed).unwrap();
     let states: Vec<State> = points.phi.iter().zip(&points.e).map(|(&phi, &e)| State::from_polar(phi, e)).collect();
@@ -83,7 +83,7 @@ pub fn relative_errors(found: &Moments, exact: &Moments) -> [f64; 4] {
 /// Exact mean density of each bin: `fineness` midpoints along `phi` and `e` in every bin are followed back to the initial
 /// Gaussian. Its mass tells whether they were enough: filaments can be a twentieth of a bin thin in `e`.
 pub fn exact_joint(problem: &Problem, time: f64, grid: &Grid, fineness: [usize; 2]) -> Vec<f64> {
-    let flow = Flow::new(problem.force);
+    let flow = Flow::new(problem.model);
     let in_cloud = bins_of_cloud(problem, time, grid);
     let mut joint = vec![0.0; grid.len()];
     for i in 0..grid.phi.bins {
@@ -126,7 +126,7 @@ fn bins_of_cloud(problem: &Problem, time: f64, grid: &Grid) -> Vec<bool> {
     let start = (0..SIDE * SIDE).map(|k| problem.initial.point(sigmas(k / SIDE), sigmas(k % SIDE)));
     let states = start.map(|(phi, e)| State::from_polar(phi, e.max(1e-9)));
     let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = states.map(|state| (state.x1, state.x2)).unzip();
-    Flow::new(problem.force).advance(&mut x1, &mut x2, time).unwrap();
+    Flow::new(problem.model).advance(&mut x1, &mut x2, time).unwrap();
     let mut found = vec![false; grid.len()];
     for (&x1, &x2) in x1.iter().zip(&x2) {
         let state = State { x1, x2 };

@@ -41,7 +41,7 @@ impl Propagator for SttGaussian {
         let (Assignment { problem, .. }, states) = self.0.as_mut().ok_or_else(Failure::no_scenario)?;
         let years = problem.times[index] - problem.times[index.saturating_sub(1)];
         let steps = (2000.0 * years).ceil().max(1.0); // of Runge-Kutta
-        *states = states.map(|state| (0..steps as u32).fold(state, |x, _| step(problem.force, x, years / steps)));
+        *states = states.map(|state| (0..steps as u32).fold(state, |x, _| step(problem.model, x, years / steps)));
         Ok(1)
     }
     fn write(&self, columns: &mut [f64]) {

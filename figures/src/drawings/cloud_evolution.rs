@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use density::dynamics::State;
 use density::flow::{Accuracy, Flow};
+use density::model::PlanarHamiltonian;
 use density::orbits::Orbits;
 use density::sampling::draw as draw_samples;
 
@@ -57,7 +58,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         let e = e_axis(0.0..(1.08 * highest).min(1.0), 8);
         let panel = Panel::new(&left, &phi_axis(phi.clone(), 7), &e, Surroundings::default())?;
         let bounds =
-            levels.iter().flat_map(|level| mirrored(&hamiltonian::contour(scene.problem.force, *level), &phi, BOUND));
+            levels.iter().flat_map(|level| mirrored(&hamiltonian::contour(scene.problem.model, *level), &phi, BOUND));
         panel.draw(&bounds.chain([line]).collect::<Vec<_>>())?;
         let markers = clouds.iter().enumerate().map(|(index, points)| {
             let (marker, stroke) = snapshot_marker(index, count);
@@ -101,9 +102,9 @@ type Snapshots = (Vec<Vec<Point>>, [f64; 2]);
 fn snapshots(scene: &Scene<'_>) -> Result<Snapshots, DrawError> {
     let problem = scene.problem;
     let (x1, x2) = draw_samples(&problem.initial, SEED, SAMPLES);
-    let levels = x1.iter().zip(&x2).map(|(&x1, &x2)| problem.force.hamiltonian(State { x1, x2 }));
+    let levels = x1.iter().zip(&x2).map(|(&x1, &x2)| problem.model.hamiltonian(State { x1, x2 }));
     let levels = levels.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)]);
-    let mut orbits = Orbits::new(Flow { force: problem.force, accuracy: Accuracy::Coarse }, x1, x2);
+    let mut orbits = Orbits::new(Flow { model: problem.model, accuracy: Accuracy::Coarse }, x1, x2);
     let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
     let mut snapshots = Vec::with_capacity(problem.times.len());
     for &time in &problem.times {

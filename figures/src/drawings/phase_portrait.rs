@@ -27,7 +27,7 @@ const LEVELS: usize = 15;
 
 /// Draws it.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
-    let force = scene.problem.force;
+    let force = scene.problem.model;
     let phi = scene.phi_range();
     let points = hamiltonian::stationary_points(force);
     let cloudy = scene.clouds().into_iter().flatten().map(|cloud| cloud.e.end);
@@ -144,7 +144,7 @@ fn sub_domain_labels(
     let domain = |k: usize| {
         let (x, y) = place(k);
         let (phi, e) = panel.point(x, y);
-        sub_domains::motion(scene.problem.force, points, phi, e)
+        sub_domains::motion(scene.problem.model, points, phi, e)
     };
     let domains: Vec<Motion> = (0..COLUMNS * ROWS).map(domain).collect();
     let marked: Vec<(f64, f64)> = marked.iter().map(|point| panel.pixels(*point)).collect();

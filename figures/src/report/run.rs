@@ -206,8 +206,8 @@ pub fn what_was_run(results: &Results) -> Markup {
 pub fn scenarios(drawn: &Drawn<'_>) -> Markup {
     type Row = (&'static str, &'static str, fn(&Scene<'_>) -> String);
     let rows: [Row; 9] = [
-        ("radiation parameter C", "", |s| s.problem.force.radiation.to_string()),
-        ("oblateness parameter W", "", |s| s.problem.force.oblateness.to_string()),
+        ("radiation parameter C", "", |s| s.problem.model.radiation.to_string()),
+        ("oblateness parameter W", "", |s| s.problem.model.oblateness.to_string()),
         ("initial mean solar angle", "rad", |s| s.problem.initial.mean_phi.to_string()),
         ("initial mean eccentricity", "", |s| s.problem.initial.mean_e.to_string()),
         ("initial standard deviation of the solar angle", "rad", |s| s.problem.initial.sigma_phi.to_string()),

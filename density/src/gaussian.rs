@@ -1,0 +1,97 @@
+//! A Gaussian over any number of variables, by mean and covariance.
+
+use std::fmt;
+
+/// A Gaussian over `N` variables. A variable on a circle counts as an unbounded one here.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gaussian<const N: usize> {
+    /// Mean.
+    pub mean: [f64; N],
+    /// Lower triangular square root `S` of the covariance `S S^T`, row by row.
+    root: [[f64; N]; N],
+}
+
+/// A matrix that is no covariance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoCovariance {
+    /// The first variable that has no variance of its own, given those before it.
+    pub variable: usize,
+}
+
+impl std::error::Error for NoCovariance {}
+
+impl fmt::Display for NoCovariance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { variable } = self;
+        write!(
+            f,
+            "variable number {variable} has no variance left, given those before it: a covariance is symmetric and positive definite"
+        )
+    }
+}
+
+impl<const N: usize> Gaussian<N> {
+    /// From the mean and the covariance, of which the lower triangle counts.
+    ///
+    /// # Errors
+    /// [`NoCovariance`] if the covariance is not positive definite.
+    pub fn new(mean: [f64; N], covariance: [[f64; N]; N]) -> Result<Self, NoCovariance> {
+        let mut root = [[0.0; N]; N];
+        for row in 0..N {
+            for column in 0..=row {
+                let before: f64 = (0..column).map(|k| root[row][k] * root[column][k]).sum();
+                let rest = covariance[row][column] - before;
+                root[row][column] = if row == column { rest.sqrt() } else { rest / root[column][column] };
+            }
+            if !(root[row][row] > 0.0 && root[row][row].is_finite()) {
+                return Err(NoCovariance { variable: row });
+            }
+        }
+        Ok(Self { mean, root })
+    }
+
+    /// Of independent variables, from their standard deviations.
+    pub fn independent(mean: [f64; N], sigmas: [f64; N]) -> Self {
+        let mut root = [[0.0; N]; N];
+        (0..N).for_each(|k| root[k][k] = sigmas[k]);
+        Self { mean, root }
+    }
+
+    /// The point at these standardised coordinates `z`: `m + S z`.
+    pub fn point(&self, standard: [f64; N]) -> [f64; N] {
+        std::array::from_fn(|row| (0..=row).fold(self.mean[row], |sum, k| sum + standard[k] * self.root[row][k]))
+    }
+
+    /// Column `k` of the square root `S`: a step of one standard deviation.
+    pub fn direction(&self, k: usize) -> [f64; N] {
+        std::array::from_fn(|row| self.root[row][k])
+    }
+
+    /// The same with another mean, and with the step along direction `k` made `factor` times as long.
+    pub fn narrowed(&self, mean: [f64; N], k: usize, factor: f64) -> Self {
+        let mut root = self.root;
+        root.iter_mut().for_each(|row| row[k] *= factor);
+        Self { mean, root }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_square_root_of_a_covariance_multiplies_back_to_it() {
+        let covariance = [[4.0, 1.0, -0.5], [1.0, 2.0, 0.3], [-0.5, 0.3, 1.0]];
+        let gaussian = Gaussian::new([0.0; 3], covariance).unwrap();
+        for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+            let product: f64 = (0..3).map(|k| gaussian.direction(k)[i] * gaussian.direction(k)[j]).sum();
+            assert!((product - covariance[i][j]).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_is_no_covariance_is_refused_with_the_variable() {
+        assert_eq!(Gaussian::new([0.0; 2], [[1.0, 0.0], [2.0, 1.0]]), Err(NoCovariance { variable: 1 }));
+        assert_eq!(Gaussian::new([0.0; 2], [[f64::NAN, 0.0], [0.0, 1.0]]), Err(NoCovariance { variable: 0 }));
+    }
+}

@@ -1,0 +1,171 @@
+//! The unscented transform and the mixture over the variables of any model.
+//!
+//! What [`super::unscented`] does in the plane, in any number `n` of variables: a component's mean and covariance are carried by
+//! `2n + 1` points (Julier & Uhlmann, Proc. IEEE 92(3), 2004; Eqs. 17 to 19 of Sun et al. 2022),
+//!
+//! ```text
+//! x_0 = m,   x_{±i} = m ± sqrt(n + zeta) S_i,   i = 1 .. n,   S S^T = P
+//! ```
+//!
+//! and the initial Gaussian is split into components along one column of its square root (Eq. 15). The plane has more: lattices,
+//! a cut at `e = 0`, and bin averages of the density in closed form.
+
+use super::MixtureError;
+use super::library::Library;
+use super::unscented::Unscented;
+use crate::angle::{Circular, nearest};
+use crate::flow::Flow;
+use crate::gaussian::Gaussian;
+use crate::model::{Coordinates, Model, Variable};
+use crate::variable_moments::VariableMoments;
+
+/// One Gaussian of a mixture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Component<const N: usize> {
+    /// Share of the probability.
+    pub weight: f64,
+    /// Mean.
+    pub mean: [f64; N],
+    /// Covariance.
+    pub covariance: [[f64; N]; N],
+}
+
+/// The sigma points of a Gaussian: its mean, then plus and minus along each column of its square root.
+pub fn sigma_points<const N: usize>(unscented: &Unscented, gaussian: &Gaussian<N>) -> Vec<[f64; N]> {
+    let distance = unscented.distance_squared_in(N).sqrt();
+    let along =
+        |k: usize, sign: f64| gaussian.point(std::array::from_fn(|j| if j == k { sign * distance } else { 0.0 }));
+    let outer = (0..N).flat_map(|k| [along(k, 1.0), along(k, -1.0)]);
+    [gaussian.mean].into_iter().chain(outer).collect()
+}
+
+/// Eq. 18 from a component's propagated sigma points; angles on the branch nearest to that of the first.
+pub fn transform<const N: usize>(
+    unscented: &Unscented,
+    variables: &[Variable],
+    weight: f64,
+    points: &[[f64; N]],
+) -> Component<N> {
+    let centre = points[0];
+    let offset = |point: &[f64; N]| -> [f64; N] {
+        std::array::from_fn(|k| {
+            let value = if variables[k].is_circle() { nearest(point[k], centre[k]) } else { point[k] };
+            value - centre[k]
+        })
+    };
+    let offsets: Vec<[f64; N]> = points[1..].iter().map(offset).collect();
+    let outer = unscented.outer_weight_in(N);
+    let shift: [f64; N] = std::array::from_fn(|k| outer * offsets.iter().map(|d| d[k]).sum::<f64>());
+    let covariance = |a: usize, b: usize| {
+        let spread: f64 = offsets.iter().map(|d| (d[a] - shift[a]) * (d[b] - shift[b])).sum();
+        outer * spread + unscented.central_covariance_weight_in(N) * shift[a] * shift[b]
+    };
+    Component {
+        weight,
+        mean: std::array::from_fn(|k| centre[k] + shift[k]),
+        covariance: std::array::from_fn(|a| std::array::from_fn(|b| covariance(a, b))),
+    }
+}
+
+/// A mixture's sigma points on their way.
+#[derive(Debug, Clone)]
+pub struct Propagator<M, const N: usize> {
+    flow: Flow<M>,
+    unscented: Unscented,
+    weights: Vec<f64>,
+    /// States of the sigma points: one column a coordinate, `2 N + 1` rows a component.
+    columns: Vec<Vec<f64>>,
+    now: f64,
+}
+
+impl<M: Model<Variables = [f64; N]>, const N: usize> Propagator<M, N> {
+    /// Splits a Gaussian at `t = 0` along column `along` of its square root into the components of a library. Components of which a
+    /// sigma point lies outside the variables' ranges are left out; the weights of the others are scaled to sum to 1.
+    ///
+    /// # Errors
+    /// [`MixtureError`], if the settings are out of range or no component is inside the domain.
+    pub fn new(
+        flow: Flow<M>,
+        initial: &Gaussian<N>,
+        unscented: Unscented,
+        library: &Library,
+        along: usize,
+    ) -> Result<Self, MixtureError> {
+        unscented.check_in(N)?;
+        let is_inside = |point: &[f64; N]| M::VARIABLES.iter().zip(point).all(|(variable, &x)| variable.allows(x));
+        let (mut weights, mut columns) = (Vec::new(), vec![Vec::new(); M::State::<f64>::COUNT]);
+        for (&mean, &weight) in library.means.iter().zip(&library.weights) {
+            let centre = initial.point(std::array::from_fn(|k| if k == along { mean } else { 0.0 }));
+            let points = sigma_points(&unscented, &initial.narrowed(centre, along, library.sigma));
+            if !points.iter().all(is_inside) {
+                continue;
+            }
+            weights.push(weight);
+            for state in points.iter().map(|&point| flow.model.state(0.0, point)) {
+                columns.iter_mut().enumerate().for_each(|(k, column)| column.push(state.component(k)));
+            }
+        }
+        let total: f64 = weights.iter().sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return Err(MixtureError::NothingInside);
+        }
+        weights.iter_mut().for_each(|weight| *weight /= total);
+        Ok(Self { flow, unscented, weights, columns, now: 0.0 })
+    }
+
+    /// Moves the sigma points to `time` \[yr\].
+    ///
+    /// # Errors
+    /// [`MixtureError::Time`], or [`MixtureError::Escaped`] after which the propagator holds no meaningful states.
+    pub fn advance_to(&mut self, time: f64) -> Result<(), MixtureError> {
+        if !time.is_finite() {
+            return Err(MixtureError::Time(time));
+        }
+        let mut columns: Vec<&mut [f64]> = self.columns.iter_mut().map(Vec::as_mut_slice).collect();
+        self.flow.carry(&mut columns, self.now, time)?;
+        self.now = time;
+        Ok(())
+    }
+
+    /// The mixture at the present time.
+    pub fn mixture(&self) -> Vec<Component<N>> {
+        const CENTRE: usize = 1;
+        let size = CENTRE + 2 * N;
+        let point = |row: usize| {
+            let state = Coordinates::from_fn(|k| self.columns[k][row]);
+            self.flow.model.read_out(self.now, state)
+        };
+        let component = |(index, &weight): (usize, &f64)| {
+            let points: Vec<[f64; N]> = (index * size..(index + 1) * size).map(point).collect();
+            transform(&self.unscented, M::VARIABLES, weight, &points)
+        };
+        self.weights.iter().enumerate().map(component).collect()
+    }
+}
+
+/// Mean and covariance of a mixture (Eq. 16). The mean vector of a variable on a circle is that of normals wrapped round it
+/// (Mardia & Jupp 2000, Eq. 3.5.60). Weights need not sum to 1.
+pub fn moments<const N: usize>(variables: &[Variable], components: &[Component<N>]) -> VariableMoments<N> {
+    let total: f64 = components.iter().map(|component| component.weight).sum();
+    let weighted = |f: &dyn Fn(&Component<N>) -> f64| -> f64 {
+        components.iter().map(|component| component.weight * f(component)).sum::<f64>() / total
+    };
+    let circular: [Option<Circular>; N] = std::array::from_fn(|k| {
+        variables[k].is_circle().then(|| {
+            let length = |component: &Component<N>| (-0.5 * component.covariance[k][k]).exp();
+            let sin = weighted(&|component| length(component) * component.mean[k].sin());
+            let cos = weighted(&|component| length(component) * component.mean[k].cos());
+            Circular::from_mean_vector(sin, cos)
+        })
+    });
+    let on_branch =
+        |k: usize, value: f64| circular[k].map_or(value, |circular: Circular| nearest(value, circular.mean));
+    let mean: [f64; N] = std::array::from_fn(|k| weighted(&|component| on_branch(k, component.mean[k])));
+    let off = |k: usize, component: &Component<N>| on_branch(k, component.mean[k]) - mean[k];
+    let covariance = std::array::from_fn(|a| {
+        std::array::from_fn(|b| {
+            weighted(&|component| component.covariance[a][b] + off(a, component) * off(b, component))
+        })
+    });
+    VariableMoments { mean, covariance, circular }
+}

@@ -1,0 +1,128 @@
+//! What moves: the room in which every model of an orbit's motion lives.
+//!
+//! A [`Model`] says how orbits move and in which variables people speak of them. Everything else in this crate (the flow, the
+//! samples, the sigma points, the first passages) takes any model. What needs more of it asks for a capability: a
+//! [`PlanarHamiltonian`] for closed orbits in the plane, the exact density, meshes and phase portraits. To ask for it is a trait bound,
+//! so a model that lacks it is refused where the program is written.
+//!
+//! Two sets of coordinates are told apart:
+//!
+//! - the *state*, in which orbits are integrated. It is regular wherever satellites go: `(e sin phi, e cos phi)` in the plane, the
+//!   eccentricity and angular momentum vectors in space;
+//! - the *variables*, in which a cloud is given and read out: solar angle, eccentricity, inclination. They have names, units and,
+//!   where they are angles, no beginning.
+//!
+//! A model writes its equations of motion once, in [`Model::rate`], over any [`Quantity`]. Evaluated with plain numbers they are a
+//! rate, with [`Dual`] numbers a derivative, and recorded they become the Taylor series of the integrator ([`FromEquations`]). A model
+//! whose orbits are counted in millions may give the integrator a recurrence of its own, as [`planar`] does.
+//!
+//! # A new planar model
+//! One file here with an `impl` of [`Model`], of [`PlanarHamiltonian`] and of [`registry::Named`], and one line in [`registry`].
+//!
+//! | file | idea |
+//! |---|---|
+//! | [`variable`] | the name, the unit and the kind of a variable or parameter |
+//! | [`coordinates`] | a fixed number of coordinates |
+//! | [`quantity`] | what equations of motion are written over: numbers, and numbers with a derivative |
+//! | [`plane`] | states in the plane, and what a planar Hamiltonian model says beyond the rest |
+//! | [`planar`] | solar radiation pressure and Earth's oblateness in the plane: the paper's model |
+//! | [`sun_moon`] | the same with the gravity of the Sun and the Moon |
+//! | [`earth`] | constants of the Earth and the Sun |
+//! | [`registry`] | every planar model by its name |
+
+pub mod coordinates;
+pub mod earth;
+pub mod planar;
+mod planar_series;
+pub mod plane;
+pub mod quantity;
+pub mod registry;
+pub mod sun_moon;
+pub mod variable;
+
+use std::fmt::Debug;
+
+pub use coordinates::Coordinates;
+pub use plane::PlanarHamiltonian;
+pub use quantity::{Dual, Quantity};
+pub use variable::{Kind, Variable};
+
+use crate::flow::taylor::{Batch, Watch};
+use crate::flow::{Accuracy, Loss, Series, taylor};
+
+#[cfg(doc)]
+use crate::flow::FromEquations;
+
+/// A model of an orbit's motion. Time is in years.
+pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
+    /// The coordinates in which orbits are integrated.
+    type State<T: Quantity>: Coordinates<T>;
+    /// The variables in which orbits are given and read out, one for each of [`Model::VARIABLES`].
+    type Variables: Coordinates<f64> + Debug + Send + Sync;
+    /// The Taylor series of the integrator: [`FromEquations`], or a recurrence of the model's own.
+    type Series<const P: usize>: Series<P, Model = Self>;
+
+    /// The variables' names, units and kinds.
+    const VARIABLES: &'static [Variable];
+    /// Which of the variables grows to its critical value when the satellite re-enters.
+    const REENTRY: usize;
+
+    /// Time derivative of the state \[1/yr\] at a time \[yr\].
+    fn rate<T: Quantity>(&self, time: T, state: Self::State<T>) -> Self::State<T>;
+
+    /// Whether the equations of motion hold at a state.
+    fn is_inside(&self, state: Self::State<f64>) -> bool;
+
+    /// The state of an orbit with these variables at a time \[yr\].
+    fn state(&self, time: f64, variables: Self::Variables) -> Self::State<f64>;
+
+    /// The variables of an orbit in this state at a time \[yr\]. Those on a circle are in `[0, 2π)`.
+    fn read_out(&self, time: f64, state: Self::State<f64>) -> Self::Variables;
+
+    /// A smooth function of the state that falls as the re-entry variable grows: how far the satellite is from coming down.
+    fn clearance<T: Quantity>(&self, state: Self::State<T>) -> T;
+
+    /// The clearance at a value of the re-entry variable.
+    fn critical_clearance(&self, critical: f64) -> f64;
+
+    /// The factor by which a density per unit of the variables has changed after the flow carried it from `start` to `end`, where
+    /// it follows from these alone: the flow keeps a measure. `None` where it has to be integrated along the orbit, from
+    /// [`Model::divergence`].
+    fn density_growth(&self, _start: Self::State<f64>, _end: Self::State<f64>) -> Option<f64> {
+        None
+    }
+
+    /// Divergence of the rate in the coordinates of the state \[1/yr\]: a density per unit of them falls at that rate.
+    fn divergence(&self, time: f64, state: Self::State<f64>) -> f64 {
+        let along = |k: usize| {
+            let state = Self::State::<Dual>::from_fn(|j| Dual::new(state.component(j), f64::from(j == k)));
+            self.rate(Dual::from(time), state).component(k).derivative
+        };
+        (0..Self::State::<f64>::COUNT).map(along).sum()
+    }
+
+    /// The names and values of what is constant along every orbit, if anything is.
+    fn conserved(&self, _time: f64, _state: Self::State<f64>) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
+    /// The state whose motion forwards in time is this one's motion backwards, mirrored; `None` where time cannot be reversed so.
+    fn reversed(&self, _state: Self::State<f64>) -> Option<Self::State<f64>> {
+        None
+    }
+
+    /// Moves a batch of orbits. A registry of models overrides this to hand the whole batch to the model it stands for, so that
+    /// no choice between models is made within the integrator.
+    #[doc(hidden)]
+    fn integrate<W: Watch>(&self, accuracy: Accuracy, batch: Batch<'_, '_>, watch: &mut W) -> Vec<(usize, Loss)> {
+        taylor::integrate(self, accuracy, batch, watch)
+    }
+}
+
+/// Second time derivatives of the state \[1/yr²\], by [`Dual`] numbers.
+pub fn acceleration<M: Model>(model: &M, time: f64, state: M::State<f64>) -> M::State<f64> {
+    let rate = model.rate(time, state);
+    let moving = M::State::<Dual>::from_fn(|k| Dual::new(state.component(k), rate.component(k)));
+    let accelerated = model.rate(Dual::new(time, 1.0), moving);
+    M::State::<f64>::from_fn(|k| accelerated.component(k).derivative)
+}

@@ -1,0 +1,224 @@
+//! Every planar model by its name.
+//!
+//! A model of its own is made from the numbers of a scenario; what a scenario calls it and its parameters is said here and in the
+//! model's own file, and nowhere else.
+
+use super::planar::Force;
+use super::plane::{PlanarHamiltonian, State};
+use super::quantity::Quantity;
+use super::sun_moon::SunMoon;
+use crate::flow::taylor::{Batch, Watch};
+use crate::flow::{Accuracy, FromEquations, Loss};
+
+/// A parameter of a model, a pure number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// What a scenario calls it: `radiation`.
+    pub name: &'static str,
+    /// Its symbol in equations: `C`.
+    pub symbol: &'static str,
+    /// The least that it may be.
+    pub low: f64,
+    /// The most that it may be.
+    pub high: f64,
+}
+
+/// A model with a name, made from parameters with names.
+pub trait Named: Sized {
+    /// What a scenario calls the model.
+    const NAME: &'static str;
+    /// Its parameters, in the order in which they are given.
+    const PARAMETERS: &'static [Parameter];
+
+    /// The model with these values of its parameters; `None` if there are more or fewer.
+    fn from_parameters(values: &[f64]) -> Option<Self>;
+}
+
+/// The registry: an enumeration of models that is itself a model.
+macro_rules! planar_models {
+    ($($variant:ident),+ $(,)?) => {
+        /// Any planar model of the registry.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub enum Planar {
+            $(#[doc = concat!("See [`", stringify!($variant), "`].")] $variant($variant)),+
+        }
+
+        $(impl From<$variant> for Planar {
+            fn from(model: $variant) -> Self {
+                Self::$variant(model)
+            }
+        })+
+
+        impl Planar {
+            /// The names of all models, each with its parameters.
+            pub const ALL: &'static [(&'static str, &'static [Parameter])] =
+                &[$((<$variant as Named>::NAME, <$variant as Named>::PARAMETERS)),+];
+
+            fn make(name: &str, values: &[f64]) -> Option<Self> {
+                $(if name == <$variant as Named>::NAME {
+                    return <$variant as Named>::from_parameters(values).map(Self::$variant);
+                })+
+                None
+            }
+
+            /// The model's name.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$variant(_) => <$variant as Named>::NAME),+ }
+            }
+        }
+
+        impl PlanarHamiltonian for Planar {
+            type Series<const P: usize> = FromEquations<Self, P>;
+
+            fn motion<T: Quantity>(&self, state: State<T>) -> State<T> {
+                match self { $(Self::$variant(model) => model.motion(state)),+ }
+            }
+
+            fn hamiltonian(&self, state: State) -> f64 {
+                match self { $(Self::$variant(model) => model.hamiltonian(state)),+ }
+            }
+
+            fn hamiltonian_range(&self, phi: (f64, f64), e: (f64, f64)) -> (f64, f64) {
+                match self { $(Self::$variant(model) => model.hamiltonian_range(phi, e)),+ }
+            }
+
+            fn parameters(&self) -> Vec<(Parameter, f64)> {
+                match self { $(Self::$variant(model) => model.parameters()),+ }
+            }
+
+            fn pull(&self) -> f64 {
+                match self { $(Self::$variant(model) => model.pull()),+ }
+            }
+
+            fn turning_rate(&self, state: State) -> f64 {
+                match self { $(Self::$variant(model) => model.turning_rate(state)),+ }
+            }
+
+            fn eccentricity_follows_x1(&self) -> bool {
+                match self { $(Self::$variant(model) => model.eccentricity_follows_x1()),+ }
+            }
+
+            fn pace(&self, state: State) -> f64 {
+                match self { $(Self::$variant(model) => model.pace(state)),+ }
+            }
+
+            fn slope_on_axis(&self, q: f64) -> f64 {
+                match self { $(Self::$variant(model) => model.slope_on_axis(q)),+ }
+            }
+
+            fn polar_rates(&self, phi: f64, e: f64) -> (f64, f64) {
+                match self { $(Self::$variant(model) => model.polar_rates(phi, e)),+ }
+            }
+
+            fn eccentricity_squared_rates(&self, state: State) -> [f64; 2] {
+                match self { $(Self::$variant(model) => model.eccentricity_squared_rates(state)),+ }
+            }
+
+            /// Hands the whole batch to the model, whose own series then run without a choice in them.
+            fn integrate_planar<W: Watch>(
+                &self,
+                accuracy: Accuracy,
+                batch: Batch<'_, '_>,
+                watch: &mut W,
+            ) -> Vec<(usize, Loss)> {
+                match self { $(Self::$variant(model) => model.integrate_planar(accuracy, batch, watch)),+ }
+            }
+        }
+    };
+}
+
+// A planar model is registered by its name here.
+planar_models!(Force, SunMoon);
+
+/// Why a name and parameters make no model.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// No model has this name.
+    #[error("there is no planar model \"{name}\"; there are {}", names())]
+    Unknown {
+        /// What was asked for.
+        name: String,
+    },
+    /// A parameter is missing.
+    #[error("the model \"{model}\" has no value for its parameter {parameter}")]
+    Missing {
+        /// The model.
+        model: &'static str,
+        /// The parameter's name.
+        parameter: &'static str,
+    },
+    /// A parameter that the model does not have.
+    #[error("the model \"{model}\" has no parameter \"{parameter}\"; it has {}", of(.model))]
+    Superfluous {
+        /// The model.
+        model: &'static str,
+        /// What was given.
+        parameter: String,
+    },
+}
+
+fn listed(names: impl Iterator<Item = &'static str>) -> String {
+    names.collect::<Vec<_>>().join(", ")
+}
+
+fn names() -> String {
+    listed(Planar::ALL.iter().map(|&(name, _)| name))
+}
+
+fn of(model: &str) -> String {
+    let parameters = Planar::ALL.iter().filter(|(name, _)| *name == model).flat_map(|(_, parameters)| *parameters);
+    listed(parameters.map(|parameter| parameter.name))
+}
+
+impl Planar {
+    /// The model `name` with these named parameters, in any order. Whether their values are right is checked with the problem
+    /// ([`crate::problem::Problem::new`]).
+    ///
+    /// # Errors
+    /// [`ModelError`] says which name is wrong and which would be right.
+    pub fn by_name(name: &str, given: &[(&str, f64)]) -> Result<Self, ModelError> {
+        let unknown = || ModelError::Unknown { name: name.into() };
+        let &(model, parameters) = Self::ALL.iter().find(|(known, _)| *known == name).ok_or_else(unknown)?;
+        if let Some((parameter, _)) =
+            given.iter().find(|(given, _)| parameters.iter().all(|known| known.name != *given))
+        {
+            return Err(ModelError::Superfluous { model, parameter: (*parameter).into() });
+        }
+        let value = |parameter: &Parameter| {
+            let found = given.iter().find(|(name, _)| *name == parameter.name);
+            found.map(|&(_, value)| value).ok_or(ModelError::Missing { model, parameter: parameter.name })
+        };
+        let values: Vec<f64> = parameters.iter().map(value).collect::<Result<_, _>>()?;
+        Self::make(name, &values).ok_or_else(unknown)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_is_made_from_its_name_and_the_names_of_its_parameters() {
+        let made = Planar::by_name("planar", &[("oblateness", 0.4), ("radiation", 0.15)]).unwrap();
+        assert_eq!(made, Planar::Force(Force { radiation: 0.15, oblateness: 0.4 }));
+        let parameters: Vec<_> =
+            made.parameters().into_iter().map(|(parameter, value)| (parameter.name, value)).collect();
+        assert_eq!((made.name(), parameters), ("planar", vec![("radiation", 0.15), ("oblateness", 0.4)]));
+    }
+
+    #[test]
+    fn a_wrong_name_is_told_with_those_that_would_be_right() {
+        let told = |name: &str, given: &[(&str, f64)]| Planar::by_name(name, given).unwrap_err().to_string();
+        assert!(told("kepler", &[]).contains("there are planar"));
+        assert!(told("planar", &[("radiation", 0.1)]).contains("oblateness"));
+        assert!(told("planar", &[("drag", 0.1)]).contains("it has radiation, oblateness"));
+    }
+
+    #[test]
+    fn a_registered_model_moves_orbits_as_it_does_by_itself() {
+        let force = Force { radiation: 0.15, oblateness: 0.40921 };
+        let start = State::from_polar(2.2, 0.145);
+        let end = crate::flow::Flow::new(force).advance_one(start, 2.0).unwrap();
+        assert_eq!(crate::flow::Flow::new(Planar::from(force)).advance_one(start, 2.0).unwrap(), end);
+    }
+}

@@ -1,0 +1,76 @@
+//! What can be wrong with a problem: which field, its value, and what would be right.
+
+use std::f64::consts::TAU;
+use std::fmt;
+
+/// A field of a problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Field {
+    /// A parameter of the model, or one of the orbit from which such parameters follow, by its name.
+    Parameter(&'static str),
+    /// Mean solar angle.
+    MeanPhi,
+    /// Mean eccentricity.
+    MeanE,
+    /// Two standard deviations of the solar angle, the paper's `Δphi`.
+    DeltaPhi,
+    /// Two standard deviations of the eccentricity, the paper's `Δe`.
+    DeltaE,
+    /// The snapshot times.
+    Times,
+    /// The eccentricity at which the satellite re-enters.
+    CriticalE,
+}
+
+impl fmt::Display for Field {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Parameter(name) => name,
+            Self::MeanPhi => "the mean solar angle",
+            Self::MeanE => "the mean eccentricity",
+            Self::DeltaPhi => "delta_phi, two standard deviations of the solar angle,",
+            Self::DeltaE => "delta_e, two standard deviations of the eccentricity,",
+            Self::Times => "a snapshot time",
+            Self::CriticalE => "the critical eccentricity",
+        })
+    }
+}
+
+/// A problem that cannot be solved as it stands.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{field}: {}", self.problem())]
+pub struct ProblemError {
+    /// Which field is wrong.
+    pub field: Field,
+    /// Its value.
+    pub value: f64,
+    /// What would be right: `between 0 and 1, both excluded`.
+    pub right: String,
+}
+
+impl ProblemError {
+    /// What is wrong, for readers that say themselves which field it is.
+    pub fn problem(&self) -> String {
+        format!("{} is not allowed, it must be {}", self.value, self.right)
+    }
+}
+
+/// Refuses a value that is not right or not finite.
+pub(crate) fn check(field: Field, value: f64, is_right: bool, right: String) -> Result<(), ProblemError> {
+    if value.is_finite() && is_right { Ok(()) } else { Err(ProblemError { field, value, right }) }
+}
+
+/// A full turn \[rad\], with room for one that was written with six digits.
+const TURN: f64 = TAU + 1e-5;
+
+/// Refuses an angle that is not between `low` and a full turn; one that is too large for that may be meant in degrees.
+pub(crate) fn check_angle(field: Field, value: f64, low: f64, range: &str) -> Result<(), ProblemError> {
+    let is_right = |angle: f64| (low.max(-TURN)..=TURN).contains(&angle);
+    let hint = match value.to_radians() {
+        radians if value.abs() > TURN && is_right(radians) => {
+            format!("; if {value} degrees are meant, write {radians:.7}")
+        }
+        _ => String::new(),
+    };
+    check(field, value, is_right(value), format!("an angle in radians, {range}{hint}"))
+}

@@ -1,0 +1,151 @@
+//! The paper's scenarios with the gravity of the Sun and the Moon, by every method, against moments and probabilities that another
+//! programme found by quadrature over the initial Gaussian.
+
+use std::f64::consts::PI;
+use std::num::NonZeroUsize;
+
+use density::exact::{Error, Exact, Settings};
+use density::first_passage::exact::exact_curve;
+use density::first_passage::passage_times;
+use density::flow::{Accuracy, Flow};
+use density::grid::comparison_grids;
+use density::mesh::{CarriedMesh, Placement, initial_points};
+use density::mixture::{self, Propagator};
+use density::model::registry::Planar;
+use density::orbits::Orbits;
+use density::problem::{InitialGaussian, Problem};
+use density::sampling::{Draws, Plan};
+use serde_json::Value;
+
+/// What the reference says of a snapshot: means, deviations, covariance, probability above, probability that it ever was.
+struct Snapshot {
+    years: f64,
+    moments: [f64; 5],
+    above: f64,
+    ever: f64,
+}
+
+fn scenario(number: u32) -> (Problem<Planar>, Vec<Snapshot>) {
+    let all: Value = serde_json::from_str(include_str!("reference/planar.json")).unwrap();
+    let this = &all[format!("sun-moon-{number}")];
+    let of = |value: &Value, key: &str| value[key].as_f64().unwrap();
+    let given = |key: &str| of(&this["scenario"], key);
+    let parameters = [("radiation", "C"), ("oblateness", "W"), ("sun", "A"), ("moon", "B")];
+    let model = Planar::by_name("planar-sun-moon", &parameters.map(|(name, key)| (name, given(key)))).unwrap();
+    let initial = InitialGaussian {
+        mean_phi: given("phi0"),
+        mean_e: given("e0"),
+        sigma_phi: given("sigma_phi"),
+        sigma_e: given("sigma_e"),
+    };
+    let snapshots: Vec<Snapshot> = (this["snapshots"].as_array().unwrap().iter())
+        .map(|row| Snapshot {
+            years: of(row, "t"),
+            moments: ["mean_phi", "std_phi", "mean_e", "std_e", "cov"].map(|key| of(row, key)),
+            above: of(row, "p_above"),
+            ever: of(row, "p_ever"),
+        })
+        .collect();
+    let times = snapshots.iter().map(|snapshot| snapshot.years).collect();
+    (Problem::new(model, initial, times, given("e_cri")).unwrap(), snapshots)
+}
+
+/// The largest difference of moments in standard deviations or products of them.
+fn apart(found: [f64; 5], expected: [f64; 5]) -> f64 {
+    let [_, phi, _, e, _] = expected;
+    let turn = (found[0] - expected[0] + PI).rem_euclid(2.0 * PI) - PI;
+    let differences = [turn / phi, (found[1] - expected[1]) / phi, (found[2] - expected[2]) / e];
+    let rest = [(found[3] - expected[3]) / e, (found[4] - expected[4]) / (phi * e)];
+    differences.into_iter().chain(rest).fold(0.0, |largest: f64, x| largest.max(x.abs()))
+}
+
+fn five(moments: density::estimate::Moments) -> [f64; 5] {
+    [moments.mean_phi, moments.std_phi, moments.mean_e, moments.std_e, moments.cov_phi_e]
+}
+
+#[test]
+fn the_exact_density_has_the_moments_and_probabilities_of_the_reference() {
+    for number in 1..=3 {
+        let (problem, snapshots) = scenario(number);
+        let flow = Flow::new(problem.model);
+        let exact = Exact::new(&problem, &flow, Settings::default());
+        let curve = exact_curve(&problem, &flow, &problem.times).unwrap();
+        for (snapshot, ever) in snapshots.iter().zip(curve) {
+            let found = exact.moments(snapshot.years).unwrap();
+            let found = [found.mean_phi, found.std_phi, found.mean_e, found.std_e, found.cov_phi_e];
+            let difference = apart(found, snapshot.moments);
+            // The reference is good to 1e-6 of a mean, which is up to 60 deviations.
+            assert!(difference < 2e-5, "{number} at {}: {difference:e}", snapshot.years);
+            let above = exact.probability_above(problem.critical_e, snapshot.years).unwrap();
+            assert!((above.value - snapshot.above).abs() < 1e-6, "{number} at {}", snapshot.years);
+            assert!((ever.value - snapshot.ever).abs() < 1e-6, "{number} at {}: ever", snapshot.years);
+        }
+    }
+}
+
+#[test]
+fn the_exact_joint_density_agrees_with_a_sample_of_orbits_and_adds_up_to_one() {
+    let (problem, _) = scenario(2);
+    let flow = Flow::new(problem.model);
+    let grids = comparison_grids(&problem, &flow, 40, 40).unwrap();
+    let exact = Exact::new(&problem, &flow, Settings::default());
+    let snapshot = exact.snapshot(&grids, 3).unwrap();
+    assert!((snapshot.estimate.mass() + snapshot.mass_outside - 1.0).abs() < 1e-6);
+    assert!(snapshot.joint_error < 1e-3, "{}", snapshot.joint_error);
+}
+
+#[test]
+fn monte_carlo_has_the_moments_and_passages_of_the_reference() {
+    const SAMPLES: usize = 1 << 15;
+    let (problem, snapshots) = scenario(1);
+    let flow = Flow { model: problem.model, accuracy: Accuracy::Medium };
+    let plan = Plan { draws: Draws::Sobol, seed: 1, replicates: NonZeroUsize::MIN };
+    let (x1, x2) = plan.draw(&problem.initial, SAMPLES);
+    let passages = passage_times(&flow, &x1, &x2, problem.critical_e, 2.0).unwrap();
+    let mut orbits = Orbits::new(flow, x1, x2);
+    for snapshot in &snapshots {
+        orbits.advance_to(snapshot.years).unwrap();
+        let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
+        orbits.read_out(&mut phi, &mut e);
+        let (moments, _) = density::estimate::weighted_moments(&phi, &e, None, problem.critical_e);
+        let difference = apart(five(moments), snapshot.moments);
+        assert!(difference < 0.01, "at {}: {difference}", snapshot.years);
+        let passed = passages.iter().filter(|&&time| time <= snapshot.years).count() as f64 / SAMPLES as f64;
+        assert!((passed - snapshot.ever).abs() < 2e-3, "at {}: {passed}", snapshot.years);
+    }
+}
+
+#[test]
+fn the_carried_mesh_and_the_mixture_have_the_moments_of_the_reference() {
+    for number in 1..=3 {
+        let (problem, snapshots) = scenario(number);
+        let flow = Flow::new(problem.model);
+        let grids = comparison_grids(&problem, &flow, 20, 20).unwrap();
+        let start = initial_points(&problem, 961, Placement::Lattice, 0).unwrap();
+        let mesh = CarriedMesh::new(&problem.initial, &start.phi, &start.e, start.lattice, 7).unwrap();
+        let mut orbits = Orbits::from_polar(flow, &start.phi, &start.e);
+        let mut propagator = Propagator::new(&problem, &flow, &mixture::Settings::default()).unwrap();
+        for (snapshot, grid) in snapshots.iter().zip(&grids) {
+            orbits.advance_to(snapshot.years).unwrap();
+            let (mut phi, mut e) = (start.phi.clone(), start.e.clone());
+            orbits.read_out(&mut phi, &mut e);
+            let (estimate, _) = mesh.estimate(&phi, &e, grid, problem.critical_e).unwrap();
+            let difference = apart(five(estimate.moments), snapshot.moments);
+            assert!(difference < 2e-3, "mesh, {number} at {}: {difference:e}", snapshot.years);
+            propagator.advance_to(snapshot.years).unwrap();
+            let (moments, _) = mixture::moments::moments(&propagator.mixture().components, problem.critical_e).unwrap();
+            let difference = apart(five(moments), snapshot.moments);
+            assert!(difference < 5e-3, "mixture, {number} at {}: {difference:e}", snapshot.years);
+        }
+    }
+}
+
+#[test]
+fn the_exact_density_says_so_where_the_sun_outweighs_the_radiation() {
+    let (problem, _) = scenario(1);
+    let weak = [("radiation", 1e-3), ("oblateness", 0.4), ("sun", 1e-3), ("moon", 1e-3)];
+    let problem = Problem { model: Planar::by_name("planar-sun-moon", &weak).unwrap(), ..problem };
+    let flow = Flow::new(problem.model);
+    let refused = Exact::new(&problem, &flow, Settings::default()).moments(1.0).unwrap_err();
+    assert!(matches!(refused, Error::EccentricityTurnsBack { .. }), "{refused}");
+}
