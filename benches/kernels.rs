@@ -14,6 +14,7 @@ use density::mesh::delaunay::triangulate;
 use density::mesh::raster::PointGrid;
 use density::mesh::{Branch, CarriedMesh, Placement, characteristic_densities, hull_estimate, initial_points};
 use density::mixture::{self, Propagator};
+use density::model::sun_moon::SunMoon;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
 use density::{binning, sampling};
@@ -96,6 +97,18 @@ fn flow_to_1e_9(bencher: Bencher, threads: usize) {
 #[divan::bench(args = THREADS)]
 fn flow_to_1e_12(bencher: Bencher, threads: usize) {
     propagate(bencher, threads, Accuracy::Fine);
+}
+
+/// The same orbits with the gravity of the Sun and the Moon, whose series come from the equations of motion.
+#[divan::bench(args = THREADS)]
+fn flow_sun_moon_to_1e_12(bencher: Bencher, threads: usize) {
+    let (x1, x2) = sampling::draw(&problem().initial, 1, SAMPLES);
+    let flow = Flow::new(SunMoon::at(2.5, problem().model));
+    on_threads(bencher, threads, || {
+        let mut orbits = Orbits::new(flow, x1.clone(), x2.clone());
+        problem().times.iter().for_each(|&time| orbits.advance_to(time).unwrap());
+        orbits
+    });
 }
 
 #[divan::bench(args = THREADS)]

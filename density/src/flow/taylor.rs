@@ -197,8 +197,8 @@ impl Crew {
     #[inline(always)]
     fn directed(&self, lengths: &Lanes) -> Lanes {
         let mut steps = *lengths;
-        for l in 0..LANES {
-            steps[l] *= self.sign[l];
+        for (step, sign) in steps.iter_mut().zip(&self.sign) {
+            *step *= sign;
         }
         steps
     }
