@@ -45,6 +45,7 @@ pub mod session;
 pub mod shard;
 pub mod snapshot_rules;
 pub mod sweep;
+mod sweep_values;
 mod threads;
 pub mod toml_words;
 pub mod unknown_key;
