@@ -9,6 +9,7 @@ use nodes::builtin::{BuiltIn, Misfit};
 use nodes::input::{InputError, InputFile};
 use nodes::screen::MOST_CASES;
 use nodes::shard::{MOST_SHARDS, Shard};
+use nodes::unknown_key::{self, UnknownKey, nearest};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
@@ -143,6 +144,9 @@ fn case(
             head.insert(key, value);
         }
     }
+    if let Some(misspelt) = misspelt(file, &head, &settings) {
+        return Err(misspelt);
+    }
     let raw =
         RawCase::deserialize(Deserializer::from(Spanned::new(span.clone(), head))).map_err(|e| file.toml_error(&e))?;
     check_name(file, &raw.label)?;
@@ -154,8 +158,7 @@ fn case(
         (Some(node), None) => built_in(file, &node, Spanned::new(span, settings), bins)?,
         (None, Some(command)) => {
             if let Some((key, _)) = settings.into_iter().next() {
-                let problem = "is not allowed beside command; give a program its settings as arguments";
-                return Err(file.error(&key, problem));
+                return Err(file.error(&key, &beside_command(key.get_ref())));
             }
             if command.get_ref().first().is_none_or(String::is_empty) {
                 return Err(file.error(&command, "is empty; it must be a program and its arguments"));
@@ -174,6 +177,53 @@ fn case(
     let reduce = raw.reduce.is_some_and(Spanned::into_inner);
     let most_seconds = raw.most_seconds.as_ref().map(|most| checked_seconds(file, most)).transpose()?;
     Ok((raw.label, Case { label, runs, shards, reduce, hosts, most_seconds }))
+}
+
+/// What is said of a key that is none of every case, beside `command`.
+fn beside_command(key: &str) -> String {
+    let advice = "give a program its settings as arguments";
+    match nearest(key, KEYS) {
+        Some(_) => format!("{}; {advice}", unknown_key::told(key, &[(KEYS.to_vec(), OF_EVERY_CASE)])),
+        None => format!("is not allowed beside command; {advice}"),
+    }
+}
+
+/// What [`KEYS`] are, in words.
+const OF_EVERY_CASE: &str = "of every case";
+
+/// A key that a case needs, where it was written otherwise: that tells more than that it is missing.
+fn misspelt(file: &InputFile, head: &DeTable<'_>, settings: &DeTable<'_>) -> Option<InputError> {
+    let runs = ["node", "command"];
+    let has_none = |keys: &[&str]| keys.iter().all(|key| !head.contains_key(*key));
+    let needed = [&["label"][..], &runs[..]].into_iter().filter(|keys| has_none(keys)).flatten().copied();
+    let needed: Vec<&str> = needed.collect();
+    let is_meant = |key: &str| nearest(key, needed.iter().copied()).is_some() && !is_setting(key);
+    let key = settings.keys().find(|key| is_meant(key.get_ref()))?;
+    Some(file.error(key, &unknown_key::told(key.get_ref(), &[(KEYS.to_vec(), OF_EVERY_CASE)])))
+}
+
+/// Whether a key is a setting of any built-in propagator.
+fn is_setting(key: &str) -> bool {
+    let nameless = || toml::Table::from_iter([(String::new(), toml::Value::Boolean(true))]);
+    let knows = |name: &&str| {
+        let answer = BuiltIn::from_settings(name, nameless()).and_then(Result::err);
+        answer.and_then(|error| UnknownKey::told_by(error.message())).is_some_and(|unknown| unknown.is_beside(key))
+    };
+    BuiltIn::NAMES.iter().any(knows)
+}
+
+/// An error about the command of case number `index`, counted from 0, at its place in the file.
+pub fn command_error(file: &InputFile, index: usize, problem: &str) -> InputError {
+    let place = || {
+        let table = file.table().ok()?;
+        let DeValue::Array(cases) = table.get_ref().get("propagator")?.get_ref() else { return None };
+        let DeValue::Table(case) = cases.get(index)?.get_ref() else { return None };
+        Some(Spanned::new(case.get("command")?.span(), ()))
+    };
+    match place() {
+        Some(place) => file.error(&place, problem),
+        None => file.error_in_whole("propagator.command", problem),
+    }
 }
 
 fn checked_shards(file: &InputFile, shards: &Spanned<i64>, label: &str, runs: &Runs) -> Result<u32, InputError> {
@@ -214,7 +264,16 @@ fn built_in(
             settings.check().and_then(|()| settings.check_bins(bins)).map_err(misfit)?;
             Ok(Runs::BuiltIn { node: name.clone(), settings })
         }
-        Some(Err(error)) => Err(file.toml_error(&error)),
+        Some(Err(error)) => {
+            let told = file.toml_error(&error);
+            Err(match UnknownKey::told_by(error.message()) {
+                Some(unknown) => {
+                    let problem = unknown.problem_beside(&format!("settings of {name}"), &KEYS, OF_EVERY_CASE);
+                    InputError { problem, ..told }
+                }
+                None => told,
+            })
+        }
         None => {
             let problem = format!("\"{name}\" is unknown; it must be one of {}", BuiltIn::NAMES.join(", "));
             Err(file.error(node, &problem))

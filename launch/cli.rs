@@ -193,7 +193,8 @@ pub struct Shown {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  phasecloud check -- python3 my_propagator.py --samples 500\n  \
     phasecloud check mc --set samples=2000\n\n\
-    Exit codes: 0 all rules are kept; 1 a rule is broken; 2 the command cannot be started; 130 stopped on request.")]
+    Exit codes: 0 all rules are kept; 1 a rule is broken; 2 the command cannot be started, or what a built-in \
+    propagator is given is not allowed; 130 stopped on request.")]
 pub struct CheckArguments {
     /// Print JSON instead of a table
     #[arg(long)]

@@ -67,9 +67,9 @@ impl OwnDomain {
     /// Creates the folder of run `run_id`'s domain and locks it.
     ///
     /// # Errors
-    /// If that is not possible.
+    /// If that is not possible, with the variable that names another place for it.
     pub fn claim(run_id: u64) -> Result<Self, String> {
-        Self::claim_at(place_of(&format!("{run_id:012x}")))
+        Self::claim_at(place_of(&format!("{run_id:012x}"))).map_err(elsewhere)
     }
 
     /// Creates and locks the domain that [`named`] names; the remains of one whose holder is gone are removed first.
@@ -83,11 +83,14 @@ impl OwnDomain {
             flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|_| held())?;
             place.remove().map_err(|e| format!("{}: {e}", place.root.display()))?;
         }
-        Self::claim_at(place)
+        Self::claim_at(place).map_err(elsewhere)
     }
 
     fn claim_at(place: Place) -> Result<Self, String> {
         let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", place.root.display());
+        if place.root.to_str().is_none() {
+            return Err(format!("the path {:?} is not UTF-8 text, as it must be", place.root));
+        }
         place.create().map_err(|e| failed(&e))?;
         let lock = lock_in(&place.root).map_err(|e| failed(&e))?;
         let keeper = Some(Keeper::start(&place.root, lock.try_clone().map_err(|e| failed(&e))?));
@@ -102,6 +105,11 @@ impl OwnDomain {
             keeper.go_round();
         }
     }
+}
+
+/// Says what can be done where a domain cannot be made.
+fn elsewhere(problem: String) -> String {
+    format!("{problem}; TMPDIR can name another folder for temporary files, one that can be written")
 }
 
 /// Makes and holds the lock of the domain whose folder is `root`.

@@ -9,8 +9,10 @@ use density::trust::TOLERANCE;
 use nodes::accuracy::AccuracySetting;
 use nodes::file_kind::FileKind;
 use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
+use nodes::plain_number::plain;
 use nodes::scenario_file::{self, ScenarioFile};
 use nodes::screen::MOST_BINS;
+use nodes::toml_words::choice;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use toml::Spanned;
@@ -111,7 +113,7 @@ struct Raw {
     tolerance: Option<Spanned<f64>>,
     bins: Option<Spanned<toml::Value>>,
     patience: Option<Spanned<f64>>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "choice")]
     restart: Restart,
     hosts: Option<RawHosts>,
     /// Of the built-in cases that do not set their own.
@@ -254,7 +256,8 @@ fn checked_tolerance(file: &InputFile, tolerance: &Spanned<f64>) -> Result<f64, 
     if share > 0.0 && share <= 1.0 {
         return Ok(share);
     }
-    Err(file.error(tolerance, &format!("{share} is not allowed, it must be a share greater than 0 and at most 1")))
+    Err(file
+        .error(tolerance, &format!("{} is not allowed, it must be a share greater than 0 and at most 1", plain(share))))
 }
 
 fn checked_bins(file: &InputFile, bins: &Spanned<toml::Value>) -> Result<(usize, usize), InputError> {
@@ -307,6 +310,7 @@ pub(crate) fn checked_seconds(file: &InputFile, value: &Spanned<f64>) -> Result<
     if seconds > 0.0 && seconds <= LONGEST {
         return Ok(seconds);
     }
+    let seconds = plain(seconds);
     let problem =
         format!("{seconds} is not allowed, it must be a number of seconds greater than 0 and at most {LONGEST}");
     Err(file.error(value, &problem))
@@ -418,9 +422,59 @@ mod tests {
                 "sample = 10",
                 7,
                 "propagator.sample",
-                "unknown field `sample`, expected one of `samples`, `seed`",
+                "is unknown, did you mean `samples`? There may be `samples`, `seed`, `draws`, `replicates`, `accuracy` \
+                 (settings of mc); `label`, `node`, `command`, `shards`, `reduce`, `hosts`, `most_seconds` (of every case)",
             ),
-            ("samples = 10", "samples = \"x\"", 7, "propagator.samples", "invalid type: string \"x\""),
+            (
+                "samples = 10",
+                "shard = 2",
+                7,
+                "propagator.shard",
+                "is unknown, did you mean `shards`? There may be `samples`, ",
+            ),
+            ("samples = 10", "most_second = 2", 7, "propagator.most_second", "did you mean `most_seconds`?"),
+            ("samples = 10", "lable = \"x\"", 7, "propagator.lable", "did you mean `label`?"),
+            ("samples = 10", "colour = 3", 7, "propagator.colour", "is unknown; there may be `samples`, "),
+            (
+                "label = \"mc\"",
+                "lable = \"mc\"",
+                5,
+                "propagator.lable",
+                "did you mean `label`? There may be `label`, `node`,",
+            ),
+            ("node = \"mc\"", "nod = \"mc\"", 6, "propagator.nod", "did you mean `node`?"),
+            ("command = ", "shard = 2\ncommand = ", 10, "propagator.shard", "did you mean `shards`?"),
+            ("command = ", "samples = 2\ncommand = ", 10, "propagator.samples", "is not allowed beside command"),
+            (
+                "samples = 10",
+                "samples = \"x\"",
+                7,
+                "propagator.samples",
+                "\"x\" is not allowed, it must be a whole number",
+            ),
+            (
+                "samples = 10",
+                "samples = 2000.0",
+                7,
+                "propagator.samples",
+                "a whole number, without a decimal point: 2000",
+            ),
+            (
+                "samples = 10",
+                "draws = true",
+                7,
+                "propagator.draws",
+                "one of \"independent\", \"antithetic\", \"sobol\"",
+            ),
+            (
+                "node = \"mc\"\nsamples = 10",
+                "node = \"dee\"\nsamples = 3",
+                7,
+                "propagator.samples",
+                "3 are too few for a mesh; it needs at least 4",
+            ),
+            ("[\"s.toml\"]", "\"s.toml\"", 2, "scenarios", "\"s.toml\" is not allowed, it must be a list"),
+            ("[\"s.toml\"]", "[1]", 2, "scenarios", "1 is not allowed, it must be text, in quotation marks"),
             ("node = \"mc\"", "node = \"nc\"", 6, "propagator.node", "one of mc, dee, gmm-ut, exact"),
             ("label = \"mine\"", "label = \"mc\"", 9, "propagator.label", "labels must differ"),
             ("label = \"mine\"", "label = \"../mine\"", 9, "propagator.label", "letters, digits"),
@@ -438,14 +492,20 @@ mod tests {
                 "tolerance",
                 "greater than 0 and at most 1",
             ),
-            ("reference = \"mc\"", "referense = \"mc\"", 3, "referense", "unknown field"),
+            (
+                "reference = \"mc\"",
+                "referense = \"mc\"",
+                3,
+                "referense",
+                "is unknown, did you mean `reference`? There may be `name`, `scenarios`, `reference`, ",
+            ),
             ("s.toml", "t.toml", 2, "scenarios", "cannot be read"),
             ("[\"./mine\", \"-x\"]", "[]", 10, "propagator.command", "is empty"),
             ("node = \"mc\"\n", "", 5, "propagator.label", "either node or command"),
             ("reference = \"mc\"", "reference = \"mc\"\naccuracy = 1e-7", 4, "accuracy", "1e-6, 1e-9 or 1e-12"),
             ("samples = 10", "accuracy = 0.1", 7, "propagator.accuracy", "1e-6, 1e-9 or 1e-12"),
             ("reference = \"mc\"", "reference = \"mc\"\nbins = [0, 5]", 4, "bins", "between 1 and 2000"),
-            ("samples = 10", "reduce = 1", 7, "propagator.reduce", "invalid type: integer"),
+            ("samples = 10", "reduce = 1", 7, "propagator.reduce", "1 is not allowed, it must be true or false"),
             ("samples = 10", "replicates = 2\nreduce = true", 8, "propagator.reduce", "standard errors of replicates"),
             (
                 "node = \"mc\"\nsamples = 10",
@@ -454,12 +514,20 @@ mod tests {
                 "propagator.reduce",
                 "only the samples of mc",
             ),
+            ("samples = 10", "seed = -1", 7, "propagator.seed", "-1 is not allowed, it must be at least 0"),
+            ("samples = 10", "seed = 9223372036854775808", 7, "propagator.seed", "whole numbers lie between"),
             ("samples = 10", "most_seconds = 0.0", 7, "propagator.most_seconds", "greater than 0"),
             ("samples = 10", "most_seconds = nan", 7, "propagator.most_seconds", "greater than 0"),
-            ("samples = 10", "most_seconds = \"5\"", 7, "propagator.most_seconds", "invalid type: string"),
+            (
+                "samples = 10",
+                "most_seconds = \"5\"",
+                7,
+                "propagator.most_seconds",
+                "\"5\" is not allowed, it must be a number",
+            ),
             ("samples = 10", "shards = 0", 7, "propagator.shards", "1 to 64"),
             ("samples = 10", "shards = 65", 7, "propagator.shards", "1 to 64"),
-            ("samples = 10", "shards = 2.5", 7, "propagator.shards", "invalid type: floating point"),
+            ("samples = 10", "shards = 2.5", 7, "propagator.shards", "2.5 is not allowed, it must be a whole number"),
             ("samples = 10", "samples = 10\nshards = 11", 8, "propagator.shards", "too many for 10 rows"),
             ("node = \"mc\"\nsamples = 10", "node = \"exact\"\nshards = 2", 7, "propagator.shards", "cannot be split"),
             ("node = \"mc\"\nsamples = 10", "node = \"gmm-ut\"\nshards = 2", 7, "propagator.shards", "cannot be split"),
@@ -477,7 +545,21 @@ mod tests {
                 "propagator.label",
                 "more than 128 processes",
             ),
-            ("reference = \"mc\"", "reference = \"mc\"\nrestart = \"ever\"", 4, "restart", "`never` or `on-failure`"),
+            (
+                "reference = \"mc\"",
+                "reference = \"mc\"\nrestart = \"ever\"",
+                4,
+                "restart",
+                "it must be \"never\" or \"on-failure\"",
+            ),
+            (
+                "reference = \"mc\"",
+                "reference = \"mc\"\nrestart = true",
+                4,
+                "restart",
+                "true is not allowed, it must be \"never\" or \"on-failure\"",
+            ),
+            ("[[propagator]]", "[propagator]", 8, "propagator", "write [[propagator]] above each, in double brackets"),
         ];
         for (from, to, line, key, words) in cases {
             assert!(GOOD.contains(from), "{from}");

@@ -18,6 +18,7 @@ mod domain_command;
 mod domains;
 mod ending;
 mod environment;
+mod from_environment;
 mod graph;
 mod guard;
 #[cfg(feature = "hosts")]
@@ -63,12 +64,11 @@ fn main() -> ExitCode {
         remark!("error: {problem}");
         return ExitCode::from(BAD_INPUT);
     }
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
+    let command = match command() {
+        Ok(command) => command,
         Err(answer) => return output::answer(&answer),
     };
-    let command = cli.command.or_else(|| Cli::parse_from(["phasecloud", "run"]).command);
-    match command.unwrap_or(Command::Run(RunArguments::default())) {
+    match command {
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Serve(arguments) => serve_command::run(&arguments),
         Command::Submit(arguments) => submit_command::run(&arguments),
@@ -89,6 +89,15 @@ fn main() -> ExitCode {
         Command::Node(arguments) => node_command::run(arguments),
         Command::Guard { words } => guard::run(&words),
     }
+}
+
+/// The command that the command line asks for; none is `run`.
+fn command() -> Result<Command, clap::Error> {
+    let command = match Cli::try_parse()?.command {
+        None => Cli::try_parse_from(["phasecloud", "run"])?.command,
+        asked => asked,
+    };
+    Ok(command.unwrap_or(Command::Run(RunArguments::default())))
 }
 
 #[cfg(feature = "hosts")]

@@ -1,11 +1,14 @@
 //! `phasecloud node`: one process of a run.
 
+use std::path::Path;
 use std::process::ExitCode;
 
+use clap::Parser;
 use messages::domain::Place;
 use messages::service::Service;
 use nodes::builtin::BuiltIn;
 use nodes::failure::Failure;
+use nodes::input::{InputError, InputFile};
 use nodes::log;
 use nodes::scenario::Source;
 use nodes::session::{ANY_SCENARIO, Session};
@@ -13,7 +16,7 @@ use nodes::shard::Shard;
 use nodes::{comparator, estimator, player, recorder, scenario};
 
 use crate::BAD_INPUT;
-use crate::cli::NodeArguments;
+use crate::cli::{Cli, Command, NodeArguments};
 use crate::domains;
 
 /// A node as the command line describes it.
@@ -54,12 +57,13 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
     Ok(match name {
         PLAYER => Kind::Player,
         name => {
-            let text = arguments.settings.join("\n");
-            let table = toml::Deserializer::parse(&text).map_err(|e| format!("--set: {}", e.message()))?;
-            match BuiltIn::from_settings(name, table) {
+            let lines = InputFile::from_text(Path::new("--set"), &arguments.settings.join("\n"));
+            let refused = |e: InputError| format!("--set {}", [e.key, e.problem].join(": ").trim_start_matches(": "));
+            let table = lines.table().map_err(refused)?;
+            match BuiltIn::from_settings(name, toml::de::Deserializer::from(table)) {
                 Some(settings) => {
-                    let settings = settings.map_err(|e| format!("--set: {}", e.message()))?;
-                    settings.check().map_err(|problem| format!("--set: {problem}"))?;
+                    let settings = settings.map_err(|e| refused(lines.toml_error(&e)))?;
+                    settings.check().map_err(|problem| format!("--set {problem}"))?;
                     Kind::Propagator(settings)
                 }
                 None => {
@@ -72,6 +76,20 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
             }
         }
     })
+}
+
+/// Whether the words behind `phasecloud node` can start a propagator that comes with phasecloud.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn check_words(words: &[String]) -> Result<(), String> {
+    let line = ["phasecloud", "node"].into_iter().chain(words.iter().map(String::as_str));
+    let cli =
+        Cli::try_parse_from(line).map_err(|e| e.to_string().trim_start_matches("error: ").trim_end().to_owned())?;
+    match cli.command {
+        Some(Command::Node(arguments)) => kind(&arguments).and_then(|_| shard(&arguments)).map(drop),
+        _ => Ok(()),
+    }
 }
 
 fn place(arguments: &NodeArguments) -> Result<Place, String> {

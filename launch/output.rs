@@ -5,7 +5,7 @@ use std::io::{Error, ErrorKind, Write};
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
-use crate::BAD_INPUT;
+use crate::{BAD_INPUT, from_environment};
 
 /// Why something could not be printed on standard output, if it was not that nobody reads it.
 static UNPRINTED: OnceLock<String> = OnceLock::new();
@@ -55,6 +55,10 @@ pub fn answer(answer: &clap::Error) -> ExitCode {
     let printed = answer.print().and_then(|()| std::io::stdout().flush());
     if !answer.use_stderr() {
         note(printed);
+    }
+    let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    if let Some(variable) = from_environment::refused(answer, &words) {
+        remark!("The refused value is that of the environment variable {variable}.");
     }
     end(ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(BAD_INPUT)))
 }

@@ -1,5 +1,7 @@
 //! What must be there before anything is started.
 
+use std::path::Path;
+
 use messages::domain::segment_bytes;
 use messages::topic::{Capacity, Density, Snapshot};
 use nodes::reduced;
@@ -89,6 +91,18 @@ pub fn check_file_size(launch: &Launch, snapshots: usize) -> Result<(), String> 
             allowed >> 10
         )),
         _ => Ok(()),
+    }
+}
+
+/// Checks that the path that `option` names can be told to the processes of a run, and written into its files.
+///
+/// # Errors
+/// If it is not UTF-8 text.
+pub fn check_path(option: &str, path: &Path) -> Result<(), String> {
+    let whole = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    match whole.to_str() {
+        Some(_) => Ok(()),
+        None => Err(format!("{option}: the path {whole:?} is not UTF-8 text, as it must be; name another")),
     }
 }
 

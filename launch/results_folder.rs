@@ -13,6 +13,7 @@ use nodes::recorder::is_part;
 
 use crate::checksums::{LOST_AND_FOUND, MANIFEST};
 use crate::launch_file::{Launch, ScenarioInput};
+use crate::preflight::check_path;
 
 /// A results folder in the making.
 #[derive(Debug)]
@@ -35,6 +36,7 @@ impl ResultsFolder {
         let path = chosen.map_or_else(|| default_path(name), Path::to_path_buf);
         // An existing folder by its real name: `.` or a link cannot be replaced under the name given.
         let path = path.canonicalize().unwrap_or(path);
+        check_path("--out", &path)?;
         let unusable = |error: io::Error| format!("cannot write results to {}: {error}", path.display());
         let fills = is_there_and_empty(&path)?;
         let place = if fills {

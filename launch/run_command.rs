@@ -82,17 +82,19 @@ fn carry_out(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
         preflight::check_shared_memory(&launch, launch.most_snapshots())?;
         preflight::check_file_size(&launch, launch.most_snapshots())?;
         preflight::check_descriptors(launch.propagators())?;
+        domains::sweep();
+        let own = OwnDomain::claim(run_id)?;
         let folder = ResultsFolder::prepare(order.out, results_folder::name_of(&launch), run_id)?;
         let tape = order.record.map(|path| Draft::begin(path, &launch, run_id)).transpose();
         let tape = tape.inspect_err(|_| folder.discard())?;
         let log = start_log(&folder.draft, run_id, order.shown, order.logged).inspect_err(|_| folder.discard())?;
-        Ok((launch, folder, tape, log))
+        Ok((launch, folder, tape, log, own))
     });
-    let (launch, folder, tape, log) = match prepared {
+    let (launch, folder, tape, log, own) = match prepared {
         Ok(prepared) => prepared,
         Err(problem) => return end_without_results(order, BAD_INPUT, &format!("error: {problem}")),
     };
-    let outcome = conduct(&launch, &folder, tape.as_ref(), run_id, order, &log);
+    let outcome = conduct(&launch, &folder, tape.as_ref(), own, run_id, order, &log);
     let is_whole = match &outcome {
         Ok(kept) => kept.incomplete.is_none(),
         Err(Abort::Unpublished(_)) => true,
@@ -177,18 +179,17 @@ struct Kept {
     incomplete: Option<String>,
 }
 
-/// Conducts the run in a fresh domain, removes the domain, and publishes the results.
+/// Conducts the run in its own domain, removes the domain, and publishes the results.
 fn conduct(
     launch: &Launch,
     folder: &ResultsFolder,
     tape: Option<&Draft>,
+    own: OwnDomain,
     run_id: u64,
     order: &Order<'_>,
     log: &LogSink,
 ) -> Result<Kept, Abort> {
     let started = clock::seconds();
-    domains::sweep();
-    let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
     attach::announce(&own.place, launch, &folder.path, false).map_err(Abort::Fatal)?;
     let scenarios = folder.keep_scenarios(launch).map_err(Abort::Fatal)?;
     let scenarios = scenarios.iter().flat_map(|file| ["--scenario".into(), file.display().to_string()]).collect();

@@ -47,7 +47,7 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
 fn carry_out(arguments: &ServeArguments) -> ExitCode {
     let run_id = domains::fresh_run_id();
     let prepared = prepare(arguments, run_id);
-    let service = match prepared {
+    let (service, own) = match prepared {
         Ok(prepared) => prepared,
         Err(problem) => {
             remark!("error: {problem}");
@@ -56,7 +56,7 @@ fn carry_out(arguments: &ServeArguments) -> ExitCode {
     };
     let mut tally = Tally::default();
     let (started, begun) = (clock::seconds(), Instant::now());
-    let served = serve(arguments, &service, run_id, &mut tally);
+    let served = serve(arguments, &service, own, run_id, &mut tally);
     let is_sweep = service.sweep.is_some();
     let outcome = match served {
         // What has been done of a sweep is worth its tables also if it was stopped.
@@ -138,9 +138,11 @@ struct Service {
     most_snapshots: usize,
 }
 
-fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<Service, String> {
+fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Service, OwnDomain), String> {
     let mut launch = Launch::load(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
     launch.open_to_hosts(arguments.insecure)?;
+    let path = |path| preflight::check_path("--sweep", path);
+    arguments.sweep.as_deref().map(path).transpose()?;
     let sweep = arguments.sweep.as_deref().map(Sweep::load).transpose().map_err(|e| e.to_string())?;
     let text = |path: &PathBuf| std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
     let sweep_text = arguments.sweep.as_ref().map(text).transpose()?;
@@ -150,16 +152,22 @@ fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<Service, String> {
     preflight::check_shared_memory(&launch, most_snapshots)?;
     preflight::check_file_size(&launch, most_snapshots)?;
     preflight::check_descriptors(launch.propagators())?;
+    domains::sweep();
+    let own = OwnDomain::claim(run_id)?;
     let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
     std::fs::create_dir_all(&folder.path).map_err(|e| format!("{}: {e}", folder.path.display()))?;
-    Ok(Service { launch, sweep, sweep_text, folder, most_snapshots })
+    Ok((Service { launch, sweep, sweep_text, folder, most_snapshots }, own))
 }
 
-/// Conducts the scenarios in a fresh domain, and publishes the folder of each.
-fn serve(arguments: &ServeArguments, service: &Service, run_id: u64, tally: &mut Tally) -> Result<(), Abort> {
+/// Conducts the scenarios in their own domain, and publishes the folder of each.
+fn serve(
+    arguments: &ServeArguments,
+    service: &Service,
+    own: OwnDomain,
+    run_id: u64,
+    tally: &mut Tally,
+) -> Result<(), Abort> {
     let Service { launch, folder, most_snapshots, .. } = service;
-    domains::sweep();
-    let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
     let log = start_log(&folder.path, run_id, arguments.shown, arguments.logged).map_err(Abort::Fatal)?;
     attach::announce(&own.place, launch, &folder.path, arguments.sweep.is_none()).map_err(Abort::Fatal)?;
     let mut scenarios = match &arguments.sweep {

@@ -1,17 +1,19 @@
 //! `phasecloud validate`: checks launch, scenario and sweep files, and that the programs they name can be started.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bridge::plan::HOME;
 use nodes::file_kind::FileKind;
 use nodes::input::InputFile;
+use nodes::plain_number::plain;
 use nodes::scenario_file;
 use nodes::sweep::Sweep;
 use rustix::fs::{Access, access};
 
 use crate::BAD_INPUT;
-use crate::cases::{Case, Runs};
+use crate::cases::{Case, Runs, command_error};
 use crate::launch_file::Launch;
 
 /// Combinations of a sweep that are checked; the first ones.
@@ -53,7 +55,12 @@ fn validate(path: &Path) -> Result<String, Vec<String>> {
 fn scenario(file: &InputFile) -> Result<String, Vec<String>> {
     let scenario = scenario_file::check(file).map_err(|e| vec![e.to_string()])?;
     let times = &scenario.problem.times;
-    Ok(format!("scenario {} with {} snapshots to {} yr", scenario.name, times.len(), times.last().unwrap_or(&0.0)))
+    Ok(format!(
+        "scenario {} with {} snapshots to {} yr",
+        scenario.name,
+        times.len(),
+        plain(times.last().copied().unwrap_or(0.0))
+    ))
 }
 
 fn sweep(file: &InputFile) -> Result<String, Vec<String>> {
@@ -67,13 +74,16 @@ fn sweep(file: &InputFile) -> Result<String, Vec<String>> {
     }
     let path = file.path().display();
     let summary = format!("{path}: {} of {of} combinations are impossible", wrong.len());
-    Err(wrong.into_iter().take(FEW).map(|problem| format!("{path}: {problem}")).chain([summary]).collect())
+    Err(wrong.into_iter().take(FEW).chain([summary]).collect())
 }
 
 fn launch(file: &InputFile) -> Result<String, Vec<String>> {
     let launch = Launch::check(file, Some(file.path()), None).map_err(|e| vec![e.to_string()])?;
-    let problem = |case: &Case| Some(format!("{}: {}: {}", file.path().display(), case.label, program_problem(case)?));
-    let problems: Vec<String> = launch.cases.iter().filter_map(problem).collect();
+    let problem = |(index, case): (usize, &Case)| {
+        let problem = format!("of the case {}: {}", case.label, program_problem(case)?);
+        Some(command_error(file, index, &problem).to_string())
+    };
+    let problems: Vec<String> = launch.cases.iter().enumerate().filter_map(problem).collect();
     if problems.is_empty() {
         return Ok(format!("{} cases on {} scenarios", launch.cases.len(), launch.scenarios.len()));
     }
@@ -88,6 +98,9 @@ fn program_problem(case: &Case) -> Option<String> {
     if program.contains('/') {
         let folder = std::env::current_dir().unwrap_or_default();
         return match std::fs::metadata(program) {
+            Err(e) if e.kind() == ErrorKind::NotFound => {
+                Some(format!("there is no program {program}, looked up from {}", folder.display()))
+            }
             Err(e) => Some(format!("the program {program}, looked up from {}: {e}", folder.display())),
             Ok(found) if !found.is_file() => Some(format!("{program} is not a program but a folder or a device")),
             Ok(_) if !is_executable(Path::new(program)) => {

@@ -52,11 +52,17 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
     let bench = Bench::new();
     let program = example("faulty-propagator").display().to_string();
     let computing = "SIGTERM, computing";
-    let faults: [(&str, &[&str], &[&str], &str); 21] = [
+    let faults: [(&str, &[&str], &[&str], &str); 22] = [
         ("none", &GRACE, &[], ""),
         ("counts", &GRACE, &["counts"], "check-1: 4 of 5"),
         ("nan", &GRACE, &["finite"], "check-1, snapshot 1: row 7 of column 0 is NaN"),
-        ("order", &GRACE, &["order"], "check-1, snapshot 1: it comes out of order, number 1 of 5 was expected"),
+        (
+            "order",
+            &GRACE,
+            &["order"],
+            "check-1, snapshot 1: it comes out of order: it is number 2, but number 1 is due (from 0 to 4)",
+        ),
+        ("too-many", &GRACE, &["counts", "order"], ""),
         ("times", &GRACE, &["times"], "check-1, snapshot 1: its time is 0.301 yr instead of 0.3 yr"),
         ("shape", &GRACE, &["shape"], "it has 400 rows of 3 columns, its kind has 2"),
         ("eccentricity", &GRACE, &["eccentricity"], "row 7 has e = 1, outside [0, 1)"),
@@ -118,6 +124,19 @@ fn what_cannot_be_started_is_bad_input() {
     for (words, told) in [
         (["check", "--", "no-such-program"].as_slice(), "no-such-program cannot be started"),
         (&["check", "--grace", "0", "--", "true"], "must be a number of seconds greater than 0"),
+        (
+            &["check", "mc", "--set", "sample=1"],
+            "check: --set sample: is unknown, did you mean `samples`? There may be `samples`",
+        ),
+        (
+            &["check", "mc", "--set", "samples=1"],
+            "check: --set samples: 1 is not enough for replicates = 1, it must be at least 2",
+        ),
+        (
+            &["check", "mc", "--set", "samples=2000.0"],
+            "--set samples: 2000.0 is not allowed, it must be a whole number",
+        ),
+        (&["check", "mc", "--sets", "samples=1"], "check: unexpected argument '--sets'"),
         (&["check"], "required arguments"),
     ] {
         let output = bench.phasecloud().args(words).output().unwrap();

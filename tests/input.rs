@@ -3,6 +3,8 @@
 
 mod common;
 
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
 use common::{Bench, FOUR_CASES, text};
@@ -28,7 +30,9 @@ fn files_that_cannot_be_right_are_refused_with_file_line_and_key() {
     let unknown = bench.launch_file("unknown", &FOUR_CASES.replace("seed", "sead"));
     let unknown = refused(&bench, &unknown, "out");
     assert!(
-        unknown.contains("unknown.toml:9: propagator.sead: unknown field `sead`, expected one of `samples`, `seed`"),
+        unknown.contains(
+            "unknown.toml:9: propagator.sead: is unknown, did you mean `seed`? There may be `samples`, `seed`"
+        ),
         "{unknown}"
     );
 
@@ -143,7 +147,7 @@ fn validate_says_what_is_good_and_what_is_not() {
     }
     for words in [
         "\"md\" is unknown; it must be one of mc, dee",
-        "scenario-1-1 (initial.e = 1.2)",
+        "impossible.toml:3: vary.initial.e: 1.2 is not allowed, it must be between 0 and 1, both excluded, in scenario-1-1 (initial.e = 1.2)",
         "impossible.toml: 2 of 4 combinations are impossible",
         "neither.toml: has no key that says whether it is a launch, a scenario or a sweep file",
     ] {
@@ -153,19 +157,90 @@ fn validate_says_what_is_good_and_what_is_not() {
 }
 
 #[test]
+fn a_range_that_is_not_finite_or_not_whole_is_told_as_what_it_is() {
+    let bench = Bench::new();
+    for (vary, words) in [
+        (
+            "\"initial.e\" = { from = 0.1, to = inf, count = 3 }",
+            "initial.e: to = inf is not allowed, it must be a finite",
+        ),
+        ("\"initial.e\" = { from = 0.1, to = 0.2 }", "initial.e: count is missing; a range has from, to and count"),
+        ("initial.e = [0.1, 0.2]", "initial: the whole key needs quotation marks under [vary]: \"initial.e\" = "),
+    ] {
+        bench.write("sweep.toml", &format!("scenario = \"scenario-1.toml\"\n[vary]\n{vary}\n"));
+        let (code, _, errors) = validate(&bench, &["sweep.toml"]);
+        assert_eq!((code, errors.lines().count()), (Some(2), 1), "{errors}");
+        assert!(errors.contains("sweep.toml:3: vary.") && errors.contains(words), "{errors}");
+    }
+}
+
+#[test]
+fn names_that_are_no_text_are_refused_with_the_option_that_gives_them() {
+    let bench = Bench::new();
+    let launch = bench.launch_file("four", FOUR_CASES);
+    let name = OsStr::from_bytes(b"bad\xffname");
+    let output = bench.phasecloud().arg("run").arg(&launch).arg("--out").arg(name).output().unwrap();
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("error: --out: the path ") && errors.contains("is not UTF-8 text"), "{errors}");
+    std::fs::write(bench.path(".").join(name), "scenario = \"scenario-1.toml\"\n[vary]\n\"initial.e\" = [0.1]\n")
+        .unwrap();
+    let output = bench.phasecloud().arg("serve").arg(&launch).arg("--sweep").arg(name).output().unwrap();
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("error: --sweep: the path "), "{errors}");
+    assert_eq!(bench.domains(), [""; 0], "nothing has been started");
+}
+
+#[test]
+fn a_folder_for_temporary_files_that_cannot_be_one_is_refused_by_the_name_of_its_variable() {
+    let bench = Bench::new();
+    let launch = bench.launch_file("four", FOUR_CASES).display().to_string();
+    bench.write("file", "");
+    let no_text = Path::new(OsStr::from_bytes(b"/tmp/\xff"));
+    for folder in [Path::new("/proc"), &bench.path("file"), no_text] {
+        for words in [&["run", &launch, "--out", "out"][..], &["serve", &launch, "--out", "out"], &["check", "mc"]] {
+            let output = bench.phasecloud().args(words).env("TMPDIR", folder).output().unwrap();
+            let errors = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(2), "{words:?}: {errors}");
+            assert!(errors.contains("TMPDIR can name another folder"), "{words:?}: {errors}");
+            assert!(!bench.path("out").exists());
+        }
+    }
+}
+
+#[test]
+fn a_value_of_the_environment_that_is_refused_is_told_by_the_name_of_its_variable() {
+    let bench = Bench::new();
+    let told = |words: &[&str]| {
+        let output = bench.phasecloud().args(words).env("PHASECLOUD_LOG", "nonsense").output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        text(&output.stderr).contains("environment variable PHASECLOUD_LOG.")
+    };
+    assert!(told(&["run"]) && told(&[]) && told(&["serve"]));
+    assert!(!told(&["run", "--log", "nonsense"]) && !told(&["run", "--log=nonsense"]));
+}
+
+#[test]
 fn validate_looks_whether_programs_are_there_and_executable() {
     let bench = Bench::new();
     bench.write("not-executable", "#!/bin/sh\n");
     for (program, words) in [
-        ("./missing", "program: the program ./missing, looked up from "),
-        ("./not-executable", "program: ./not-executable is not executable (chmod +x ./not-executable)"),
+        ("./missing", "of the case program: there is no program ./missing, looked up from "),
+        ("./not-executable", "of the case program: ./not-executable is not executable (chmod +x ./not-executable)"),
         ("/", "is not a program but a folder"),
-        ("no-such-program-anywhere", "there is no program \"no-such-program-anywhere\" in the folders of PATH"),
+        (
+            "no-such-program-anywhere",
+            "of the case program: there is no program \"no-such-program-anywhere\" in the folders of PATH",
+        ),
     ] {
         let case = format!("{FOUR_CASES}[[propagator]]\nlabel = \"program\"\ncommand = [\"{program}\"]\n");
         bench.launch_file("foreign", &case);
         let (code, _, errors) = validate(&bench, &["foreign.toml"]);
         assert!(code == Some(2) && errors.contains(words), "{errors}");
+        let text = std::fs::read_to_string(bench.path("foreign.toml")).unwrap();
+        let line = text.lines().position(|line| line.starts_with("command")).unwrap() + 1;
+        assert!(errors.contains(&format!("foreign.toml:{line}: propagator.command: of the case ")), "{errors}");
         // A program in PATH, with arguments.
         bench.launch_file("foreign", &case.replace(&format!("[\"{program}\"]"), "[\"sh\", \"-c\", \"true\"]"));
         assert_eq!(validate(&bench, &["foreign.toml"]).0, Some(0));
@@ -221,8 +296,9 @@ fn rows(heading: &str) -> Vec<Vec<&'static str>> {
 fn known_to(launch: &str) -> Vec<String> {
     let file = InputFile::from_text(Path::new("launch.toml"), launch);
     let error = Launch::check(&file, None, None).unwrap_err().to_string();
-    let (_, keys) = error.split_once("expected one of ").unwrap_or_else(|| panic!("{error}"));
-    keys.split(", ").map(|key| key.trim_matches('`').to_owned()).collect()
+    let (_, keys) = error.split_once("here may be ").unwrap_or_else(|| panic!("{error}"));
+    let (settings, _) = keys.split_once(" (").unwrap_or((keys, ""));
+    settings.split(", ").map(|key| key.trim_matches('`').to_owned()).collect()
 }
 
 #[test]

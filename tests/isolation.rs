@@ -168,7 +168,7 @@ fn a_domain_that_another_user_has_prepared_is_not_entered() {
     }
     let output = bench.run(&bench.launch_file("four", FOUR_CASES), "out");
     let errors = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert_eq!(output.status.code(), Some(2), "{errors}");
     assert!(errors.contains("not a folder that its user alone can enter"), "{errors}");
 }
 

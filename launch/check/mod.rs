@@ -11,8 +11,10 @@
 //! | [`passages`] | whether a first-passage curve is right |
 //! | [`physics`] | rules about what the numbers mean: Hamiltonian, density, mass, moments |
 //! | [`conduct`] | rules about how the process behaves: ready, two scenarios, refusal, the end |
+//! | [`amount`] | how the report tells how far off something is |
 //! | [`verdict`] | the rules and what was found, as a table or as JSON |
 
+mod amount;
 mod answer;
 mod conduct;
 mod delivery;
@@ -31,13 +33,13 @@ use nodes::builtin::BuiltIn;
 use crate::cli::CheckArguments;
 use crate::commands::own_path;
 use crate::run_command::INTERRUPTED;
-use crate::{BAD_INPUT, domains};
+use crate::{BAD_INPUT, domains, node_command};
 use trial::{Abort, Limits, Trial};
 use verdict::{Findings, Rule};
 
 /// Checks a propagator and reports.
 pub fn run(arguments: &CheckArguments) -> ExitCode {
-    let limits = match limits(arguments) {
+    let limits = match limits(arguments).and_then(|limits| check_built_in(&arguments.command).map(|()| limits)) {
         Ok(limits) => limits,
         Err(problem) => {
             remark!("error: phasecloud check: {problem}");
@@ -73,11 +75,19 @@ fn limits(arguments: &CheckArguments) -> Result<Limits, String> {
     Ok(Limits { patience: seconds("patience", arguments.patience)?, grace: seconds("grace", arguments.grace)? })
 }
 
+/// What is wrong with the arguments of a built-in propagator is its user's fault, not its own.
+fn check_built_in(words: &[String]) -> Result<(), String> {
+    if is_built_in(words) { node_command::check_words(words) } else { Ok(()) }
+}
+
+fn is_built_in(words: &[String]) -> bool {
+    words.first().is_some_and(|first| BuiltIn::NAMES.contains(&first.as_str()))
+}
+
 /// A built-in propagator's name stands for the command that runs it.
 fn full_command(words: &[String]) -> Vec<String> {
-    let is_built_in = words.first().is_some_and(|first| BuiltIn::NAMES.contains(&first.as_str()));
     match own_path() {
-        Ok(program) if is_built_in => {
+        Ok(program) if is_built_in(words) => {
             [program.display().to_string(), "node".into()].into_iter().chain(words.iter().cloned()).collect()
         }
         _ => words.to_vec(),

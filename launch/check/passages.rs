@@ -8,6 +8,7 @@ use messages::layout::{DensityHeader, PassageHeader};
 use nodes::assignment::Assignment;
 use nodes::passage_rules::{breach, doubts, rows};
 
+use super::amount::to_within;
 use super::answer::Received;
 
 /// Orbits of the curve that others are held against, drawn evenly: its probabilities are good to [`OWN_ERROR`].
@@ -54,7 +55,7 @@ pub fn judge(
         }
         worst = worst.max(off);
     }
-    Ok(format!("right to {worst:.0e}"))
+    Ok(to_within("right", worst))
 }
 
 /// The curve of orbits of our own.

@@ -16,6 +16,7 @@ use nodes::assignment::Assignment;
 use nodes::method::{Case, Estimated};
 use nodes::snapshot_rules::breaches;
 
+use super::amount::{amount, to_within};
 use super::answer::{Answer, Received};
 use super::passages;
 use super::verdict::{Findings, Rule};
@@ -157,9 +158,9 @@ fn hamiltonian(assignment: &Assignment, tables: &[Table]) -> Result<String, Stri
     }
     let (drift, index) = worst;
     if drift <= KEPT {
-        return Ok(format!("kept to {drift:.0e}"));
+        return Ok(to_within("kept", drift));
     }
-    Err(format!("has changed by {drift:.1e} at snapshot {index}"))
+    Err(format!("has changed by {} at snapshot {index}", amount(drift)))
 }
 
 /// The largest relative error of the density along characteristics.
@@ -177,7 +178,7 @@ fn carried_density(assignment: &Assignment, tables: &[Table]) -> Result<String, 
         worst = worst.max(error(n, initial.density(phi, state.eccentricity())));
     }
     if worst > KEPT {
-        return Err(format!("n is off the initial Gaussian by {worst:.1e} at the start, relatively"));
+        return Err(format!("n is off the initial Gaussian by {} at the start, relatively", amount(worst)));
     }
     for table in &tables[1..] {
         for (row, state) in table.states().into_iter().enumerate() {
@@ -185,10 +186,10 @@ fn carried_density(assignment: &Assignment, tables: &[Table]) -> Result<String, 
             worst = worst.max(error(table.columns[2][row], right));
         }
         if worst > KEPT {
-            return Err(format!("n is off by {worst:.1e} at snapshot {}, relatively", table.index));
+            return Err(format!("n is off by {} at snapshot {}, relatively", amount(worst), table.index));
         }
     }
-    Ok(format!("right to {worst:.0e}"))
+    Ok(to_within("right", worst))
 }
 
 /// The comparison grid holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the probability lies outside.
@@ -240,9 +241,11 @@ impl Worst {
             kind::SAMPLES => (sample_errors(assignment, table, right[5]), "standard errors"),
             _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), "standard deviations"),
         };
-        let off = |error: f64| match table.header.kind {
-            kind::SAMPLES => format!("{:.2} {unit}", error * SIGMAS),
-            _ => format!("{:.1e} {unit}", error * GENEROUS),
+        let units = if table.header.kind == kind::SAMPLES { SIGMAS } else { GENEROUS };
+        let off = |error: f64, difference: f64| match () {
+            () if error.is_finite() => format!("off by {} {unit}", amount(error * units)),
+            () if difference.is_nan() => "it is no number".into(),
+            () => format!("off by {}, and the samples are all alike: no chance explains it", amount(difference.abs())),
         };
         for (k, (seen, right)) in moments.to_array().into_iter().zip(right).enumerate() {
             let difference = if k == 0 { nearest(seen - right, 0.0) } else { seen - right };
@@ -253,9 +256,9 @@ impl Worst {
             let error = (difference / allowed[k]).abs();
             let text = format!("{} at {time} yr is {seen:.7}, exact {right:.7}", MOMENTS[k]);
             if error.is_nan() || error > 1.0 {
-                self.problems.push(format!("{text}: off by {}", off(error)));
+                self.problems.push(format!("{text}: {}", off(error, difference)));
             } else if self.good.as_ref().is_none_or(|(worst, _)| error > *worst) {
-                self.good = Some((error, format!("largest error {}: {text}", off(error))));
+                self.good = Some((error, format!("largest error {} {unit}: {text}", amount(error * units))));
             }
         }
     }

@@ -91,7 +91,7 @@ impl<'a> Trial<'a> {
     /// [`Abort`].
     pub fn start(command: &[String], signals: &'a Signals, limits: &Limits) -> Result<Self, Abort> {
         let run_id = fresh_run_id();
-        let own = OwnDomain::claim(run_id).map_err(Abort::Fatal)?;
+        let own = OwnDomain::claim(run_id).map_err(Abort::NotStarted)?;
         let capacity = Capacity { propagators: 1, cases: 1, snapshots: MOST_SNAPSHOTS, hosts: 0 };
         let held = HeldDomain::create(&own.place, &capacity)?;
         let ports = Ports {

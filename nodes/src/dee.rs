@@ -17,10 +17,11 @@ use crate::assignment::Assignment;
 use crate::builtin::Misfit;
 use crate::course::Course;
 use crate::failure::Failure;
-use crate::input::{Mode, positive, positive_option};
+use crate::input::{Mode, natural_option, positive, positive_option};
 use crate::kit::{Form, Passage, Propagator};
 use crate::shard::Shard;
 use crate::snapshot_rules::MOST_RESOLUTION;
+use crate::toml_words::{choice, choice_option};
 
 /// Where the characteristics start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,25 +53,40 @@ pub struct Settings {
     #[serde(deserialize_with = "positive")]
     pub samples: usize,
     /// Seed of points that are not on a lattice; 1 unless set.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "natural_option", skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// Where the characteristics start; by default on a lattice, as printed random.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "choice_option", skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementChoice>,
     /// How the density is put together; by default carried, as printed by hull.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "choice_option", skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshChoice>,
     /// Interpolation points an axis of a hull mesh, the paper's Ngrid; 5000 unless set.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub resolution: Option<usize>,
-    /// Degree to which a lattice interpolates between its points; 1 is linear, 7 unless set.
+    /// Degree to which a lattice interpolates between its points; 1 is linear; 7 unless set, or the largest that fits.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub degree: Option<usize>,
     /// Corrected, or as the paper printed it: without the Jacobian, random points, hull interpolation.
+    #[serde(deserialize_with = "choice")]
     pub mode: Mode,
     /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracySetting>,
+}
+
+/// Degree of a lattice that has room for it, unless set.
+const USUAL_DEGREE: usize = 7;
+
+/// Why a lattice of so many points a side does not take a degree.
+fn degree_problem(degree: usize, side: usize) -> String {
+    if degree > MOST_DEGREE {
+        return format!("{degree} is not allowed, it must be at most {MOST_DEGREE}");
+    }
+    let (least, most) = ((degree + 1).pow(2), side - 1);
+    format!(
+        "{degree} does not fit a lattice of {side} points a side; it must be at most {most}, or samples at least {least}"
+    )
 }
 
 impl Default for Settings {
@@ -92,7 +108,7 @@ impl Settings {
     /// Whether the settings go together.
     pub(crate) fn check(&self) -> Result<(), Misfit> {
         self.check_effects()?;
-        let (side, resolution, degree) = (self.samples.isqrt(), self.resolution(), self.degree());
+        let (side, resolution, degree) = (self.side(), self.resolution(), self.degree());
         if self.samples < 4 {
             return Err(Misfit::new(
                 "samples",
@@ -104,10 +120,7 @@ impl Settings {
             return Err(Misfit::new("resolution", problem));
         }
         if self.placement() == Placement::Lattice && (degree > MOST_DEGREE || degree >= side) {
-            let problem = format!(
-                "{degree} does not fit; it must be at most {MOST_DEGREE} and less than the {side} points a side"
-            );
-            return Err(Misfit::new("degree", problem));
+            return Err(Misfit::new("degree", degree_problem(degree, side)));
         }
         Ok(())
     }
@@ -164,8 +177,14 @@ impl Settings {
         self.resolution.unwrap_or(5000)
     }
 
+    /// Points a side of a lattice.
+    fn side(&self) -> usize {
+        self.samples.isqrt()
+    }
+
+    /// Unless set, the usual one, or the largest that fits a smaller lattice.
     fn degree(&self) -> usize {
-        self.degree.unwrap_or(7)
+        self.degree.unwrap_or_else(|| USUAL_DEGREE.min(self.side().saturating_sub(1)).max(1))
     }
 
     fn placement_choice(&self) -> PlacementChoice {
@@ -353,6 +372,26 @@ mod tests {
             resolved.check().unwrap();
             assert_eq!(settings(lines).resolved(), resolved);
         }
+    }
+
+    #[test]
+    fn the_degree_that_is_not_set_is_the_largest_that_fits_up_to_the_usual_one() {
+        for (samples, degree) in [(4, 1), (9, 2), (16, 3), (63, 6), (64, 7), (1_000_000, 7)] {
+            let small = settings(&format!("samples = {samples}"));
+            small.check().unwrap();
+            assert_eq!(small.resolved().degree, Some(degree), "{samples}");
+        }
+        for (text, words) in [
+            (
+                "samples = 16\ndegree = 7",
+                "does not fit a lattice of 4 points a side; it must be at most 3, or samples at least 64",
+            ),
+            ("degree = 12", "12 is not allowed, it must be at most 11"),
+        ] {
+            let misfit = settings(text).check().unwrap_err();
+            assert!(misfit.key == "degree" && misfit.problem.contains(words), "{misfit}");
+        }
+        assert_eq!(settings("samples = 3").check().unwrap_err().key, "samples");
     }
 
     #[test]

@@ -15,6 +15,7 @@ use crate::builtin::Misfit;
 use crate::failure::Failure;
 use crate::input::{Mode, positive_option};
 use crate::kit::{Form, Passage, Propagator};
+use crate::toml_words::{choice, choice_option};
 
 /// How the initial Gaussian is split.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -38,7 +39,7 @@ pub enum SplitChoice {
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// How the initial Gaussian is split; as printed: along the eccentricity unless said otherwise.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "choice_option", skip_serializing_if = "Option::is_none")]
     pub split: Option<SplitChoice>,
     /// Components along the direction of a split that is not adaptive; odd, 39 unless set.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
@@ -56,6 +57,7 @@ pub struct Settings {
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub merge_to: Option<usize>,
     /// Corrected, or as the paper printed it.
+    #[serde(deserialize_with = "choice")]
     pub mode: Mode,
     /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -14,11 +14,15 @@ use toml::de::DeTable;
 
 use crate::file_kind::FileKind;
 use crate::key_path::key_at;
+use crate::toml_words::in_plain_words;
+use crate::unknown_key::UnknownKey;
 
 /// Longest file that is read \[bytes\]; a launch file with all its cases has a hundredth of it.
 const LONGEST: u64 = 1 << 20;
 /// Longest text of a file that an error repeats \[characters\].
 const LONGEST_QUOTE: usize = 300;
+/// Tables of which a file has a list.
+const LISTS: [&str; 1] = ["propagator"];
 
 /// An error in a user's file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -106,16 +110,29 @@ impl InputFile {
     /// [`InputError`] if it is not TOML.
     pub fn table(&self) -> Result<Spanned<DeTable<'_>>, InputError> {
         DeTable::parse(&self.text).map_err(|error| match error.message() {
-            "duplicate key" => {
-                self.error_at(error.span(), "stands in its table for the second time; leave out one of the two")
-            }
+            "duplicate key" => self.duplicate(error.span()),
             message => self.error_at(error.span(), &format!("is not TOML: {message}")),
         })
     }
 
+    /// An error about a key that stands in its table twice, or about a list of tables that is written as one.
+    fn duplicate(&self, span: Option<Range<usize>>) -> InputError {
+        let told = self.error_at(span, "stands in its table for the second time; leave out one of the two");
+        let line = self.text.lines().nth(told.line.saturating_sub(1)).unwrap_or("");
+        let is_one = LISTS.contains(&told.key.as_str()) && line.trim_start().starts_with('[');
+        if !is_one {
+            return told;
+        }
+        let problem = format!("there may be several of these: write [[{}]] above each, in double brackets", told.key);
+        InputError { problem, ..told }
+    }
+
     /// An error that the TOML reader found in a table's keys or values.
     pub fn toml_error(&self, error: &toml::de::Error) -> InputError {
-        let told = self.error_at(error.span(), error.message());
+        if let Some(unknown) = UnknownKey::told_by(error.message()) {
+            return self.error_at(error.span(), &unknown.problem());
+        }
+        let told = self.error_at(error.span(), &in_plain_words(error.message()));
         let Some(missing) = error.message().strip_prefix("missing field `").and_then(|rest| rest.split('`').next())
         else {
             return told;
@@ -201,6 +218,17 @@ pub(crate) fn positive_option<'de, D: Deserializer<'de>>(deserializer: D) -> Res
     positive(deserializer).map(Some)
 }
 
+/// For serde: a whole number that is at least 0; one that no TOML file can hold could not be passed on.
+pub(crate) fn natural<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    let number = i64::deserialize(deserializer)?;
+    u64::try_from(number).map_err(|_| D::Error::custom(format!("{number} is not allowed, it must be at least 0")))
+}
+
+/// For serde: a whole number that is at least 0, where the key is there at all.
+pub(crate) fn natural_option<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
+    natural(deserializer).map(Some)
+}
+
 /// Whether `name` can be a label or a name: it becomes part of file names, so it is short and plain.
 pub fn is_plain_name(name: &str) -> bool {
     (1..=LONGEST_PLAIN_NAME).contains(&name.len())
@@ -234,7 +262,7 @@ mod tests {
         }
         let error = file.parse::<All>().unwrap_err();
         assert_eq!((error.line, error.key.as_str()), (3, "orbit.radiation"));
-        assert!(error.to_string().starts_with("a.toml:3: orbit.radiation: invalid type: string \"x\""), "{error}");
+        assert_eq!(error.to_string(), "a.toml:3: orbit.radiation: \"x\" is not allowed, it must be a number");
     }
 
     #[test]
@@ -260,6 +288,12 @@ mod tests {
                 "a.toml:4: orbit.radiation: stands in its table",
             ),
             ("name = \"a\"\n[orbit]\n[initial]\n[orbit]\n", "a.toml:4: orbit: stands in its table for the second time"),
+            (
+                "name = \"a\"\n[propagator]\nx = 1\n[propagator]\nx = 2\n",
+                "a.toml:4: propagator: there may be several of these: write [[propagator]] above each, in double brackets",
+            ),
+            ("[propagator]\n[[propagator]]\n", "a.toml:2: propagator: there may be several of these"),
+            ("propagator = 1\npropagator = 2\n", "a.toml:2: propagator: stands in its table for the second time"),
             ("hello\n", "a.toml:1: is not TOML: "),
         ] {
             let error = InputFile::from_text(Path::new("a.toml"), text).parse::<All>().unwrap_err().to_string();

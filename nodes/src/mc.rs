@@ -14,9 +14,10 @@ use crate::accuracy::AccuracySetting;
 use crate::assignment::Assignment;
 use crate::builtin::Misfit;
 use crate::failure::Failure;
-use crate::input::positive;
+use crate::input::{natural, positive};
 use crate::kit::{Form, Passage, Propagator};
 use crate::shard::Shard;
+use crate::toml_words::choice;
 
 /// How draws depend on one another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,8 +39,10 @@ pub struct Settings {
     #[serde(deserialize_with = "positive")]
     pub samples: usize,
     /// Seed of the draws.
+    #[serde(deserialize_with = "natural")]
     pub seed: u64,
     /// How draws depend on one another: independent, antithetic pairs, or a scrambled Sobol sequence.
+    #[serde(deserialize_with = "choice")]
     pub draws: DrawsChoice,
     /// Independent groups, from whose spread the standard errors follow; 1 only for independent draws.
     #[serde(deserialize_with = "positive")]
@@ -63,7 +66,9 @@ impl Settings {
             return Err(Misfit::new("draws", problem));
         }
         if self.samples / 2 < self.replicates {
-            let problem = format!("{} samples are too few for replicates = {}", self.samples, self.replicates);
+            let Self { samples, replicates, .. } = self;
+            let least = replicates.saturating_mul(2);
+            let problem = format!("{samples} is not enough for replicates = {replicates}, it must be at least {least}");
             return Err(Misfit::new("samples", problem));
         }
         Ok(())

@@ -11,6 +11,7 @@ use toml::Spanned;
 
 use crate::file_kind::FileKind;
 use crate::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
+use crate::plain_number::plain;
 
 /// A scenario as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,7 +160,7 @@ fn number(
     if x.is_finite() && is_right(x) {
         Ok(x)
     } else {
-        Err(file.error(value, &format!("{x} is not allowed, it must be {range}")))
+        Err(file.error(value, &format!("{} is not allowed, it must be {range}", plain(x))))
     }
 }
 
@@ -209,12 +210,25 @@ fn listed_times(file: &InputFile, at: &Spanned<Vec<f64>>) -> Result<Vec<f64>, In
     if !is_right_number_of_times(at.get_ref().len()) {
         return Err(file.error(at, &format!("must be 2 to {MOST_SNAPSHOTS} times")));
     }
-    Ok(at.get_ref().clone())
+    let list = at.get_ref();
+    let is_close = |gap: f64| gap > 0.0 && gap < LEAST_GAP * (1.0 - ROUNDING);
+    if let Some(close) = list.windows(2).find(|pair| is_close(pair[1] - pair[0])) {
+        let [before, after] = [close[0], close[1]].map(plain);
+        return Err(
+            file.error(at, &format!("{before} and {after} are too close, times must be at least 1e-6 yr apart"))
+        );
+    }
+    Ok(list.clone())
 }
 
+/// Least time between two snapshots \[yr\].
+const LEAST_GAP: f64 = 1e-6;
+/// What times that were written with few digits may miss that by.
+const ROUNDING: f64 = 1e-6;
+
 fn stepped_times(file: &InputFile, end_at: &Spanned<f64>, every: &Spanned<f64>) -> Result<Vec<f64>, InputError> {
-    let end = number(file, end_at, "at least 1e-6 and at most 1000 yr", |x| (1e-6..=MOST_YEARS).contains(&x))?;
-    let step = number(file, every, "greater than 0 and at most end", |x| x > 0.0 && x <= end)?;
+    let end = number(file, end_at, "at least 1e-6 and at most 1000 yr", |x| (LEAST_GAP..=MOST_YEARS).contains(&x))?;
+    let step = number(file, every, "at least 1e-6 yr and at most end", |x| (LEAST_GAP..=end).contains(&x))?;
     let steps = (end / step).round();
     if (steps * step - end).abs() > 1e-9 * end {
         let nearest = end / steps;
@@ -291,8 +305,11 @@ mod tests {
 
     #[test]
     fn a_problem_survives_the_way_through_a_file() {
-        let scenario = load(GOOD).unwrap();
-        assert_eq!(load(&to_text(&scenario.name, &scenario.problem)).unwrap(), scenario);
+        let shortest = GOOD.replace("end = 2.0\nstep = 0.5", "end = 63e-6\nstep = 1e-6");
+        for text in [GOOD, &shortest] {
+            let scenario = load(text).unwrap();
+            assert_eq!(load(&to_text(&scenario.name, &scenario.problem)).unwrap(), scenario);
+        }
     }
 
     #[test]
@@ -312,7 +329,23 @@ mod tests {
             ("step = 0.5", "step = 0.01", 12, "times.step", "more than a message holds"),
             ("step = 0.5", "", 10, "times", "either end and step, or at"),
             ("end = 2.0\nstep = 0.5", "at = [0.0, 2.0, 1.0]", 11, "times.at", "ascend"),
-            ("phi = 2.2069", "phi = \"x\"", 6, "initial.phi", "expected f64"),
+            (
+                "step = 0.5",
+                "step = 1e-300",
+                12,
+                "times.step",
+                "1e-300 is not allowed, it must be at least 1e-6 yr and at most end",
+            ),
+            (
+                "end = 2.0\nstep = 0.5",
+                "at = [0, 1e-300]",
+                11,
+                "times.at",
+                "0 and 1e-300 are too close, times must be at least 1e-6 yr",
+            ),
+            ("end = 2.0\nstep = 0.5", "at = [0, 1.0, 1.0000001]", 11, "times.at", "1 and 1.0000001 are too close"),
+            ("phi = 2.2069", "phi = \"x\"", 6, "initial.phi", "\"x\" is not allowed, it must be a number"),
+            ("phi = 2.2069", "phi = 1e300", 6, "initial.phi", "1e300 is not allowed"),
             ("phi = 2.2069", "phi = nan", 6, "initial.phi", "an angle in radians"),
             ("phi = 2.2069", "phi = 100", 6, "initial.phi", "if 100 degrees are meant, write 1.7453293"),
             (
@@ -324,7 +357,13 @@ mod tests {
             ),
             ("phi = 2.2069", "phi = 1e9", 6, "initial.phi", "between -2π and 2π"),
             ("delta_phi = 0.39", "delta_phi = 20", 8, "initial.delta_phi", "if 20 degrees are meant, write 0.3490659"),
-            ("critical_e", "critical_q", 14, "disposal.critical_q", "expected `critical_e`"),
+            (
+                "critical_e",
+                "critical_q",
+                14,
+                "disposal.critical_q",
+                "is unknown, did you mean `critical_e`? There may be `critical_e`",
+            ),
             ("radiation = 0.15", "area_to_mass = 1.0", 2, "orbit", "either radiation and oblateness"),
             ("mine", "../mine", 1, "name", "letters, digits"),
             ("[times]", "[times", 10, "times", ""),

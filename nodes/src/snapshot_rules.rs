@@ -60,8 +60,7 @@ pub fn breaches(header: &SnapshotHeader, items: &[f64], assignment: &Assignment,
     if header.count as usize != times.len() {
         breach(Rule::Count, format!("it is one of {} snapshots, the scenario has {}", header.count, times.len()));
     }
-    if header.index as usize != expected || expected >= times.len() {
-        let what = format!("it comes out of order, number {expected} of {} was expected", times.len());
+    if let Some(what) = out_of_order(header.index, expected, times.len()) {
         breach(Rule::Order, what);
     }
     if let Some(&time) = times.get(header.index as usize)
@@ -74,6 +73,18 @@ pub fn breaches(header: &SnapshotHeader, items: &[f64], assignment: &Assignment,
         Ok(()) => found.extend(in_numbers(header.kind, header.rows as usize, items)),
     }
     found
+}
+
+/// What is wrong with number `sent` where number `expected` of so many is due; they are counted from 0.
+fn out_of_order(sent: u32, expected: usize, count: usize) -> Option<String> {
+    match sent as usize {
+        _ if expected >= count => Some(format!("it is one too many, all {count} have been sent")),
+        sent if sent == expected => None,
+        sent => {
+            let last = count - 1;
+            Some(format!("it comes out of order: it is number {sent}, but number {expected} is due (from 0 to {last})"))
+        }
+    }
 }
 
 /// Most interpolation points an axis of a hull mesh: four times the paper's. Each triangle may cost as many steps.
@@ -242,6 +253,16 @@ mod tests {
         assert_eq!(rules(GOOD, &[0.1, 0.2, 0.3, 1.0]), [Rule::Eccentricity]);
         assert_eq!(rules(GOOD, &[0.1, 0.2, -0.3, 0.0]), [Rule::Eccentricity]);
         assert_eq!(rules(SnapshotHeader { index: 2, count: 3, ..GOOD }, &items), [Rule::Count, Rule::Order]);
+    }
+
+    #[test]
+    fn what_is_out_of_order_is_told_with_what_was_sent_and_one_too_many_as_that() {
+        assert_eq!(out_of_order(1, 1, 5), None);
+        let swapped = "it comes out of order: it is number 2, but number 1 is due (from 0 to 4)";
+        assert_eq!(out_of_order(2, 1, 5).as_deref(), Some(swapped));
+        for sent in [0, 4, 5] {
+            assert_eq!(out_of_order(sent, 5, 5).as_deref(), Some("it is one too many, all 5 have been sent"));
+        }
     }
 
     #[test]

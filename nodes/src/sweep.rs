@@ -8,76 +8,36 @@ use toml::{Spanned, Table, Value};
 
 use crate::file_kind::FileKind;
 use crate::input::{InputError, InputFile, LONGEST_PLAIN_NAME};
+use crate::plain_number::plain;
 use crate::scenario_file::{self, ScenarioFile};
+use crate::sweep_values::Values;
 
 /// Most scenarios of a sweep.
-const MOST_SCENARIOS: usize = 1_000_000;
+pub(crate) const MOST_SCENARIOS: usize = 1_000_000;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Raw {
     scenario: Spanned<PathBuf>,
-    vary: Spanned<BTreeMap<Spanned<String>, Spanned<Values>>>,
+    vary: Spanned<BTreeMap<Spanned<String>, Value>>,
 }
 
-/// The values that a key takes.
-#[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "a list of numbers, or { from, to, count }")]
-enum Values {
-    List(Vec<f64>),
-    Range { from: f64, to: f64, count: usize },
-}
-
-impl Values {
-    fn count(&self) -> usize {
-        match self {
-            Self::List(values) => values.len(),
-            Self::Range { count, .. } => *count,
-        }
-    }
-
-    fn value(&self, index: usize) -> Option<f64> {
-        match self {
-            Self::List(values) => values.get(index).copied(),
-            Self::Range { from, count: 1, .. } => Some(*from),
-            Self::Range { from, to, count } => Some(from + (to - from) * index as f64 / (count - 1) as f64),
-        }
-    }
-
-    /// Whether every value makes a scenario of its own, and all that is written has an effect.
-    ///
-    /// # Errors
-    /// What is wrong and what would be right.
-    fn check(&self) -> Result<(), String> {
-        match self {
-            Self::List(values) if values.is_empty() => Err("names no value; it must name at least one".into()),
-            Self::Range { count: 0, .. } => Err("count = 0 leaves no value; it must be at least 1".into()),
-            Self::Range { from, to, count: 1 } if from != to => Err(format!(
-                "to = {to} has no effect, as count = 1 takes from = {from} alone; write [{from}], or a count of 2 or more"
-            )),
-            _ => match self.repeated() {
-                Some(value) => Err(format!(
-                    "takes the value {value} twice, which makes the same scenario twice; values must differ"
-                )),
-                None => Ok(()),
-            },
-        }
-    }
-
-    /// A value that comes twice.
-    fn repeated(&self) -> Option<f64> {
-        let mut values: Vec<f64> = (0..self.count()).filter_map(|index| self.value(index)).collect();
-        values.sort_by(f64::total_cmp);
-        values.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0])
-    }
+/// A key that is varied.
+#[derive(Debug)]
+struct Axis {
+    key: String,
+    values: Values,
+    /// Where the sweep file has it.
+    place: Spanned<()>,
 }
 
 /// A sweep: its scenarios are made one at a time.
 #[derive(Debug)]
 pub struct Sweep {
+    file: InputFile,
     base: Table,
     name: String,
-    axes: Vec<(String, Values)>,
+    axes: Vec<Axis>,
     count: usize,
 }
 
@@ -105,24 +65,16 @@ impl Sweep {
             return Err(file.error(&raw.vary, "names no key; it must vary at least one number of the scenario"));
         }
         let table: Table = base_file.parse()?;
-        for (key, values) in raw.vary.get_ref() {
-            if !numbers(&table).contains(key.get_ref()) {
-                return Err(file.error(key, &not_varied(&table, key.get_ref())));
-            }
-            values.get_ref().check().map_err(|problem| file.error(key, &problem))?;
-        }
-        let mut count = 1usize;
-        for values in raw.vary.get_ref().values() {
-            count = count.saturating_mul(values.get_ref().count());
-        }
+        let axis =
+            |(key, value): (&Spanned<String>, &Value)| axis(&table, key, value).map_err(|why| file.error(key, &why));
+        let axes = raw.vary.get_ref().iter().map(axis).collect::<Result<Vec<_>, _>>()?;
+        let count = axes.iter().map(|axis| axis.values.count()).fold(1, usize::saturating_mul);
         if count > MOST_SCENARIOS {
             let problem = format!("has {count} combinations; there must be at most {MOST_SCENARIOS}");
             return Err(file.error(&raw.vary, &problem));
         }
-        let raw_vary = Spanned::new(raw.vary.span(), ());
-        let axes = raw.vary.into_inner().into_iter().map(|(k, v)| (k.into_inner(), v.into_inner())).collect();
-        let sweep = Self { base: table, name: base.name, axes, count };
-        sweep.scenario(0).map_err(|e| file.error(&raw_vary, &e.to_string()))?;
+        let sweep = Self { file: file.clone(), base: table, name: base.name, axes, count };
+        sweep.scenario(0)?;
         Ok(sweep)
     }
 
@@ -145,15 +97,15 @@ impl Sweep {
 
     /// The keys that are varied, as `TABLE.KEY`.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
-        self.axes.iter().map(|(key, _)| key.as_str())
+        self.axes.iter().map(|axis| axis.key.as_str())
     }
 
     /// The value of each key in combination `index`, the last key varying fastest.
     pub fn values(&self, index: usize) -> Vec<f64> {
         let mut rest = index;
-        let value = |(_, axis): &(String, Values)| {
-            let count = axis.count().max(1);
-            let value = axis.value(rest % count).unwrap_or(f64::NAN);
+        let value = |Axis { values, .. }: &Axis| {
+            let count = values.count().max(1);
+            let value = values.value(rest % count).unwrap_or(f64::NAN);
             rest /= count;
             value
         };
@@ -165,7 +117,7 @@ impl Sweep {
     /// Keys and values of combination `index` in words.
     pub fn combination(&self, index: usize) -> String {
         let values = self.values(index);
-        self.keys().zip(values).map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
+        self.keys().zip(values).map(|(key, value)| format!("{key} = {}", plain(value))).collect::<Vec<_>>().join(", ")
     }
 
     /// The name of scenario `index`: `NAME-INDEX`, all of the same length; `NAME` is cut where it is too long for that.
@@ -192,9 +144,38 @@ impl Sweep {
         }
         let name = self.name(index);
         table.insert("name".into(), Value::String(name.clone()));
-        let shown = PathBuf::from(format!("{name} ({})", self.combination(index)));
-        scenario_file::check(&InputFile::from_text(&shown, &table.to_string()))
+        let varied = InputFile::from_text(Path::new(&name), &table.to_string());
+        scenario_file::check(&varied).map_err(|error| self.impossible(index, &error))
     }
+
+    /// What is wrong with scenario `index`, at the place of the varied key that makes it so.
+    fn impossible(&self, index: usize, InputError { key, problem, .. }: &InputError) -> InputError {
+        let table = format!("{}.", key.split('.').next().unwrap_or(key));
+        let exactly = self.axes.iter().find(|axis| axis.key == *key);
+        let axis = exactly.or_else(|| self.axes.iter().find(|axis| axis.key.starts_with(&table)));
+        let about = if exactly.is_some() { String::new() } else { format!("{key}: ") };
+        let told = format!("{about}{problem}, in {} ({})", self.name(index), self.combination(index));
+        match axis {
+            Some(axis) => self.file.error(&axis.place, &told),
+            None => self.file.error_in_whole("vary", &told),
+        }
+    }
+}
+
+/// A key that can be varied, with its values.
+///
+/// # Errors
+/// What is wrong and what would be right.
+fn axis(scenario: &Table, key: &Spanned<String>, value: &Value) -> Result<Axis, String> {
+    let name = key.get_ref();
+    if let (Some(Value::Table(_)), Value::Table(inner)) = (scenario.get(name), value) {
+        let inner = inner.keys().next().map_or("KEY", String::as_str);
+        return Err(format!("the whole key needs quotation marks under [vary]: \"{name}.{inner}\" = ..."));
+    }
+    if !numbers(scenario).contains(name) {
+        return Err(not_varied(scenario, name));
+    }
+    Ok(Axis { key: name.clone(), values: Values::read(value)?, place: Spanned::new(key.span(), ()) })
 }
 
 /// The numbers of a scenario, as `TABLE.KEY`.
@@ -306,7 +287,23 @@ mod tests {
             ),
             (vary("\"initial.e\" = []"), 3, "names no value"),
             (vary("\"initial.e\" = \"x\""), 3, "a list of numbers"),
-            (vary("\"initial.e\" = [1.5]"), 2, "between 0 and 1"),
+            (
+                vary("initial.e = [0.1, 0.2]"),
+                3,
+                "vary.initial: the whole key needs quotation marks under [vary]: \"initial.e\" = ",
+            ),
+            (vary("[vary.initial]\ne = [0.1, 0.2]"), 3, "needs quotation marks"),
+            (
+                vary("\"disposal.critical_e\" = [0.5]\n\"initial.e\" = [1.5]"),
+                4,
+                "sweep.toml:4: vary.initial.e: 1.5 is not allowed, it must be between 0 and 1, both excluded, in s-0 \
+                 (disposal.critical_e = 0.5, initial.e = 1.5)",
+            ),
+            (
+                vary("\"times.end\" = [1.75, 2.0]"),
+                3,
+                "vary.times.end: times.step: 0.5 does not divide end = 1.75; 0.4375 would, in s-0 (times.end = 1.75)",
+            ),
             (vary("\"initial.e\" = [0.1]\n\"initial.e\" = [0.2]"), 4, "for the second time"),
             (vary("\"initial.e\" = { from = 0.1, to = 0.2, count = 0 }"), 3, "count = 0 leaves no value"),
             (vary("\"initial.e\" = { from = 0.1, to = 0.2, count = 1 }"), 3, "initial.e: to = 0.2 has no effect"),
@@ -323,6 +320,15 @@ mod tests {
             assert!(error.to_string().contains(words), "{error}");
         }
         assert_eq!(load(&vary("\"initial.e\" = { from = 0.1, to = 0.1, count = 1 }")).unwrap().len(), 1);
+    }
+
+    #[test]
+    fn a_combination_that_is_impossible_is_told_at_the_line_of_the_key_that_makes_it_so() {
+        let text = "scenario = \"base.toml\"\n[vary]\n\"initial.e\" = [0.145, 0.2]\n\"times.step\" = [0.5, 0.3]\n";
+        let error = load(text).unwrap().scenario(1).unwrap_err();
+        assert_eq!((error.line, error.key.as_str()), (4, "vary.times.step"), "{error}");
+        assert!(error.to_string().contains("sweep.toml:4: vary.times.step: 0.3 does not divide end = 2;"), "{error}");
+        assert!(error.to_string().ends_with(", in s-1 (initial.e = 0.145, times.step = 0.3)"), "{error}");
     }
 
     #[test]

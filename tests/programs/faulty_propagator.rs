@@ -102,6 +102,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
     match fault {
         "order" => indices.swap(1, 2),
         "counts" => indices.truncate(problem.times.len() - 1),
+        "too-many" => indices.push(problem.times.len() - 1),
         _ => {}
     }
     for index in indices {
