@@ -21,7 +21,7 @@ pub const LANES: usize = 16;
 /// fifteen, and next to `e = 1`, where oblateness turns orbits by `W/s⁴` a time unit, in proportion more: at `e = 0.99` and
 /// `W = 10` there are 1e5.
 const MOST_STEPS: f64 = 10_000.0;
-const MOST_STEPS_A_YEAR: f64 = 1e6;
+const MOST_STEPS_A_YEAR: f64 = 1e7;
 /// An orbit is given up where the steps that it may still take would have to be so many times as long as the one just taken.
 const HASTE: f64 = 4.0;
 
@@ -151,7 +151,7 @@ pub enum Loss {
     #[error("left the domain e < 1 of the equations of motion")]
     LeftTheDomain,
     /// Its steps became too short to get on: it turns too fast, as orbits next to `e = 1` do.
-    #[error("turns too fast to be followed (the integrator would need more than 1e6 steps a year)")]
+    #[error("turns too fast to be followed (the integrator would need more than 1e7 steps a year)")]
     Stuck,
 }
 
