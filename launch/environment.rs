@@ -8,14 +8,14 @@ use std::os::unix::process::CommandExt;
 
 use messages::domain::{PREFIX_VARIABLE, ROOT_VARIABLE};
 use nodes::session::{
-    ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE,
+    ATTEMPT_VARIABLE, GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE,
 };
 use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 
 use crate::commands::own_program;
 
 /// Variables by which a launcher tells its processes who they are.
-pub const OF_PROCESSES: [&str; 10] = [
+pub const OF_PROCESSES: [&str; 11] = [
     ROOT_VARIABLE,
     PREFIX_VARIABLE,
     RUN_VARIABLE,
@@ -26,6 +26,7 @@ pub const OF_PROCESSES: [&str; 10] = [
     SHARDS_VARIABLE,
     REDUCE_VARIABLE,
     ATTEMPT_VARIABLE,
+    GRACE_VARIABLE,
 ];
 
 /// The commands that are processes of a run themselves.

@@ -43,6 +43,7 @@ fn variables_that_are_meant_for_the_processes_of_a_run_disturb_no_run_and_no_ser
         ("PHASECLOUD_SHARDS", "2"),
         ("PHASECLOUD_REDUCE", "1"),
         ("PHASECLOUD_ATTEMPT", "3"),
+        ("PHASECLOUD_GRACE", "1000"),
         ("PHASECLOUD_ROOT", "/nowhere"),
         ("PHASECLOUD_PREFIX", "pc"),
     ];

@@ -1,8 +1,9 @@
 //! Rules about how the process behaves: ready, two scenarios, refusal, the end.
 
+use messages::layout::{DENSITY_HEAD, SnapshotHeader, kind};
 use nodes::snapshot_rules::breaches;
 
-use super::answer::{Answer, LABEL, Outcome, Ready, Stop, is_from};
+use super::answer::{Answer, LABEL, Outcome, Ready, Received, Stop, is_from};
 use super::verdict::{Findings, Rule};
 
 /// The process came up, or not.
@@ -40,12 +41,22 @@ pub fn refused(findings: &mut Findings, answer: &Answer) {
     }
     match &answer.outcome {
         Outcome::Failed(text) if !text.trim().is_empty() => findings.good(Rule::Refusal, answer.outcome.describe()),
+        Outcome::Done if snapshots.last().is_some_and(withholds_all) => {
+            findings.good(Rule::Refusal, "it withholds all that it cannot know");
+        }
         Outcome::Done => {
             let seen = format!("it sent {} snapshots and reported done", snapshots.len());
             findings.problem(Rule::Refusal, seen);
         }
         other => findings.problem(Rule::Refusal, other.describe()),
     }
+}
+
+/// Whether a density states nothing: neither a moment nor a bin.
+fn withholds_all(Received { header, items }: &Received<SnapshotHeader>) -> bool {
+    const MOMENTS: usize = 6;
+    let is_density = header.kind == kind::DENSITY && items.len() > DENSITY_HEAD;
+    is_density && items[..MOMENTS].iter().chain(&items[DENSITY_HEAD..]).all(|number| number.is_nan())
 }
 
 /// A rule cannot be tried because the process did not get as far as one before it did.

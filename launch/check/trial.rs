@@ -14,7 +14,7 @@ use messages::report::{Event, Report};
 use messages::topic::{self, Capacity};
 use messages::wait::{Awaited, Signals};
 use nodes::assignment::Assignment;
-use nodes::session::{LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
+use nodes::session::{GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
 use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 
 use super::answer::{Answer, Heard, LABEL, Outcome, Ready, Received, Stop, end_of, is_from};
@@ -105,6 +105,8 @@ impl<'a> Trial<'a> {
         let mut process = Command::new(program);
         process.args(words).env(ROOT_VARIABLE, &own.place.root).env(PREFIX_VARIABLE, &own.place.prefix);
         process.env_remove(SHARD_VARIABLE).env_remove(SHARDS_VARIABLE).env_remove(REDUCE_VARIABLE);
+        // Nobody cleans up after it, so it may take the time that it is given, on a busy machine also for its computing.
+        process.env(GRACE_VARIABLE, (0.9 * limits.grace.as_secs_f64()).to_string());
         process.env(LABEL_VARIABLE, LABEL).env(RUN_VARIABLE, run_id.to_string());
         process.env(LAUNCHER_VARIABLE, std::process::id().to_string());
         let mut supervisor = Supervisor::default();

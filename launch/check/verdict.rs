@@ -65,7 +65,7 @@ rules! {
     /// First passages.
     FirstPassage "first passage" "one message: all times, probabilities from 0 to 1 that never fall, in their intervals, and right; or a reason",
     /// A scenario without an answer.
-    Refusal "refusal" "reports a failure in words where all orbits leave e < 1, and sends nothing wrong before",
+    Refusal "refusal" "where all orbits leave e < 1 it reports a failure in words or withholds all, and sends nothing wrong before",
     /// It ends when it is asked while it waits.
     StopWaiting "SIGTERM, waiting" "ends in time with exit code 0, leaves neither files nor processes",
     /// Or computes.

@@ -36,7 +36,9 @@ pub const ATTEMPT_VARIABLE: &str = "PHASECLOUD_ATTEMPT";
 /// Environment variable that is 1 if a propagator is to reduce its samples before it sends them.
 pub const REDUCE_VARIABLE: &str = "PHASECLOUD_REDUCE";
 
-/// A node that was asked to stop and is still computing after this time ends in the middle of it.
+/// Environment variable that says how many seconds a node that was asked to stop may go on computing.
+pub const GRACE_VARIABLE: &str = "PHASECLOUD_GRACE";
+/// The same where nobody says: after this time it ends in the middle of its work, and leaves its files to the launcher.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// The scenario of a failure that belongs to none in particular.
@@ -103,7 +105,7 @@ impl Session {
         // A node that a launcher started ends with it, and as the launcher it outlives the terminal.
         let signals = if launcher().is_some() { Signals::outlive_terminal(&[]) } else { Signals::catch(&[]) };
         let signals = signals.map_err(refused)?;
-        signals.end_process_after(GRACE).map_err(refused)?;
+        signals.end_process_after(grace()).map_err(refused)?;
         let domain = Domain::enter(place, &name)?;
         let status = domain.outlet::<Status>(2)?;
         let attempt = std::env::var(ATTEMPT_VARIABLE).ok().and_then(|text| text.parse().ok()).unwrap_or(0);
@@ -211,6 +213,13 @@ impl Session {
     pub fn check_stop(&self) -> Result<(), Failure> {
         if self.signals.stop_requested() { Err(Failure::Stopped) } else { Ok(()) }
     }
+}
+
+/// How long the node may go on computing once it has been asked to stop.
+fn grace() -> Duration {
+    let seconds = std::env::var(GRACE_VARIABLE).ok().and_then(|text| text.parse().ok());
+    let seconds = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    seconds.unwrap_or(GRACE)
 }
 
 /// The launcher that started this process, if one did.
