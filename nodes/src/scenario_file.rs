@@ -113,7 +113,7 @@ pub fn key(field: Field) -> String {
 impl Raw {
     /// The line and key of what is wrong with the problem.
     fn locate(&self, file: &InputFile, error: &ProblemError) -> InputError {
-        let problem = error.problem();
+        let problem = in_words(error);
         let number = |value: &Spanned<f64>| file.error(value, &problem);
         let Times { end, at, .. } = self.times.get_ref();
         match error.field {
@@ -181,8 +181,8 @@ fn force(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Force, InputError> 
             reflectivity: Some(reflectivity),
         } => Force::from_orbit(*a.get_ref(), *ratio.get_ref(), *reflectivity.get_ref()).map_err(|error| {
             match error.field {
-                Field::Parameter(name) => orbit.get_ref().locate(file, name, orbit, &error.problem()),
-                _ => file.error(orbit, &error.problem()),
+                Field::Parameter(name) => orbit.get_ref().locate(file, name, orbit, &in_words(&error)),
+                _ => file.error(orbit, &in_words(&error)),
             }
         }),
         _ => Err(file.error(
@@ -190,6 +190,11 @@ fn force(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Force, InputError> 
             "must have either radiation and oblateness, or semi_major_axis, area_to_mass and reflectivity",
         )),
     }
+}
+
+/// What is wrong with a value, and what would be right.
+fn in_words(error: &ProblemError) -> String {
+    format!("{} is not allowed, it must be {}", plain(error.value), error.right)
 }
 
 /// Either the end and a step, or the times themselves.
