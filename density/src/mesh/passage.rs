@@ -330,16 +330,7 @@ impl Watched {
                     value + sign * doubt
                 }))
             };
-            // What has surely passed, or surely not, is most of it.
-            if corners.iter().all(|&corner| highest[corner as usize].0.abs() > highest[corner as usize].1)
-                && corners
-                    .iter()
-                    .all(|&corner| (highest[corner as usize].0 > 0.0) == (highest[corners[0] as usize].0 > 0.0))
-            {
-                [0.0, *mass]
-            } else {
-                [mass * (with(1.0) - with(-1.0)), *mass]
-            }
+            [mass * (with(1.0) - with(-1.0)), *mass]
         };
         let [doubtful, total] = crate::estimate::ordered_sum(mesh.len(), |k| share(&mesh[k]));
         doubtful / total
