@@ -36,7 +36,7 @@ struct Bracket {
     side: u8,
 }
 
-/// Probability that the eccentricity, read at time `k`, is above `critical_e`.
+/// Probability that the eccentricity, read at time `k`, is above `critical_e`, and what the lines are too few for.
 pub fn probability(
     motion: Motion,
     lattice: &Lattice,
@@ -44,12 +44,13 @@ pub fn probability(
     (times, k): (&[f64], usize),
     critical_e: f64,
     reading: Reading,
-) -> f64 {
+) -> (f64, f64) {
     let nodes = lattice.e.len();
     let excess = |line: usize, node: usize| reading.of(paths, k, line * nodes + node) - critical_e * critical_e;
     let cells: Vec<f64> = (0..nodes).map(|j| lattice.probability(lattice.border(j), lattice.border(j + 1))).collect();
     let by_nodes = |line: usize| (0..nodes).filter(|&j| excess(line, j) > 0.0).map(|j| cells[j]).sum::<f64>();
-    let mut sum: f64 = (0..lattice.phi.len()).map(|line| lattice.line_weight[line] * by_nodes(line)).sum();
+    let shares: Vec<f64> = (0..lattice.phi.len()).map(by_nodes).collect();
+    let mut sum: f64 = shares.iter().zip(&lattice.line_weight).map(|(share, weight)| weight * share).sum();
     let changes = |line: usize, j: usize| {
         let (a, b) = (excess(line, j), excess(line, j + 1));
         !a.is_nan() && !b.is_nan() && (a > 0.0) != (b > 0.0)
@@ -79,7 +80,7 @@ pub fn probability(
         let above = if (place < border) == rises { from_place_to_border } else { -from_place_to_border };
         sum += lattice.line_weight[bracket.line] * above;
     }
-    sum
+    (sum, lattice.doubt_of_steps(&shares))
 }
 
 impl Bracket {

@@ -106,6 +106,24 @@ impl Lattice {
         between / self.mass
     }
 
+    /// What the sum over lines of a share of each, `shares`, may be off by because the share jumps within few lines.
+    ///
+    /// A step of size `S` that a Gaussian of `σ` line spacings smooths is summed with the error `exp(-2π²σ²)` (the first term of
+    /// Poisson's summation formula), and its steepest part is `S/(σ √2π)` a line, σ² less 1/12 for the width of a line.
+    pub fn doubt_of_steps(&self, shares: &[f64]) -> f64 {
+        let heaviest = self.line_weight.iter().copied().fold(0.0, f64::max);
+        let steps = || shares.windows(2).zip(&self.line_weight).filter(|(_, weight)| **weight > 1e-10 * heaviest);
+        let steepest = steps().map(|(pair, _)| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        if steepest < 1e-12 {
+            return 0.0;
+        }
+        let least = steps().map(|(pair, _)| pair[0].min(pair[1])).fold(f64::INFINITY, f64::min);
+        let most = steps().map(|(pair, _)| pair[0].max(pair[1])).fold(f64::NEG_INFINITY, f64::max);
+        let variance = (((most - least) / steepest).powi(2) / TAU - 1.0 / 12.0).max(0.0);
+        let weighted: f64 = steps().map(|(pair, weight)| weight * (pair[1] - pair[0]).abs()).sum();
+        weighted * (-2.0 * PI * PI * variance).exp()
+    }
+
     /// Eccentricity at the border below node `j`.
     pub fn border(&self, j: usize) -> f64 {
         self.e_at(j as f64 / self.e.len() as f64)

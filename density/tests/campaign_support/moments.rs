@@ -1,7 +1,9 @@
 //! Moments from the orbits of a lattice, `phi` on the branch of the circular mean.
 //!
 //! Where the branch's cut runs between two neighbouring nodes of a line, both stand for cells that end half-way; the strip
-//! between there and the cut is moved to the other branch.
+//! between there and the cut is moved to the other branch. Where the line bends, the cut is not quite where a straight line between
+//! the nodes has it, and where it runs along the lines they are few to sum over: the probability of both is what the branch is
+//! uncertain of.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,13 +22,15 @@ pub struct Cloud {
     pub vector: [f64; 2],
     /// Probability of orbits that could not be followed.
     pub lost: f64,
+    /// Probability of orbits next to the cut that may be on the wrong branch.
+    pub at_cut: f64,
 }
 
 impl Cloud {
     /// From raw moments `[(phi-c), (phi-c)², (e-r), (e-r)², (phi-c)(e-r)]` about a circular mean `c` and an `r`.
     pub fn from_raw([a, aa, b, bb, ab]: [f64; 5], c: f64, r: f64, vector: [f64; 2], lost: f64) -> Self {
         let deviation = |square: f64, mean: f64| (square - mean * mean).max(0.0).sqrt();
-        Self { moments: [c + a, deviation(aa, a), r + b, deviation(bb, b), ab - a * b], vector, lost }
+        Self { moments: [c + a, deviation(aa, a), r + b, deviation(bb, b), ab - a * b], vector, lost, at_cut: 0.0 }
     }
 
     /// The circular mean \[rad\].
@@ -58,8 +62,8 @@ pub fn cloud(lattice: &Lattice, paths: &Paths, k: usize) -> Cloud {
     let kept = 1.0 - lost;
     let vector = [sin / kept, cos / kept];
     let (c, r) = (sin.atan2(cos), e / kept);
-    let raw = over_lines(lattice, |line| {
-        let mut sums = [0.0; 5];
+    let sums = over_lines(lattice, |line| {
+        let mut sums = [0.0; 6];
         let mut before: Option<(f64, f64)> = None;
         for j in 0..nodes {
             let (x1, x2) = state(line, j);
@@ -71,24 +75,61 @@ pub fn cloud(lattice: &Lattice, paths: &Paths, k: usize) -> Cloud {
             add(&mut sums, terms(point), lattice.node_weight[j]);
             if let Some(before) = before.filter(|before| (before.0 - point.0).abs() > PI) {
                 move_strip(&mut sums, lattice, j, before, point);
+                let further = |j: usize| (j < nodes).then(|| state(line, j)).map(|(x1, x2)| x1.atan2(x2) - c);
+                let neighbours = [j.checked_sub(2).and_then(further), further(j + 1)];
+                sums[5] += lattice.node_weight[j] * bend(before.0, point.0, neighbours);
             }
             before = Some(point);
         }
         sums
     });
-    Cloud::from_raw(raw.map(|sum| sum / kept), c, r, vector, lost)
+    let [raw @ .., at_cut] = sums.map(|sum| sum / kept);
+    let at_cut = at_cut + lattice.doubt_of_steps(&turns(lattice, &state, c));
+    Cloud { at_cut, ..Cloud::from_raw(raw, c, r, vector, lost) }
+}
+
+/// How many turns the branch of each line is ahead of that of the first, on the average over its nodes.
+fn turns(lattice: &Lattice, state: &(impl Fn(usize, usize) -> (f64, f64) + Sync), c: f64) -> Vec<f64> {
+    let phi = |line: usize, j: usize| {
+        let (x1, x2) = state(line, j);
+        nearest(x1.atan2(x2), c)
+    };
+    let step = |line: usize| -> f64 {
+        let turn = |j: usize| ((phi(line, j) - phi(line - 1, j)) / TAU).round();
+        (0..lattice.e.len())
+            .map(|j| (lattice.node_weight[j], turn(j)))
+            .filter(|(_, t)| !t.is_nan())
+            .map(|(w, t)| w * t)
+            .sum()
+    };
+    let steps = (0..lattice.phi.len()).map(|line| if line == 0 { 0.0 } else { step(line) });
+    steps
+        .scan(0.0, |sum, step| {
+            *sum += step;
+            Some(*sum)
+        })
+        .collect()
+}
+
+/// By which part of the distance of two nodes the cut between them may be off, at most half: an eighth of the second difference of
+/// `phi` over the first, the error of linear interpolation.
+fn bend(before: f64, after: f64, neighbours: [Option<f64>; 2]) -> f64 {
+    let step = nearest(after - before, 0.0);
+    let seconds = [neighbours[0].map(|phi| step - (before - phi)), neighbours[1].map(|phi| phi - after - step)];
+    let second = seconds.into_iter().flatten().map(|second| nearest(second, 0.0).abs()).fold(0.0, f64::max);
+    (second / (8.0 * step.abs())).min(0.5)
 }
 
 fn terms((a, b): (f64, f64)) -> [f64; 5] {
     [a, a * a, b, b * b, a * b]
 }
 
-fn add(sums: &mut [f64; 5], terms: [f64; 5], weight: f64) {
+fn add(sums: &mut [f64; 6], terms: [f64; 5], weight: f64) {
     (0..5).for_each(|i| sums[i] += weight * terms[i]);
 }
 
 /// Moves the strip between the border below node `j` and the cut, which lies between the nodes `j - 1` and `j`.
-fn move_strip(sums: &mut [f64; 5], lattice: &Lattice, j: usize, before: (f64, f64), after: (f64, f64)) {
+fn move_strip(sums: &mut [f64; 6], lattice: &Lattice, j: usize, before: (f64, f64), after: (f64, f64)) {
     let turn = if before.0 > 0.0 { TAU } else { -TAU };
     let lifted = after.0 + turn;
     let cut = (0.5 * turn - before.0) / (lifted - before.0);

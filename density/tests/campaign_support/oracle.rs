@@ -70,6 +70,8 @@ pub struct Truth {
     pub above: f64,
     /// Probability of having been there.
     pub ever: f64,
+    /// What the lines are too few for, of the two.
+    pub doubt: [f64; 2],
     /// Joint density on the grid, and what the lines through its bins are too few for, in L1.
     pub joint: (Vec<f64>, f64),
     /// How wrong these may be.
@@ -135,12 +137,16 @@ fn level(problem: &Problem, grids: &[Grid], effort: &Effort, (lines, nodes): (us
         |k: usize, reading| probability(motion, &lattice, &paths, (&problem.times, k), problem.critical_e, reading);
     let unknown =
         Errors { moments: [f64::INFINITY; 5], vector: f64::INFINITY, above: 1.0, ever: 1.0, joint: f64::INFINITY };
-    let truth = |(k, grid): (usize, &Grid)| Truth {
-        cloud: cloud(&lattice, &paths, k),
-        above: read(k, Reading::Now),
-        ever: read(k, Reading::Ever),
-        joint: joint(&lattice, &paths, k, grid, effort.joint_lines),
-        error: unknown,
+    let truth = |(k, grid): (usize, &Grid)| {
+        let ((above, above_doubt), (ever, ever_doubt)) = (read(k, Reading::Now), read(k, Reading::Ever));
+        Truth {
+            cloud: cloud(&lattice, &paths, k),
+            above,
+            ever,
+            doubt: [above_doubt, ever_doubt],
+            joint: joint(&lattice, &paths, k, grid, effort.joint_lines),
+            error: unknown,
+        }
     };
     (grids.iter().enumerate().map(truth).collect(), paths.steps)
 }
@@ -165,12 +171,13 @@ impl Truth {
         let changes: [f64; 5] = std::array::from_fn(|i| (change(i) / scales[i]).abs());
         let (of_phi, of_e) = (largest([changes[0], changes[1], changes[4]]), largest([changes[2], changes[3]]));
         let of_probability = largest([self.above - coarser.above, self.ever - coarser.ever]);
-        let group = |i: usize| if i == 2 || i == 3 { of_e } else { of_phi };
+        let branch = self.cloud.at_cut * std::f64::consts::TAU / scales[0];
+        let group = |i: usize| if i == 2 || i == 3 { SAFETY * of_e } else { SAFETY * of_phi + branch };
         self.error = Errors {
-            moments: std::array::from_fn(|i| SAFETY * group(i) + spread),
+            moments: std::array::from_fn(|i| group(i) + spread),
             vector: SAFETY * vector(0).hypot(vector(1)) + 2.0 * lost,
-            above: SAFETY * of_probability + lost,
-            ever: SAFETY * of_probability + lost,
+            above: SAFETY * of_probability + self.doubt[0] + lost,
+            ever: SAFETY * of_probability + self.doubt[1] + lost,
             joint: differences.sum::<f64>() * grid.bin_area() + self.joint.1 + 2.0 * lost,
         };
         self
