@@ -38,7 +38,7 @@ fn problem() -> Problem {
     Problem { model: force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 }
 }
 
-fn flow() -> Flow {
+fn flow() -> Flow<Force> {
     Flow::new(problem().model)
 }
 
@@ -134,7 +134,7 @@ fn first_passage_1e5(bencher: Bencher, threads: usize) {
 /// Counting alone, and with moments and their standard errors.
 #[divan::bench(args = THREADS)]
 fn bin_1e5(bencher: Bencher, threads: usize) {
-    on_threads(bencher, threads, || binning::count(&CLOUD.phi, &CLOUD.e, &CLOUD.grid));
+    on_threads(bencher, threads, || CLOUD.grid.count(&CLOUD.phi, &CLOUD.e));
 }
 
 #[divan::bench(args = THREADS)]

@@ -8,7 +8,6 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::time::Instant;
 
-use density::binning;
 use density::dynamics::Force;
 use density::flow::{Accuracy, Flow};
 use density::grid::comparison_grids;
@@ -59,7 +58,7 @@ fn main() {
     phi.iter_mut().for_each(|phi| *phi = grid.fold(*phi));
     write(&folder.join("cloud.f64"), &[&phi, &e, &n]);
     write(&folder.join("grid.f64"), &[&[grid.phi.low, grid.phi.high, grid.e.low, grid.e.high]]);
-    time("bin", "", 20 * repeats, || binning::count(&phi, &e, &grid));
+    time("bin", "", 20 * repeats, || grid.count(&phi, &e));
     let triangles = triangulate(&phi, &e).expect("triangles");
     time("triangulate", "", repeats, || triangulate(&phi, &e));
     let corners: Vec<u8> = triangles.as_flattened().iter().flat_map(|corner| corner.to_le_bytes()).collect();

@@ -1,16 +1,11 @@
 //! Monte Carlo's density: the share of samples in each bin, per area (Eqs. 9-10 of Sun et al. 2022).
 //!
-//! Moments are those of the samples themselves, not of the bins, from sums that can be taken in parts ([`partial`]). Their [standard errors](standard_errors) come with
+//! Moments are those of the samples themselves, not of the bins, from sums that can be taken in parts ([`sample_sums`]). Their [standard errors](standard_errors) come with
 //! them; those of the bins are a function of the density, [`standard_errors::of_density`].
-
-use rayon::prelude::*;
 
 use crate::estimate::Estimate;
 use crate::grid::Grid;
-use crate::{partial, standard_errors};
-
-/// Samples that a thread counts at a time.
-const CHUNK: usize = 65_536;
+use crate::{sample_sums, standard_errors};
 
 /// The density of equally weighted, independent samples; samples outside the grid count in the total and in the
 /// moments.
@@ -18,7 +13,7 @@ const CHUNK: usize = 65_536;
 /// # Panics
 /// If `phi` and `e` differ in length.
 pub fn estimate(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate {
-    partial::estimate(phi, e, grid, critical_e)
+    sample_sums::estimate(phi, e, grid, critical_e)
 }
 
 /// As [`estimate`], of samples drawn in `replicates` independent groups ([`crate::sampling::group`] tells which row is
@@ -27,31 +22,9 @@ pub fn estimate(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate
 /// # Panics
 /// If `phi` and `e` differ in length.
 pub fn estimate_in_groups(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64, replicates: usize) -> Estimate {
-    let estimate = partial::estimate(phi, e, grid, critical_e);
+    let estimate = sample_sums::estimate(phi, e, grid, critical_e);
     let standard_errors = standard_errors::of_groups(phi, e, replicates, estimate.circular.mean, critical_e);
     Estimate { standard_errors, ..estimate }
-}
-
-/// Samples in each bin.
-pub fn count(phi: &[f64], e: &[f64], grid: &Grid) -> Vec<u64> {
-    phi.par_chunks(CHUNK)
-        .zip(e.par_chunks(CHUNK))
-        .map(|(phi, e)| {
-            let mut counts = vec![0u64; grid.len()];
-            for (&phi, &e) in phi.iter().zip(e) {
-                if let Some(bin) = grid.bin(phi, e) {
-                    counts[bin] += 1;
-                }
-            }
-            counts
-        })
-        .reduce(
-            || vec![0; grid.len()],
-            |mut sum, counts| {
-                sum.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
-                sum
-            },
-        )
 }
 
 #[cfg(test)]

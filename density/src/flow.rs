@@ -3,66 +3,40 @@
 //! | file | idea |
 //! |---|---|
 //! | `taylor` | the integrator: lanes, steps, who boards and who has arrived |
-//! | `series` | what it needs of a model: Taylor coefficients |
-//! | [`equations`], `from_equations` | these, made from the model's equations of motion |
+//! | `step_size` | how far a series reaches |
+//! | `accuracy` | how accurate orbits are to be |
+//! | [`equations`], `from_equations` | the series of a model, made from the model's equations of motion |
 //! | `threshold` | first passages, read off the series |
 //! | `record` | orbits kept step by step |
 //! | `in_plane` | the same in two slices, for planar models |
 
+mod accuracy;
 pub mod equations;
 mod from_equations;
 mod in_plane;
 pub(crate) mod record;
-mod series;
-pub(crate) mod taylor;
+mod step_size;
+mod taylor;
 mod threshold;
 
 use rayon::prelude::*;
-use taylor::{Batch, Watch};
+use taylor::{Batch, Carry, Watch};
 use threshold::Threshold;
 
+pub use accuracy::Accuracy;
 pub use from_equations::FromEquations;
-pub use series::Series;
-pub use taylor::{LANES, Lanes, Loss};
+pub use taylor::Loss;
 pub use threshold::Passages;
 
-use crate::model::planar::Force;
 use crate::model::variable::Place;
 use crate::model::{Coordinates, Model};
 
 /// Orbits a thread takes at a time.
 const CHUNK: usize = 1024;
 
-/// How accurately orbits are propagated: the largest error of `x1` or `x2` after two years in the paper's scenarios. It
-/// grows about linearly with time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Accuracy {
-    /// 1e-6: enough for pictures.
-    Coarse,
-    /// 1e-9: far below any sampling error.
-    Medium,
-    /// 1e-12; the Hamiltonian is kept as well.
-    #[default]
-    Fine,
-}
-
-impl Accuracy {
-    /// All, the coarsest first.
-    pub const ALL: [Self; 3] = [Self::Coarse, Self::Medium, Self::Fine];
-
-    /// The largest error.
-    pub fn largest_error(self) -> f64 {
-        match self {
-            Self::Coarse => 1e-6,
-            Self::Medium => 1e-9,
-            Self::Fine => 1e-12,
-        }
-    }
-}
-
 /// The flow of a model: moves orbits in time. Orbits are given as columns, one a coordinate of the model's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Flow<M = Force> {
+pub struct Flow<M> {
     /// The model that drives it.
     pub model: M,
     /// How accurately.
@@ -145,7 +119,7 @@ impl<M: Model> Flow<M> {
     pub fn carry_where_possible(&self, columns: &mut [&mut [f64]], from: f64, to: f64) {
         chunks::<M>(columns).into_par_iter().for_each(|mut columns| {
             let batch = Batch { columns: &mut columns, from, years: &[to - from] };
-            for (lost, _) in self.model.integrate(self.accuracy, batch, &mut ()) {
+            for (lost, _) in self.model.perform(Carry { accuracy: self.accuracy, batch, watch: &mut () }) {
                 columns.iter_mut().for_each(|column| column[lost] = f64::NAN);
             }
         });
@@ -166,7 +140,8 @@ impl<M: Model> Flow<M> {
     /// Moves a batch of orbits, the first of which is number `first`, and names the first that is lost.
     fn carry_batch(&self, batch: Batch<'_, '_>, first: usize, watch: &mut impl Watch) -> Result<(), Escaped> {
         let Batch { columns, from, years } = batch;
-        let lost = self.model.integrate(self.accuracy, Batch { columns, from, years }, watch).into_iter().min();
+        let batch = Batch { columns, from, years };
+        let lost = self.model.perform(Carry { accuracy: self.accuracy, batch, watch }).into_iter().min();
         lost.map_or(Ok(()), |(lost, why)| {
             let start = self.model.read_out(from, Coordinates::from_fn(|k| columns[k][lost]));
             let years = years[lost.min(years.len() - 1)];

@@ -4,6 +4,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use rayon::prelude::*;
+
 use crate::angle::{Circular, fold, nearest};
 use crate::flow::Flow;
 use crate::model::plane::{PlanarHamiltonian, State};
@@ -89,6 +91,22 @@ impl Grid {
     /// The flat index of the bin that `(phi, e)` falls into; `phi` on any branch.
     pub fn bin(&self, phi: f64, e: f64) -> Option<usize> {
         Some(self.phi.bin(self.fold(phi))? * self.e.bins + self.e.bin(e)?)
+    }
+
+    /// How many samples fall into each bin.
+    pub fn count(&self, phi: &[f64], e: &[f64]) -> Vec<u64> {
+        /// Samples that a thread counts at a time.
+        const CHUNK: usize = 65_536;
+        let add = |mut sum: Vec<u64>, counts: Vec<u64>| {
+            sum.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+            sum
+        };
+        let count = |(phi, e): (&[f64], &[f64])| {
+            let mut counts = vec![0; self.len()];
+            phi.iter().zip(e).filter_map(|(&phi, &e)| self.bin(phi, e)).for_each(|bin| counts[bin] += 1);
+            counts
+        };
+        phi.par_chunks(CHUNK).zip(e.par_chunks(CHUNK)).map(count).reduce(|| vec![0; self.len()], add)
     }
 }
 

@@ -16,9 +16,10 @@ pub mod mesh;
 pub mod mixture;
 pub mod model;
 pub mod orbits;
-pub mod partial;
+
 pub mod problem;
 pub mod problem_error;
+pub mod sample_sums;
 pub mod sampling;
 pub mod standard_errors;
 pub mod trust;

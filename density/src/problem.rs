@@ -5,8 +5,8 @@ use std::f64::consts::{PI, SQRT_2};
 
 use crate::gaussian::Gaussian;
 use crate::model::PlanarHamiltonian;
+use crate::model::parameter::Parameter;
 use crate::model::planar::Force;
-use crate::model::registry::Parameter;
 use crate::problem_error::{Field, ProblemError, check, check_angle};
 
 /// The initial Gaussian, independent in `phi` and `e`, cut to `0 < e < 1`.

@@ -60,7 +60,7 @@ prop_compose! {
 }
 
 /// An independent sample at the snapshot, binned.
-fn monte_carlo(problem: &Problem, flow: Flow, grid: Grid, count: usize) -> Estimate {
+fn monte_carlo(problem: &Problem, flow: Flow<Force>, grid: Grid, count: usize) -> Estimate {
     let (x1, x2) = sampling::draw(&problem.initial, 5, count);
     let mut orbits = Orbits::new(flow, x1, x2);
     orbits.advance_to(problem.times[0]).unwrap();

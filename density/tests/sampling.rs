@@ -9,6 +9,7 @@ use std::num::NonZeroUsize;
 
 use common::paper;
 use density::binning;
+use density::dynamics::Force;
 use density::estimate::{Estimate, Moments};
 use density::exact::{Exact, Settings};
 use density::first_passage::empirical::wilson_interval;
@@ -51,7 +52,7 @@ fn band_of_two_hundred_trials_is_about_three_deviations_wide() {
 
 struct Snapshot {
     problem: Problem,
-    flow: Flow,
+    flow: Flow<Force>,
     grid: Grid,
     years: f64,
     exact: [f64; 6],

@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
+use crate::draw_error::DrawError;
 use crate::drawings::{
     accuracy, cloud_evolution, difference, effort, first_passage, joint_density, marginals, moment_errors,
     phase_portrait, probability_above,
 };
-use crate::figure::{DrawError, Figure};
+use crate::figure::Figure;
 use crate::scene::{Method, Scene};
 
 /// Figures that belong together.

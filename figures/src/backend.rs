@@ -15,7 +15,7 @@ use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform,
 };
 
-use crate::palette::Ink;
+use crate::palette::{Ink, Stroke};
 use crate::text::{SUBSCRIPT, drawn_width, text_width, with_subscripts};
 
 /// Backend units a pixel.
@@ -41,17 +41,6 @@ pub type Area<'a> = DrawingArea<SvgBackend<'a>, Shift>;
 /// A drawing area of `size` pixels that writes into `elements`.
 pub fn canvas(elements: &mut String, size: (u32, u32)) -> Area<'_> {
     SvgBackend { elements, size: (size.0 * SCALE, size.1 * SCALE), stencils: 0 }.into_drawing_area()
-}
-
-/// How a curve or an outline is drawn.
-#[derive(Debug, Clone, Copy)]
-pub struct Stroke {
-    /// Its colour.
-    pub ink: Ink,
-    /// Its width \[px\].
-    pub width: f64,
-    /// Dashes and gaps \[px\]; empty for a solid line.
-    pub dashes: &'static [f64],
 }
 
 /// A number of pixels given in backend units, with at most one decimal.

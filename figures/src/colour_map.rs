@@ -4,7 +4,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::figure::DrawError;
+use crate::draw_error::DrawError;
 
 /// Colours of a picture; palette entry 0 is transparent.
 const SHADES: usize = 255;

@@ -6,8 +6,8 @@ use plotters::element::{Drawable, PointCollection};
 use plotters_backend::{BackendCoord, DrawingErrorKind};
 use std::convert::Infallible;
 
-use crate::backend::{Stroke, SvgBackend};
-use crate::palette::{Ink, Marker, Pen};
+use crate::backend::SvgBackend;
+use crate::palette::{Ink, Marker, Pen, Stroke};
 
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 

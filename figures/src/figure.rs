@@ -1,27 +1,14 @@
 //! A finished figure: an SVG file of its own, and a part of a page.
 
-use std::convert::Infallible;
-
 use maud::{Markup, PreEscaped, html};
-use plotters::drawing::DrawingAreaErrorKind;
 
 use crate::backend::{Area, FIGURE, canvas};
+use crate::draw_error::DrawError;
 use crate::legend::{self, Entry};
 use crate::panel::units;
 
 /// Typefaces that look alike and of which every system has one.
 pub const TYPEFACES: &str = "Helvetica Neue, Arial, Liberation Sans, DejaVu Sans, sans-serif";
-
-/// A figure could not be drawn.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct DrawError(pub String);
-
-impl From<DrawingAreaErrorKind<Infallible>> for DrawError {
-    fn from(error: DrawingAreaErrorKind<Infallible>) -> Self {
-        Self(error.to_string())
-    }
-}
 
 /// A figure.
 #[derive(Debug, Clone)]

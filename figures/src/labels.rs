@@ -8,10 +8,9 @@ use std::collections::{HashMap, HashSet, VecDeque};
 
 use plotters::style::text_anchor::{HPos, VPos};
 
-use crate::backend::Stroke;
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
-use crate::figure::DrawError;
-use crate::palette::{Ink, Marker};
+use crate::palette::{Ink, Marker, Stroke};
 use crate::panel::{Panel, SMALL, text_style};
 use crate::text::text_width;
 

@@ -3,10 +3,10 @@
 use plotters::prelude::Text;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use crate::backend::{Area, Stroke};
+use crate::backend::Area;
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
-use crate::figure::DrawError;
-use crate::palette::{Ink, Marker, Pen};
+use crate::palette::{Ink, Marker, Pen, Stroke};
 use crate::panel::{TEXT, text_style, units};
 use crate::text::text_width;
 

@@ -9,6 +9,7 @@ pub mod backend;
 pub mod branch;
 pub mod colour_map;
 pub mod densities;
+pub mod draw_error;
 pub mod drawings;
 pub mod elements;
 pub mod figure;

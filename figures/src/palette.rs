@@ -7,8 +7,6 @@ use std::borrow::Cow;
 
 use maud::{Markup, PreEscaped, html};
 
-use crate::backend::Stroke;
-
 /// A colour of the palette.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ink {
@@ -196,6 +194,17 @@ impl Marker {
             Self::Wedge => format!("m0 {r}l{r} -{d}h-{d}z"),
         }
     }
+}
+
+/// How a curve or an outline is drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct Stroke {
+    /// Its colour.
+    pub ink: Ink,
+    /// Its width \[px\].
+    pub width: f64,
+    /// Dashes and gaps \[px\]; empty for a solid line.
+    pub dashes: &'static [f64],
 }
 
 /// How a case is drawn in every figure.

@@ -8,8 +8,8 @@ use plotters_backend::BackendColor;
 
 use crate::axis::{Axis, Labels};
 use crate::backend::{Area, SCALE, SvgBackend};
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point, Window};
-use crate::figure::DrawError;
 use crate::palette::Ink;
 use crate::text::text_width;
 

@@ -76,7 +76,7 @@ codes! {
         /// Samples that were reduced where they are, in one column of whole numbers: how many samples, how many of them above the
         /// critical eccentricity, how many sectors of the circle hold any; four sums over all; for each such sector its number, how
         /// many samples it holds, and ten sums; how many samples each bin of the comparison grid holds, `phi` outermost. A sum is
-        /// two numbers, `high * 2^52 + low`, in units of 2^-60; `density/src/partial.rs` says which sums.
+        /// two numbers, `high * 2^52 + low`, in units of 2^-60; `density/src/sample_sums/` says which sums.
         pub const REDUCED: u32 = 5;
         /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
         pub const MIXTURE: u32 = 3;

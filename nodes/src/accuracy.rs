@@ -11,7 +11,7 @@ pub struct AccuracySetting(pub Accuracy);
 
 impl AccuracySetting {
     /// The flow of `force` at the accuracy set, or at the default one.
-    pub(crate) fn flow(setting: Option<Self>, force: Force) -> Flow {
+    pub(crate) fn flow(setting: Option<Self>, force: Force) -> Flow<Force> {
         Flow { model: force, accuracy: setting.unwrap_or_default().0 }
     }
 }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use density::first_passage::empirical::EmpiricalCurve;
 use density::grid::Grid;
-use density::partial::Partial;
+use density::sample_sums::SampleSums;
 use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, columns, kind};
 use messages::port::{Draft, Outlet};
 use messages::text::pack;
@@ -264,8 +264,8 @@ impl Content {
             return Err(refused(&breach));
         }
         let (phi, e) = samples.split_at(rows);
-        let partial = Partial::reduce(phi, e, &assignment.grids[index], assignment.problem.critical_e);
-        let numbers = reduced::to_numbers(&partial.map_err(|why| refused(&why))?)?;
+        let sums = SampleSums::reduce(phi, e, &assignment.grids[index], assignment.problem.critical_e);
+        let numbers = reduced::to_numbers(&sums.map_err(|why| refused(&why))?)?;
         let mut draft = outlet.draft(numbers.len())?;
         draft.items_mut().copy_from_slice(&numbers);
         Ok((draft, numbers.len()))

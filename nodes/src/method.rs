@@ -4,7 +4,7 @@ use density::angle::{Circular, nearest};
 use density::estimate::{Estimate, Moments, ordered_sum};
 use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate, unfold};
 use density::mixture::{self, Component};
-use density::partial::Partial;
+use density::sample_sums::SampleSums;
 use density::{binning, grid::Grid};
 use messages::layout::{DENSITY_HEAD, SnapshotHeader, diagnostic, kind, treatment};
 
@@ -156,20 +156,19 @@ fn samples(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64, replicates: usiz
 
 /// What shards have made of their samples, one after the other.
 fn reduced_samples(header: &SnapshotHeader, numbers: &[f64], grid: Grid) -> Result<Estimated, String> {
-    let mut whole = Partial::empty(grid.len());
+    let mut whole = SampleSums::empty(grid.len());
     let mut rest = numbers;
     for shard in Shard::all(header.shards) {
-        let (partial, others) =
-            from_numbers(rest, grid.len()).map_err(|why| format!("shard {}: {why}", shard.index))?;
+        let (sums, others) = from_numbers(rest, grid.len()).map_err(|why| format!("shard {}: {why}", shard.index))?;
         let range = shard.range(header.total as usize);
-        if !shard.is_whole() && partial.samples != range.len() as u64 {
-            let (samples, total) = (partial.samples, header.total);
+        if !shard.is_whole() && sums.samples != range.len() as u64 {
+            let (samples, total) = (sums.samples, header.total);
             return Err(format!(
                 "shard {}: it has {samples} samples, but its range of {total} is {range:?}",
                 shard.index
             ));
         }
-        whole.add(&partial);
+        whole.add(&sums);
         rest = others;
     }
     match u32::try_from(whole.samples) {
@@ -247,8 +246,8 @@ mod tests {
     fn reduced_samples_that_are_not_of_the_shards_range_are_refused_and_the_shard_named() {
         let grid = Grid { phi: Axis { low: 1.0, high: 2.0, bins: 4 }, e: Axis { low: 0.1, high: 0.3, bins: 3 } };
         let samples = |count: usize| {
-            let partial = Partial::reduce(&vec![1.5; count], &vec![0.2; count], &grid, 0.6).unwrap();
-            to_numbers(&partial).unwrap()
+            let sums = SampleSums::reduce(&vec![1.5; count], &vec![0.2; count], &grid, 0.6).unwrap();
+            to_numbers(&sums).unwrap()
         };
         let header = SnapshotHeader { kind: kind::REDUCED, shards: 2, total: 5, ..SnapshotHeader::default() };
         let estimated = reduced_samples(&header, &[samples(2), samples(3)].concat(), grid).unwrap();

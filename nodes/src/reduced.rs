@@ -1,13 +1,13 @@
 //! Samples that were reduced where they are, as the numbers of a snapshot of kind `REDUCED`.
 //!
-//! What [`Partial`] holds are whole numbers, and so are the numbers here: counts as they are, each sum in two,
+//! What [`SampleSums`] holds are whole numbers, and so are the numbers here: counts as they are, each sum in two,
 //! `high * 2^52 + low`, for a number of a payload holds 53 bits. Sectors of the circle without samples are left out.
 //!
 //! ```text
 //! samples, above, sectors, then the common sums, then for each sector its number, samples and sums, then the bins' counts
 //! ```
 
-use density::partial::{COMMON_SUMS, Partial, SECTOR_SUMS, SECTORS};
+use density::sample_sums::{COMMON_SUMS, SECTOR_SUMS, SECTORS, SampleSums};
 
 use crate::failure::Failure;
 
@@ -29,15 +29,15 @@ pub fn most_numbers(bins: usize) -> usize {
 ///
 /// # Errors
 /// If a sum is too large for two numbers, which takes more samples than fit into memory.
-pub fn to_numbers(partial: &Partial) -> Result<Vec<f64>, Failure> {
-    let sectors: Vec<_> = partial.sectors.iter().enumerate().filter(|(_, sector)| sector.samples > 0).collect();
-    let mut numbers = vec![partial.samples as f64, partial.above as f64, sectors.len() as f64];
-    push_sums(&mut numbers, &partial.common)?;
+pub fn to_numbers(sums: &SampleSums) -> Result<Vec<f64>, Failure> {
+    let sectors: Vec<_> = sums.sectors.iter().enumerate().filter(|(_, sector)| sector.samples > 0).collect();
+    let mut numbers = vec![sums.samples as f64, sums.above as f64, sectors.len() as f64];
+    push_sums(&mut numbers, &sums.common)?;
     for (number, sector) in sectors {
         numbers.extend([number as f64, sector.samples as f64]);
         push_sums(&mut numbers, &sector.sums)?;
     }
-    numbers.extend(partial.counts.iter().map(|&count| count as f64));
+    numbers.extend(sums.counts.iter().map(|&count| count as f64));
     Ok(numbers)
 }
 
@@ -56,35 +56,35 @@ fn push_sums(numbers: &mut Vec<f64>, sums: &[i128]) -> Result<(), Failure> {
 ///
 /// # Errors
 /// What cannot be right.
-pub fn from_numbers(numbers: &[f64], bins: usize) -> Result<(Partial, &[f64]), String> {
+pub fn from_numbers(numbers: &[f64], bins: usize) -> Result<(SampleSums, &[f64]), String> {
     let mut reader = Reader(numbers);
-    let mut partial = Partial::empty(bins);
-    partial.samples = reader.count("samples")?;
-    partial.above = reader.count("samples above the critical eccentricity")?;
+    let mut sums = SampleSums::empty(bins);
+    sums.samples = reader.count("samples")?;
+    sums.above = reader.count("samples above the critical eccentricity")?;
     let sectors = reader.count("sectors")?;
-    partial.common = reader.sums()?;
+    sums.common = reader.sums()?;
     let mut next = 0;
     for _ in 0..sectors {
         let number = reader.count("a sector's number")? as usize;
-        let Some(sector) = partial.sectors.get_mut(number).filter(|_| number >= next) else {
+        let Some(sector) = sums.sectors.get_mut(number).filter(|_| number >= next) else {
             return Err(format!("sector {number} after {next} of {SECTORS}: they must ascend"));
         };
         sector.samples = reader.count("samples of a sector")?;
         sector.sums = reader.sums()?;
         next = number + 1;
     }
-    for count in &mut partial.counts {
+    for count in &mut sums.counts {
         *count = reader.count("samples of a bin")?;
     }
-    let in_sectors = sum(partial.sectors.iter().map(|sector| sector.samples));
-    let on_grid = sum(partial.counts.iter().copied());
-    let Partial { samples, above, .. } = partial;
+    let in_sectors = sum(sums.sectors.iter().map(|sector| sector.samples));
+    let on_grid = sum(sums.counts.iter().copied());
+    let SampleSums { samples, above, .. } = sums;
     if samples == 0 || in_sectors != u128::from(samples) || on_grid > in_sectors || above > samples {
         return Err(format!(
             "of {samples} samples {in_sectors} lie on the circle, {on_grid} on the grid, {above} above"
         ));
     }
-    Ok((partial, reader.0))
+    Ok((sums, reader.0))
 }
 
 fn sum(counts: impl Iterator<Item = u64>) -> u128 {
@@ -125,14 +125,14 @@ mod tests {
 
     const GRID: Grid = Grid { phi: Axis { low: 1.0, high: 2.0, bins: 4 }, e: Axis { low: 0.1, high: 0.3, bins: 3 } };
 
-    fn example() -> Partial {
+    fn example() -> SampleSums {
         let phi: Vec<f64> = (0..1000).map(|i| 1.0 + f64::from(i % 97) / 60.0).collect();
         let e: Vec<f64> = (0..1000).map(|i| 0.1 + f64::from(i % 89) / 500.0).collect();
-        Partial::reduce(&phi, &e, &GRID, 0.2).unwrap()
+        SampleSums::reduce(&phi, &e, &GRID, 0.2).unwrap()
     }
 
     #[test]
-    fn a_partial_survives_the_way_through_a_message() {
+    fn sums_survive_the_way_through_a_message() {
         let mut numbers = to_numbers(&example()).unwrap();
         assert!(numbers.len() < most_numbers(GRID.len()));
         numbers.push(7.0);

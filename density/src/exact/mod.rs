@@ -20,11 +20,13 @@
 mod axis;
 mod block;
 mod by_blocks;
+mod by_orbits;
 mod contour;
 mod crossings;
 pub(crate) mod family;
 mod hamiltonian_range;
 pub mod joint;
+mod joint_way;
 pub mod measure;
 pub mod moments;
 mod panel;
@@ -182,7 +184,7 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
         };
         let (moments, probability) = (self.moments(years)?, self.probability_above(self.problem.critical_e, years)?);
         let Settings { joint_error, most_orbits, limits, .. } = self.settings;
-        let joint = joint::joint(&self.family, grid, years, joint_error, most_orbits);
+        let joint = joint_way::joint(&self.family, grid, years, joint_error, most_orbits);
         let stands = |error: f64, limit: f64| error <= limit;
         let (phi_stands, e_stands) = (stands(moments.error, limits.moments), stands(moments.e_error, limits.moments));
         let or_nan = |stands: bool, value: f64| if stands { value } else { f64::NAN };

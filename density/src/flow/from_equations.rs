@@ -3,10 +3,8 @@
 use std::ops::Range;
 
 use super::equations::{Operation, Outcome, Recorder, Slot, Term};
-use super::series::Series;
-use super::taylor::{LANES, Lanes};
 use crate::model::earth::SUN_MEAN_MOTION;
-use crate::model::{Coordinates, Model};
+use crate::model::{Coordinates, LANES, Lanes, Model, Series};
 
 /// The series of any model, made from [`Model::rate`] and [`Model::clearance`].
 ///

@@ -1,7 +1,7 @@
 //! The flow of a planar model, on the slices `x1` and `x2`. The motion does not depend on time, so only intervals matter.
 
 use super::record::{Recorder, Step};
-use super::taylor::Batch;
+use super::taylor::{Batch, Carry};
 use super::threshold::Passages;
 use super::{Escaped, Flow};
 use crate::model::Model;
@@ -73,7 +73,7 @@ impl<M: PlanarHamiltonian> Flow<M> {
         let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = states.iter().map(|state| (state.x1, state.x2)).unzip();
         let mut recorder = Recorder { steps: vec![Vec::new(); states.len()] };
         let batch = Batch { columns: &mut [&mut x1, &mut x2], from: 0.0, years };
-        let lost = Model::integrate(&self.model, self.accuracy, batch, &mut recorder);
+        let lost = self.model.perform(Carry { accuracy: self.accuracy, batch, watch: &mut recorder });
         let mut recorded: Vec<_> = (recorder.steps.into_iter().zip(x1.iter().zip(&x2)))
             .map(|(steps, (&x1, &x2))| Some((steps, State { x1, x2 })))
             .collect();

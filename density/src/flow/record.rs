@@ -1,19 +1,16 @@
 //! Orbits recorded as the integrator's own Taylor series, step by step: dense output without further evaluations.
 
-use super::series::Series;
-use super::taylor::{Crew, Lanes, Watch};
+use super::taylor::{Crew, MOST_COEFFICIENTS, Watch};
 use crate::model::plane::State;
-
-/// Most coefficients of a series.
-pub(crate) const COEFFICIENTS: usize = 19;
+use crate::model::{Lanes, Series};
 
 /// A step of a planar orbit as polynomials in the time since its start \[1/n_sun\].
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
     /// How long the step is \[1/n_sun\].
     pub length: f64,
-    x1: [f64; COEFFICIENTS],
-    x2: [f64; COEFFICIENTS],
+    x1: [f64; MOST_COEFFICIENTS],
+    x2: [f64; MOST_COEFFICIENTS],
 }
 
 impl Step {
@@ -41,7 +38,7 @@ impl Watch for Recorder {
     #[inline(never)]
     fn see<const P: usize, S: Series<P>>(&mut self, series: &S, lengths: &Lanes, crew: &Crew) {
         let coefficients = |k: usize, lane: usize| {
-            let mut coefficients = [0.0; COEFFICIENTS];
+            let mut coefficients = [0.0; MOST_COEFFICIENTS];
             coefficients
                 .iter_mut()
                 .zip(series.coordinate(k))

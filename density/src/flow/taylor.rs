@@ -10,13 +10,13 @@
 
 use multiversion::multiversion;
 
-use super::series::{Series, radii, state};
-use super::{Accuracy, record};
+use super::accuracy::Accuracy;
+use super::step_size::radii;
 use crate::model::earth::SUN_MEAN_MOTION;
-use crate::model::{Coordinates, Model};
+use crate::model::{Coordinates, LANES, Lanes, Model, Series, Task};
 
-/// Orbits side by side: three sums in as many vector registers as AVX2 has to spare.
-pub const LANES: usize = 16;
+/// Most coefficients of a series.
+pub(crate) const MOST_COEFFICIENTS: usize = 19;
 /// Steps that an orbit may take in any interval, and more for each year of it. At the default accuracy a year takes about
 /// fifteen, and next to `e = 1`, where oblateness turns orbits by `W/s⁴` a time unit, in proportion more: at `e = 0.99` and
 /// `W = 10` there are 1e5.
@@ -24,9 +24,6 @@ const MOST_STEPS: f64 = 10_000.0;
 const MOST_STEPS_A_YEAR: f64 = 1e7;
 /// An orbit is given up where the steps that it may still take would have to be so many times as long as the one just taken.
 const HASTE: f64 = 4.0;
-
-/// A number for each lane.
-pub type Lanes = [f64; LANES];
 
 /// Orbits to be moved.
 #[derive(Debug)]
@@ -60,16 +57,25 @@ impl Batch<'_, '_> {
 ///
 /// The largest error after two years is about 14 tolerances in a cloud of 1e5 orbits and 24 among orbits four standard
 /// deviations from the mean, whatever the order; the orders are the cheapest by measurement, if not by much.
-pub(crate) fn integrate<M: Model, W: Watch>(
-    model: &M,
-    accuracy: Accuracy,
-    batch: Batch<'_, '_>,
-    watch: &mut W,
-) -> Vec<(usize, Loss)> {
-    match accuracy {
-        Accuracy::Coarse => advance::<12, M, W>(model, batch, 4e-8, watch),
-        Accuracy::Medium => advance::<15, M, W>(model, batch, 3.5e-11, watch),
-        Accuracy::Fine => advance::<{ record::COEFFICIENTS }, M, W>(model, batch, 3.5e-14, watch),
+pub(super) struct Carry<'a, 'b, 'c, W> {
+    /// How accurately.
+    pub accuracy: Accuracy,
+    /// The orbits.
+    pub batch: Batch<'a, 'b>,
+    /// Who looks at them on their way.
+    pub watch: &'c mut W,
+}
+
+impl<W: Watch> Task for Carry<'_, '_, '_, W> {
+    type Output = Vec<(usize, Loss)>;
+
+    fn with<M: Model>(self, model: &M) -> Self::Output {
+        let Self { accuracy, batch, watch } = self;
+        match accuracy {
+            Accuracy::Coarse => advance::<12, M, W>(model, batch, 4e-8, watch),
+            Accuracy::Medium => advance::<15, M, W>(model, batch, 3.5e-11, watch),
+            Accuracy::Fine => advance::<MOST_COEFFICIENTS, M, W>(model, batch, 3.5e-14, watch),
+        }
     }
 }
 
@@ -112,6 +118,12 @@ fn advance<const P: usize, M: Model, W: Watch>(
         }
     }
     lost
+}
+
+/// The state of a lane.
+#[inline(always)]
+fn state<const P: usize, S: Series<P>>(series: &S, lane: usize) -> <S::Model as Model>::State<f64> {
+    Coordinates::from_fn(|k| series.coordinate(k)[0][lane])
 }
 
 /// Something that looks at the orbits on their way.

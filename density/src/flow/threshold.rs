@@ -5,9 +5,9 @@
 //! below `c_0 - sum |c_n| h^n`. Only where that bound reaches `c_crit` is the series itself followed, in a few pieces, to its
 //! first root.
 
-use super::series::Series;
-use super::taylor::{Crew, LANES, Lanes, Watch};
+use super::taylor::{Crew, Watch};
 use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::{LANES, Lanes, Series};
 
 /// Pieces of a step in which the clearance has at most one minimum: a year takes about fifteen steps at the default accuracy.
 const PIECES: usize = 8;

@@ -13,15 +13,16 @@
 //!   where they are angles, no beginning.
 //!
 //! A model writes its equations of motion once, in [`Model::rate`], over any [`Quantity`]. Evaluated with plain numbers they are a
-//! rate, with [`Dual`] numbers a derivative, and recorded they become the Taylor series of the integrator ([`FromEquations`]). A model
+//! rate, with [`Dual`] numbers a derivative, and recorded they become the Taylor series of the integrator ([`FromEquations`](crate::flow::FromEquations)). A model
 //! whose orbits are counted in millions may give the integrator a recurrence of its own, as [`planar`] does.
 //!
 //! # A new planar model
-//! One file here with an `impl` of [`Model`], of [`PlanarHamiltonian`] and of [`registry::Named`], and one line in [`registry`].
+//! One file here with an `impl` of [`PlanarHamiltonian`] and of [`parameter::Named`], and one line in [`registry`].
 //!
 //! | file | idea |
 //! |---|---|
-//! | [`variable`] | the name, the unit and the kind of a variable or parameter |
+//! | [`variable`] | the name, the unit and the kind of a variable |
+//! | [`parameter`] | the name, the symbol and the range of a parameter |
 //! | [`coordinates`] | a fixed number of coordinates |
 //! | [`quantity`] | what equations of motion are written over: numbers, and numbers with a derivative |
 //! | [`plane`] | states in the plane, and what a planar Hamiltonian model says beyond the rest |
@@ -32,8 +33,8 @@
 
 pub mod coordinates;
 pub mod earth;
+pub mod parameter;
 pub mod planar;
-mod planar_series;
 pub mod plane;
 pub mod quantity;
 pub mod registry;
@@ -47,11 +48,11 @@ pub use plane::PlanarHamiltonian;
 pub use quantity::{Dual, Quantity};
 pub use variable::{Kind, Variable};
 
-use crate::flow::taylor::{Batch, Watch};
-use crate::flow::{Accuracy, Loss, Series, taylor};
+/// Orbits that the integrator moves side by side: three sums in as many vector registers as AVX2 has to spare.
+pub const LANES: usize = 16;
 
-#[cfg(doc)]
-use crate::flow::FromEquations;
+/// A number for each lane.
+pub type Lanes = [f64; LANES];
 
 /// A model of an orbit's motion. Time is in years.
 pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
@@ -59,7 +60,7 @@ pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
     type State<T: Quantity>: Coordinates<T>;
     /// The variables in which orbits are given and read out, one for each of [`Model::VARIABLES`].
     type Variables: Coordinates<f64> + Debug + Send + Sync;
-    /// The Taylor series of the integrator: [`FromEquations`], or a recurrence of the model's own.
+    /// The Taylor series of the integrator: [`FromEquations`](crate::flow::FromEquations), or a recurrence of the model's own.
     type Series<const P: usize>: Series<P, Model = Self>;
 
     /// The variables' names, units and kinds.
@@ -111,12 +112,51 @@ pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
         None
     }
 
-    /// Moves a batch of orbits. A registry of models overrides this to hand the whole batch to the model it stands for, so that
-    /// no choice between models is made within the integrator.
-    #[doc(hidden)]
-    fn integrate<W: Watch>(&self, accuracy: Accuracy, batch: Batch<'_, '_>, watch: &mut W) -> Vec<(usize, Loss)> {
-        taylor::integrate(self, accuracy, batch, watch)
+    /// Does a task with this model, or with the one that it stands for: a registry of models overrides this, so that no choice
+    /// between models is made within the task.
+    fn perform<T: Task>(&self, task: T) -> T::Output {
+        task.with(self)
     }
+}
+
+/// Something that is done with a model, whichever it is: the integrator's loop is one.
+pub trait Task {
+    /// What comes of it.
+    type Output;
+
+    /// Does it.
+    fn with<M: Model>(self, model: &M) -> Self::Output;
+}
+
+/// Taylor coefficients of [`LANES`] orbits of a model, `P` of each coordinate, in the time unit `1/n_sun`; those of order 0 are the
+/// states. A lane never looks at its neighbours.
+///
+/// Implementations mark every method `#[inline(always)]`: they become part of the integrator's loop, which is compiled for several
+/// sets of vector instructions. Loops over lanes are written for the vectoriser.
+pub trait Series<const P: usize> {
+    /// The model.
+    type Model: Model;
+
+    /// Series for the orbits of a model, all lanes at rest.
+    fn new(model: &Self::Model) -> Self;
+
+    /// Puts an orbit into a lane, at a time \[yr\].
+    fn start(&mut self, lane: usize, state: <Self::Model as Model>::State<f64>, time: f64);
+
+    /// All coefficients from those of order 0; of the clearance only if asked for.
+    fn expand(&mut self, with_clearance: bool);
+
+    /// Moves each lane by its step \[1/n_sun\], backwards if negative.
+    fn move_on(&mut self, steps: &Lanes);
+
+    /// Whether the equations hold at a lane's state.
+    fn is_inside(&self, lane: usize) -> bool;
+
+    /// Coefficients of coordinate `k` of the state.
+    fn coordinate(&self, k: usize) -> &[Lanes; P];
+
+    /// Coefficients of the clearance ([`Model::clearance`]).
+    fn clearance(&self) -> &[Lanes; P];
 }
 
 /// Second time derivatives of the state \[1/yr²\], by [`Dual`] numbers.

@@ -15,10 +15,8 @@ use std::fmt::Debug;
 
 use super::coordinates::Coordinates;
 use super::earth::SUN_MEAN_MOTION;
-use super::registry::Parameter;
-use super::{Kind, Model, Quantity, Variable, acceleration};
-use crate::flow::taylor::{Batch, Watch};
-use crate::flow::{Accuracy, Loss, Series, taylor};
+use super::parameter::Parameter;
+use super::{Kind, Model, Quantity, Series, Task, Variable, acceleration};
 
 /// Solar angle and eccentricity, as every planar model has them.
 pub const VARIABLES: [Variable; 2] = [
@@ -145,15 +143,9 @@ pub trait PlanarHamiltonian: Copy + Debug + PartialEq + Send + Sync + 'static {
             .collect()
     }
 
-    /// See [`Model::integrate`].
-    #[doc(hidden)]
-    fn integrate_planar<W: Watch>(
-        &self,
-        accuracy: Accuracy,
-        batch: Batch<'_, '_>,
-        watch: &mut W,
-    ) -> Vec<(usize, Loss)> {
-        taylor::integrate(self, accuracy, batch, watch)
+    /// See [`Model::perform`].
+    fn perform_in_plane<T: Task>(&self, task: T) -> T::Output {
+        task.with(self)
     }
 }
 
@@ -202,8 +194,8 @@ impl<M: PlanarHamiltonian> Model for M {
         Some(State { x1: -x1, x2 })
     }
 
-    fn integrate<W: Watch>(&self, accuracy: Accuracy, batch: Batch<'_, '_>, watch: &mut W) -> Vec<(usize, Loss)> {
-        self.integrate_planar(accuracy, batch, watch)
+    fn perform<T: Task>(&self, task: T) -> T::Output {
+        self.perform_in_plane(task)
     }
 }
 

@@ -3,36 +3,13 @@
 //! A model of its own is made from the numbers of a scenario; what a scenario calls it and its parameters is said here and in the
 //! model's own file, and nowhere else.
 
+use super::Task;
+use super::parameter::{Named, Parameter};
 use super::planar::Force;
 use super::plane::{PlanarHamiltonian, State};
 use super::quantity::Quantity;
 use super::sun_moon::SunMoon;
-use crate::flow::taylor::{Batch, Watch};
-use crate::flow::{Accuracy, FromEquations, Loss};
-
-/// A parameter of a model, a pure number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parameter {
-    /// What a scenario calls it: `radiation`.
-    pub name: &'static str,
-    /// Its symbol in equations: `C`.
-    pub symbol: &'static str,
-    /// The least that it may be.
-    pub low: f64,
-    /// The most that it may be.
-    pub high: f64,
-}
-
-/// A model with a name, made from parameters with names.
-pub trait Named: Sized {
-    /// What a scenario calls the model.
-    const NAME: &'static str;
-    /// Its parameters, in the order in which they are given.
-    const PARAMETERS: &'static [Parameter];
-
-    /// The model with these values of its parameters; `None` if there are more or fewer.
-    fn from_parameters(values: &[f64]) -> Option<Self>;
-}
+use crate::flow::FromEquations;
 
 /// The registry: an enumeration of models that is itself a model.
 macro_rules! planar_models {
@@ -114,14 +91,9 @@ macro_rules! planar_models {
                 match self { $(Self::$variant(model) => model.eccentricity_squared_rates(state)),+ }
             }
 
-            /// Hands the whole batch to the model, whose own series then run without a choice in them.
-            fn integrate_planar<W: Watch>(
-                &self,
-                accuracy: Accuracy,
-                batch: Batch<'_, '_>,
-                watch: &mut W,
-            ) -> Vec<(usize, Loss)> {
-                match self { $(Self::$variant(model) => model.integrate_planar(accuracy, batch, watch)),+ }
+            /// Hands the task to the model that this one stands for, so that no choice between models is made within it.
+            fn perform_in_plane<T: Task>(&self, task: T) -> T::Output {
+                match self { $(Self::$variant(model) => model.perform_in_plane(task)),+ }
             }
         }
     };

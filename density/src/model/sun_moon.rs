@@ -17,10 +17,11 @@
 //! ```
 
 use super::earth::{self, SUN_MEAN_MOTION};
+use super::parameter::{Named, Parameter};
 use super::planar::{Force, OBLATENESS, RADIATION};
 use super::plane::{PlanarHamiltonian, State, cosine_range};
 use super::quantity::Quantity;
-use super::registry::{Named, Parameter};
+
 use crate::flow::FromEquations;
 
 /// Gravitational parameter of the Moon \[m³/s²\].

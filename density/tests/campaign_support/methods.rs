@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use density::binning;
+use density::dynamics::Force;
 use density::estimate::Estimate;
 use density::exact::{Exact, Settings as ExactSettings};
 use density::first_passage::curve_times;
@@ -219,7 +220,12 @@ fn mesh(problem: &Problem, grids: &[Grid], points: usize) -> Result<Parts, Strin
     Ok((snapshots, Some(curve)))
 }
 
-fn mesh_curve(problem: &Problem, flow: &Flow, start: &density::mesh::Points, degree: usize) -> Result<Curve, String> {
+fn mesh_curve(
+    problem: &Problem,
+    flow: &Flow<Force>,
+    start: &density::mesh::Points,
+    degree: usize,
+) -> Result<Curve, String> {
     let times = times_of_curve(problem);
     let curve = passage_curve(problem, flow, start, degree, &times).map_err(text)?;
     Ok(Curve { points: curve.probability.into_iter().zip(curve.error).collect(), times })

@@ -2,11 +2,11 @@
 
 use super::moment_errors::{QUANTITIES, ROUNDING, errors};
 use crate::axis::Axis;
-use crate::backend::Stroke;
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
-use crate::figure::{DrawError, Figure};
+use crate::figure::Figure;
 use crate::legend::{Entry, Sample};
-use crate::palette::Ink;
+use crate::palette::{Ink, Stroke};
 use crate::panel::{Panel, Surroundings};
 use crate::scene::{Method, Scene};
 

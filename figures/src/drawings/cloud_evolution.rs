@@ -12,14 +12,14 @@ use super::time_bar::{TIME_BAR, time_bar};
 use super::{
     CRITICAL, at_time, beside_bar, critical, e_axis, mirrored, on_axis, phi_axis, snapshot_marker, snapshots_of_many,
 };
-use crate::backend::Stroke;
 use crate::branch::shift_into;
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
-use crate::figure::{DrawError, Figure};
+use crate::figure::Figure;
 use crate::hamiltonian;
 use crate::labels::{self, Label};
 use crate::legend::{Entry, Sample};
-use crate::palette::Ink;
+use crate::palette::{Ink, Stroke};
 use crate::panel::{Panel, Surroundings};
 use crate::scene::{Cloud, Scene};
 

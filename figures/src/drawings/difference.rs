@@ -1,9 +1,11 @@
 //! Where a case is off: its joint density minus the exact one.
 
-use super::joint_density::{Map, snapshot, yardstick};
+use super::density_map::{Map, yardstick};
+use super::joint_density::snapshot;
 use super::{at_time, withheld_words};
 use crate::colour_map::Scale;
-use crate::figure::{DrawError, Figure};
+use crate::draw_error::DrawError;
+use crate::figure::Figure;
 use crate::scene::{Method, Scene};
 
 /// Whether a case is the one that others are subtracted from wherever it states its density.

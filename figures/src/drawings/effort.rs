@@ -3,11 +3,11 @@
 use plotters::style::text_anchor::{HPos, VPos};
 
 use crate::axis::Axis;
-use crate::backend::Stroke;
+use crate::draw_error::DrawError;
 use crate::elements::Element;
-use crate::figure::{DrawError, Figure};
+use crate::figure::Figure;
 use crate::legend::{Entry, Sample};
-use crate::palette::{Ink, Marker};
+use crate::palette::{Ink, Marker, Stroke};
 use crate::panel::{Panel, SMALL, Surroundings, text_style};
 use crate::scene::{Method, Scene};
 use crate::text::subscript;

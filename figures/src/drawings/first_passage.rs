@@ -3,8 +3,9 @@
 use super::probability_axis::{ProbabilityAxis, in_words};
 use super::write_absent;
 use crate::axis::Axis;
+use crate::draw_error::DrawError;
 use crate::elements::Point;
-use crate::figure::{DrawError, Figure};
+use crate::figure::Figure;
 use crate::legend::{Entry, Sample};
 use crate::panel::{Panel, Surroundings};
 use crate::results::PassageRow;

@@ -3,21 +3,18 @@
 //! In the common frame clouds lie over one another, so there colour says when and its strength how dense; by itself a
 //! snapshot has the colours for its density.
 
-use std::f64::consts::PI;
 use std::ops::Range;
 
+use super::density_map::{Map, TITLE, colour_bar, placed, yardstick};
 use super::time_bar::{TIME_BAR, time_bar};
-use super::{
-    CRITICAL, TURN, at_time, beside_bar, critical, e_axis, on_axis, phi_axis, withheld_words, write_absent, zoom,
-};
-use crate::axis::{Axis, Labels, power_label};
-use crate::backend::Area;
+use super::{CRITICAL, at_time, beside_bar, critical, e_axis, on_axis, phi_axis, withheld_words, zoom};
 use crate::branch::shift_into;
-use crate::colour_map::{LEAST, Scale, picture, ramp};
+use crate::colour_map::{LEAST, Scale};
 use crate::densities::Density;
+use crate::draw_error::DrawError;
 use crate::drawings::cloud_evolution::cloud_labels;
 use crate::elements::{Element, Point};
-use crate::figure::{DrawError, Figure};
+use crate::figure::Figure;
 use crate::labels;
 use crate::legend::Sample;
 use crate::palette::Ink;
@@ -29,10 +26,6 @@ const WIDTH: u32 = 760;
 const HEIGHT: u32 = 360;
 /// Width of a colour bar with its labels \[px\].
 const BAR: f64 = 92.0;
-/// How much lower a panel with a title begins than one without \[px\].
-const TITLE: f64 = 13.0;
-/// The same of a small map.
-const SMALL_BAR: f64 = 78.0;
 
 /// All snapshots of a case in one frame.
 pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError> {
@@ -126,12 +119,6 @@ pub fn draw_one(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<
     map.draw(&name, [&title, &heading, &caption], "density")
 }
 
-/// The density that sets the axes of a snapshot: that of the yardstick, or `own` where it withholds its own.
-pub(super) fn yardstick<'s>(scene: &'s Scene<'_>, own: &'s Density, index: usize) -> &'s Density {
-    let given = scene.yardstick().and_then(|yardstick| yardstick.densities.get(index));
-    given.filter(|density| !density.is_withheld()).unwrap_or(own)
-}
-
 /// The density of a case at a snapshot, and its time.
 pub(super) fn snapshot<'s>(
     scene: &Scene<'_>,
@@ -142,96 +129,4 @@ pub(super) fn snapshot<'s>(
         (Some(density), Some(&t)) => Ok((density, t)),
         _ => Err(DrawError(format!("{} has no snapshot {index}", method.label))),
     }
-}
-
-/// A small map.
-pub(super) struct Map<'s> {
-    /// The density whose bins it has.
-    pub density: &'s Density,
-    /// What it shows of each bin.
-    pub values: &'s [f64],
-    /// The density that sets the axes.
-    pub yardstick: &'s Density,
-    /// The colours.
-    pub scale: Scale,
-}
-
-impl Map<'_> {
-    /// Draws it; `words` are its title, its heading and its caption.
-    pub fn draw(&self, name: &str, [title, heading, caption]: [&str; 3], unit: &str) -> Result<Figure, DrawError> {
-        let is_withheld = self.values.iter().any(|value| !value.is_finite());
-        let Cloud { phi, e } = whole(self.yardstick);
-        let pictures = if is_withheld { Vec::new() } else { placed(self.density, 0.0, &phi, self.values, self.scale)? };
-        Figure::draw(name, title, caption, (264, 206), &[], |area| {
-            let (left, right) = beside_bar(area, SMALL_BAR);
-            let around = Surroundings { title: heading, ..Surroundings::default() };
-            let (x, y) = (Axis::linear("φ [rad]", phi, 4), Axis::linear("e", e, 5));
-            let panel = Panel::new(&left, &x, &y, around)?;
-            panel.draw(&pictures)?;
-            if is_withheld {
-                return write_absent(&panel, "withheld");
-            }
-            zoom::draw_inset(&panel, self)?;
-            colour_bar(&right, unit, self.scale)
-        })
-    }
-}
-
-/// All bins of a density; those of a whole turn from where they keep a cloud whole that reaches over their ends.
-fn whole(density: &Density) -> Cloud {
-    let (phi, e) = (density.grid.phi, density.grid.e);
-    let cloud = Cloud::of(density);
-    let start = if cloud.phi.end > phi.high + 1e-9 { cloud.phi.start.midpoint(cloud.phi.end) - PI } else { phi.low };
-    Cloud { phi: start..start + (phi.high - phi.low), e: e.low..e.high }
-}
-
-/// Values over the grid of `density` as pictures, moved by `shift` in `phi`, on every turn that meets an `axis` of
-/// one turn; a longer axis has room for each grid as a whole.
-fn placed(
-    density: &Density,
-    shift: f64,
-    axis: &Range<f64>,
-    values: &[f64],
-    scale: Scale,
-) -> Result<Vec<Element>, DrawError> {
-    let (phi, e) = (density.grid.phi, density.grid.e);
-    let address = picture(values, phi.bins, e.bins, scale)?;
-    let at = |shift: f64| Element::picture((phi.low + shift, e.low), (phi.high + shift, e.high), address.clone());
-    if axis.end - axis.start > TURN + 1e-6 {
-        return Ok(vec![at(shift)]);
-    }
-    let first = ((axis.start - phi.high - shift) / TURN + 1e-9).ceil() as i32;
-    let shifts = (first..).map(|turn| shift + f64::from(turn) * TURN);
-    Ok(shifts.take_while(|shift| phi.low + shift < axis.end - 1e-9).map(at).collect())
-}
-
-/// A scale with its numbers. `label` ends in the unit 1/rad; numbers that would be long are given in powers of ten of it.
-fn colour_bar(area: &Area<'_>, label: &str, scale: Scale) -> Result<(), DrawError> {
-    let (end, unit) = match scale {
-        Scale::Linear(end) | Scale::Difference(end) => unit(end),
-        Scale::Strength(end) => (end, "1".to_owned()),
-    };
-    let label = format!("{label} [{unit}/rad]");
-    let y = match scale {
-        Scale::Linear(_) => Axis::linear(&label, 0.0..end, 5),
-        Scale::Difference(_) => Axis::linear(&label, -end..end, 5),
-        Scale::Strength(_) if end > 0.0 => Axis::logarithmic(&label, LEAST * end, end, 5),
-        Scale::Strength(_) => Axis::linear(&label, 0.0..1.0, 1),
-    };
-    let x = Axis { label: String::new(), range: 0.0..1.0, ticks: Vec::new(), labels: Labels::None };
-    // As high as the map beside it, which has labels below.
-    let area = area.margin(units(TITLE), units(35.0), 0, 0);
-    let around = Surroundings { is_bar: true, without_grid: true, ..Surroundings::default() };
-    let panel = Panel::new(&area, &x, &y, around)?;
-    let colours = Element::picture((0.0, y.range.start), (1.0, y.range.end), ramp(scale)?);
-    panel.draw(&[if let Scale::Strength(_) = scale { colours.inked(Ink::Text) } else { colours }])
-}
-
-/// The end of a scale in units of a power of ten, and how that power is written.
-fn unit(end: f64) -> (f64, String) {
-    if end <= 0.0 || !end.is_finite() || (0.02..5000.0).contains(&end) {
-        return (end, "1".to_owned());
-    }
-    let power = end.log10().floor();
-    (end / 10f64.powf(power), power_label(power, false))
 }

@@ -4,12 +4,13 @@ use density::grid::Axis as Bins;
 
 use super::{at_time, e_axis, phi_axis, steps, withheld_words, write_absent};
 use crate::axis::Axis;
-use crate::backend::{Area, Stroke};
+use crate::backend::Area;
 use crate::densities::Density;
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
-use crate::figure::{DrawError, Figure};
+use crate::figure::Figure;
 use crate::legend::{self, Entry, Sample};
-use crate::palette::{Ink, Pen};
+use crate::palette::{Ink, Pen, Stroke};
 use crate::panel::{Panel, Surroundings, room_beside, units};
 use crate::scene::{Method, Scene};
 

@@ -7,16 +7,17 @@ use density::grid::Axis as Bins;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use crate::axis::Axis;
-use crate::backend::{Area, Stroke};
+use crate::backend::Area;
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
-use crate::figure::DrawError;
-use crate::palette::{Ink, Marker};
+use crate::palette::{Ink, Marker, Stroke};
 use crate::panel::{Panel, SMALL, text_style, units};
 use crate::scene::Scene;
 use crate::text::subscript;
 
 pub mod accuracy;
 pub mod cloud_evolution;
+mod density_map;
 pub mod difference;
 pub mod effort;
 pub mod first_passage;
@@ -26,6 +27,7 @@ pub mod moment_errors;
 pub mod phase_portrait;
 pub mod probability_above;
 mod probability_axis;
+mod small_map;
 mod time_bar;
 mod zoom;
 

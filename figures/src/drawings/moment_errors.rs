@@ -2,8 +2,9 @@
 
 use super::at_times;
 use crate::axis::Axis;
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
-use crate::figure::{DrawError, Figure};
+use crate::figure::Figure;
 use crate::legend::{Entry, Sample};
 use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings};

@@ -7,12 +7,12 @@ use density::dynamics::Force;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::{CONTOUR, TURN, critical, e_axis, mirrored, phi_axis};
-use crate::backend::Stroke;
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
-use crate::figure::{DrawError, Figure};
+use crate::figure::Figure;
 use crate::hamiltonian::{self, Stationary};
 use crate::legend::Sample;
-use crate::palette::{Ink, Marker};
+use crate::palette::{Ink, Marker, Stroke};
 use crate::panel::{Panel, Surroundings, TEXT, bold, text_style};
 use crate::scene::Scene;
 use crate::sub_domains::{self, Motion};

@@ -3,9 +3,8 @@
 //! A logarithm has no place for 0, and many curves are 0 for a while. A line below the powers of ten is kept for it.
 
 use crate::axis::{Axis, Labels, power_label};
-use crate::backend::Stroke;
 use crate::elements::{Element, Point};
-use crate::palette::Ink;
+use crate::palette::{Ink, Stroke};
 
 /// Probabilities below this are not told from 0 on an axis from 0 to 1.
 const RARE: f64 = 1e-2;

@@ -3,8 +3,8 @@
 use super::time_words;
 use crate::axis::{Axis, Labels};
 use crate::backend::Area;
+use crate::draw_error::DrawError;
 use crate::elements::Element;
-use crate::figure::DrawError;
 use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings, units};
 

@@ -5,14 +5,14 @@ use std::ops::Range;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::at_time;
-use super::joint_density::{Map, yardstick};
+use super::density_map::{Map, yardstick};
 use crate::axis::Axis;
-use crate::backend::{Area, Stroke};
+use crate::backend::Area;
 use crate::colour_map::{LEAST, Scale, picture};
 use crate::densities::Density;
+use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
-use crate::figure::DrawError;
-use crate::palette::Ink;
+use crate::palette::{Ink, Stroke};
 use crate::panel::{Panel, SMALL, Surroundings, text_style, units};
 use crate::scene::{Cloud, Method, Scene};
 

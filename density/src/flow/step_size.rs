@@ -1,44 +1,6 @@
-//! What the integrator needs of a model: the Taylor series of its orbits.
+//! How far a Taylor series reaches.
 
-use super::taylor::{LANES, Lanes};
-use crate::model::{Coordinates, Model};
-
-/// Taylor coefficients of [`LANES`] orbits of a model, `P` of each coordinate, in the time unit `1/n_sun`; those of order 0 are the
-/// states. A lane never looks at its neighbours.
-///
-/// Implementations mark every method `#[inline(always)]`: they become part of the integrator's loop, which is compiled for several
-/// sets of vector instructions. Loops over lanes are written for the vectoriser.
-pub trait Series<const P: usize> {
-    /// The model.
-    type Model: Model;
-
-    /// Series for the orbits of a model, all lanes at rest.
-    fn new(model: &Self::Model) -> Self;
-
-    /// Puts an orbit into a lane, at a time \[yr\].
-    fn start(&mut self, lane: usize, state: <Self::Model as Model>::State<f64>, time: f64);
-
-    /// All coefficients from those of order 0; of the clearance only if asked for.
-    fn expand(&mut self, with_clearance: bool);
-
-    /// Moves each lane by its step \[1/n_sun\], backwards if negative.
-    fn move_on(&mut self, steps: &Lanes);
-
-    /// Whether the equations hold at a lane's state.
-    fn is_inside(&self, lane: usize) -> bool;
-
-    /// Coefficients of coordinate `k` of the state.
-    fn coordinate(&self, k: usize) -> &[Lanes; P];
-
-    /// Coefficients of the clearance ([`Model::clearance`]).
-    fn clearance(&self) -> &[Lanes; P];
-}
-
-/// The state of a lane.
-#[inline(always)]
-pub(super) fn state<const P: usize, S: Series<P>>(series: &S, lane: usize) -> <S::Model as Model>::State<f64> {
-    Coordinates::from_fn(|k| series.coordinate(k)[0][lane])
-}
+use crate::model::{Coordinates, LANES, Lanes, Model, Series};
 
 /// How far each lane's series reaches, judged by its last two coefficients.
 #[inline(always)]

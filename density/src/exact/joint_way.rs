@@ -1,0 +1,44 @@
+//! Which way leads to the joint density: the cheaper one that is checked by the other, or the one that always does.
+
+use crate::grid::Grid;
+use crate::model::plane::{PlanarHamiltonian, State};
+
+use super::family::Family;
+use super::joint::Joint;
+use super::{by_blocks, by_orbits};
+
+/// Backward orbits of one turn that the way by blocks may take for each orbit that the other may: an orbit of the latter costs
+/// as much as so many.
+const BACKWARD: f64 = 4.0;
+/// Orbits that check the way by blocks.
+const CHECKING: usize = 1_000;
+
+/// The joint density after `years` on `grid`, to an L1 error of about `tolerance` unless that takes more than `most_orbits`.
+///
+/// While the cloud is not wound up, blocks of bins with a polynomial each ([`by_blocks`]) are the cheaper way. What they
+/// say is taken only if a few orbits, followed from line to line, say the same within their error.
+pub(super) fn joint(
+    family: &Family<'_, impl PlanarHamiltonian>,
+    grid: &Grid,
+    years: f64,
+    tolerance: f64,
+    most_orbits: usize,
+) -> Joint {
+    if years == 0.0 {
+        return Joint::at_start(&family.measure, grid);
+    }
+    let most_backward = (BACKWARD * most_orbits as f64 / turns(&family.flow.model, grid, years).max(1.0)) as usize;
+    let coarse = by_orbits::joint(family, grid, years, tolerance, CHECKING.min(most_orbits));
+    if coarse.error <= tolerance {
+        return coarse;
+    }
+    match by_blocks::joint(family.flow, &family.measure, grid, years, tolerance, most_backward) {
+        Some(joint) if joint.error <= tolerance && joint.agrees_with(&coarse, grid) => joint,
+        _ => by_orbits::joint(family, grid, years, tolerance, most_orbits),
+    }
+}
+
+/// Turns of the fastest orbit on the grid in so many years, about: an integrator's steps are proportional to them.
+fn turns(model: &impl PlanarHamiltonian, grid: &Grid, years: f64) -> f64 {
+    years * model.turning_rate(State { x1: 0.0, x2: grid.e.high }).max(1.0)
+}

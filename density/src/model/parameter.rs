@@ -1,0 +1,25 @@
+//! The parameters of a model, by name.
+
+/// A parameter of a model, a pure number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// What a scenario calls it: `radiation`.
+    pub name: &'static str,
+    /// Its symbol in equations: `C`.
+    pub symbol: &'static str,
+    /// The least that it may be.
+    pub low: f64,
+    /// The most that it may be.
+    pub high: f64,
+}
+
+/// A model with a name, made from parameters with names.
+pub trait Named: Sized {
+    /// What a scenario calls the model.
+    const NAME: &'static str;
+    /// Its parameters, in the order in which they are given.
+    const PARAMETERS: &'static [Parameter];
+
+    /// The model with these values of its parameters; `None` if there are more or fewer.
+    fn from_parameters(values: &[f64]) -> Option<Self>;
+}

@@ -1,0 +1,188 @@
+//! Samples reduced to sums: what their density and moments follow from, in any number of parts.
+//!
+//! A part of the samples becomes counts and sums of powers, parts are added, and only the whole becomes an estimate. The sums
+//! are whole numbers of [`UNIT`]s, to which each term is cut, and adding whole numbers is exact: the estimate is the same
+//! bytes in whatever parts, threads or order the samples came.
+//!
+//! With the comparison grid's centre as origin and its half widths as units,
+//!
+//! ```text
+//! s = (phi - phi_c)/h_phi,   t = (e - e_c)/h_e,     S_jk = Σ s^j t^k  for j, k <= 2, j <= 4 and k <= 4
+//! ```
+//!
+//! a cloud that fills its grid has `s` and `t` of order one, so central moments by shifting the origin lose few digits
+//! (`μ_20 = a_20 - a_10²` and so on, `a_jk = S_jk/n`; Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Chapter 3).
+
+mod branch;
+mod finish;
+#[cfg(test)]
+mod tests;
+
+use std::f64::consts::{PI, TAU};
+
+use rayon::prelude::*;
+
+use crate::angle::nearest;
+use crate::grid::{Axis, Grid};
+
+pub use finish::estimate;
+
+/// Sectors of the circle.
+pub const SECTORS: usize = 256;
+/// Sums of a sector: `s, s², s³, s⁴, t, t², st, s²t, st², s²t²`.
+pub const SECTOR_SUMS: usize = 10;
+/// Sums of all samples: `sin(phi), cos(phi), t³, t⁴`.
+pub const COMMON_SUMS: usize = 4;
+/// What sums are whole numbers of.
+const UNIT: f64 = 1.0 / (1u64 << 60) as f64;
+/// Half widths of the grid, from its centre, within which a sample must lie for its terms to be summed: 2^76 units at most.
+const REACH: f64 = 16.0;
+/// Samples that a thread takes at a time.
+const CHUNK: usize = 65_536;
+
+/// Samples reduced to counts and sums.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SampleSums {
+    /// How many samples.
+    pub samples: u64,
+    /// How many of them exceed the critical eccentricity.
+    pub above: u64,
+    /// How many lie in each bin of the grid.
+    pub counts: Vec<u64>,
+    /// Sums over all, see [`COMMON_SUMS`].
+    pub common: [i128; COMMON_SUMS],
+    /// Sums by sector, the first at the lower end of the grid's branch.
+    pub sectors: Vec<Sector>,
+}
+
+/// Samples of a sector.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Sector {
+    /// How many.
+    pub samples: u64,
+    /// Their sums, see [`SECTOR_SUMS`].
+    pub sums: [i128; SECTOR_SUMS],
+}
+
+/// A sample too far from the grid to be summed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("phi = {phi} rad, e = {e} lies more than {REACH} half widths of the comparison grid from its centre")]
+pub struct TooFar {
+    /// Solar angle \[rad\].
+    pub phi: f64,
+    /// Eccentricity.
+    pub e: f64,
+}
+
+/// Origin and units of the sums.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    phi: f64,
+    e: f64,
+    half_phi: f64,
+    half_e: f64,
+}
+
+impl Frame {
+    fn of(grid: &Grid) -> Self {
+        let half = |axis: &Axis| 0.5 * (axis.high - axis.low);
+        Self {
+            phi: grid.phi.low.midpoint(grid.phi.high),
+            e: grid.e.low.midpoint(grid.e.high),
+            half_phi: half(&grid.phi),
+            half_e: half(&grid.e),
+        }
+    }
+}
+
+/// Whole units of a value, the rest cut off.
+fn units(value: f64) -> i128 {
+    let scaled = value / UNIT;
+    // The common case, and much the quicker one.
+    if scaled.abs() < i64::MAX as f64 { i128::from(scaled as i64) } else { scaled as i128 }
+}
+impl SampleSums {
+    /// Nothing, on a grid of `bins` bins.
+    pub fn empty(bins: usize) -> Self {
+        Self {
+            samples: 0,
+            above: 0,
+            counts: vec![0; bins],
+            common: [0; COMMON_SUMS],
+            sectors: vec![Sector::default(); SECTORS],
+        }
+    }
+
+    /// Reduces samples.
+    ///
+    /// # Errors
+    /// [`TooFar`] names one that cannot be summed.
+    ///
+    /// # Panics
+    /// If `phi` and `e` differ in length.
+    pub fn reduce(phi: &[f64], e: &[f64], grid: &Grid, critical_e: f64) -> Result<Self, TooFar> {
+        Self::reduce_in(Frame::of(grid), phi, e, grid, critical_e)
+    }
+
+    fn reduce_in(frame: Frame, phi: &[f64], e: &[f64], grid: &Grid, critical_e: f64) -> Result<Self, TooFar> {
+        assert_eq!(phi.len(), e.len(), "one phi for every e");
+        let chunks = phi.par_chunks(CHUNK).zip(e.par_chunks(CHUNK));
+        chunks
+            .map(|(phi, e)| {
+                let mut sums = Self::empty(0);
+                phi.iter().zip(e).try_for_each(|(&phi, &e)| sums.take(&frame, phi, e, critical_e))?;
+                Ok(sums)
+            })
+            .try_reduce(
+                || Self::empty(0),
+                |mut sum, part| {
+                    sum.add(&part);
+                    Ok(sum)
+                },
+            )
+            .map(|sums| Self { counts: grid.count(phi, e), ..sums })
+    }
+
+    /// Adds a sample to all but the counts of the bins.
+    fn take(&mut self, frame: &Frame, phi: f64, e: f64, critical_e: f64) -> Result<(), TooFar> {
+        let offset = phi - frame.phi;
+        let offset = if (-PI..PI).contains(&offset) { offset } else { nearest(offset, 0.0) };
+        let (s, t) = (offset / frame.half_phi, (e - frame.e) / frame.half_e);
+        if !(phi.is_finite() && s.abs() <= REACH && t.abs() <= REACH) {
+            return Err(TooFar { phi, e });
+        }
+        self.samples += 1;
+        self.above += u64::from(e > critical_e);
+        let (sin, cos) = phi.sin_cos();
+        let (s2, t2) = (s * s, t * t);
+        let add = |sums: &mut [i128], terms: &[f64]| {
+            sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += units(*term));
+        };
+        add(&mut self.common, &[sin, cos, t2 * t, t2 * t2]);
+        let sector = &mut self.sectors[sector_of(offset)];
+        sector.samples += 1;
+        add(&mut sector.sums, &[s, s2, s2 * s, s2 * s2, t, t2, s * t, s2 * t, s * t2, s2 * t2]);
+        Ok(())
+    }
+
+    /// Adds a part on the same grid.
+    pub fn add(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.above += other.above;
+        self.counts.iter_mut().zip(&other.counts).for_each(|(sum, count)| *sum += count);
+        self.common.iter_mut().zip(&other.common).for_each(|(sum, term)| *sum += term);
+        self.sectors.iter_mut().zip(&other.sectors).for_each(|(sum, sector)| sum.add(sector));
+    }
+}
+
+impl Sector {
+    fn add(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.sums.iter_mut().zip(&other.sums).for_each(|(sum, term)| *sum += term);
+    }
+}
+
+/// The sector of an angle in `[-π, π)` from the grid's centre.
+fn sector_of(offset: f64) -> usize {
+    (((offset + PI) / TAU * SECTORS as f64) as usize).min(SECTORS - 1)
+}

@@ -1,0 +1,86 @@
+//! A joint density as colours: which density sets the axes, where its picture goes, and the bar that explains the colours.
+
+use std::ops::Range;
+
+use super::TURN;
+use crate::axis::{Axis, Labels, power_label};
+use crate::backend::Area;
+use crate::colour_map::{LEAST, Scale, picture, ramp};
+use crate::densities::Density;
+use crate::draw_error::DrawError;
+use crate::elements::Element;
+use crate::palette::Ink;
+use crate::panel::{Panel, Surroundings, units};
+use crate::scene::Scene;
+
+/// How much lower a panel with a title begins than one without \[px\].
+pub const TITLE: f64 = 13.0;
+
+/// The density that sets the axes of a snapshot: that of the yardstick, or `own` where it withholds its own.
+pub fn yardstick<'s>(scene: &'s Scene<'_>, own: &'s Density, index: usize) -> &'s Density {
+    let given = scene.yardstick().and_then(|yardstick| yardstick.densities.get(index));
+    given.filter(|density| !density.is_withheld()).unwrap_or(own)
+}
+
+/// A small map.
+pub struct Map<'s> {
+    /// The density whose bins it has.
+    pub density: &'s Density,
+    /// What it shows of each bin.
+    pub values: &'s [f64],
+    /// The density that sets the axes.
+    pub yardstick: &'s Density,
+    /// The colours.
+    pub scale: Scale,
+}
+
+/// Values over the grid of `density` as pictures, moved by `shift` in `phi`, on every turn that meets an `axis` of
+/// one turn; a longer axis has room for each grid as a whole.
+pub fn placed(
+    density: &Density,
+    shift: f64,
+    axis: &Range<f64>,
+    values: &[f64],
+    scale: Scale,
+) -> Result<Vec<Element>, DrawError> {
+    let (phi, e) = (density.grid.phi, density.grid.e);
+    let address = picture(values, phi.bins, e.bins, scale)?;
+    let at = |shift: f64| Element::picture((phi.low + shift, e.low), (phi.high + shift, e.high), address.clone());
+    if axis.end - axis.start > TURN + 1e-6 {
+        return Ok(vec![at(shift)]);
+    }
+    let first = ((axis.start - phi.high - shift) / TURN + 1e-9).ceil() as i32;
+    let shifts = (first..).map(|turn| shift + f64::from(turn) * TURN);
+    Ok(shifts.take_while(|shift| phi.low + shift < axis.end - 1e-9).map(at).collect())
+}
+
+/// A scale with its numbers. `label` ends in the unit 1/rad; numbers that would be long are given in powers of ten of it.
+pub fn colour_bar(area: &Area<'_>, label: &str, scale: Scale) -> Result<(), DrawError> {
+    let (end, unit) = match scale {
+        Scale::Linear(end) | Scale::Difference(end) => unit(end),
+        Scale::Strength(end) => (end, "1".to_owned()),
+    };
+    let label = format!("{label} [{unit}/rad]");
+    let y = match scale {
+        Scale::Linear(_) => Axis::linear(&label, 0.0..end, 5),
+        Scale::Difference(_) => Axis::linear(&label, -end..end, 5),
+        Scale::Strength(_) if end > 0.0 => Axis::logarithmic(&label, LEAST * end, end, 5),
+        Scale::Strength(_) => Axis::linear(&label, 0.0..1.0, 1),
+    };
+    let x = Axis { label: String::new(), range: 0.0..1.0, ticks: Vec::new(), labels: Labels::None };
+    // As high as the map beside it, which has labels below.
+    let area = area.margin(units(TITLE), units(35.0), 0, 0);
+    let around = Surroundings { is_bar: true, without_grid: true, ..Surroundings::default() };
+    let panel = Panel::new(&area, &x, &y, around)?;
+    let colours = Element::picture((0.0, y.range.start), (1.0, y.range.end), ramp(scale)?);
+    panel.draw(&[if let Scale::Strength(_) = scale { colours.inked(Ink::Text) } else { colours }])
+}
+
+/// The end of a scale in units of a power of ten, and how that power is written.
+fn unit(end: f64) -> (f64, String) {
+    if end <= 0.0 || !end.is_finite() || (0.02..5000.0).contains(&end) {
+        return (end, "1".to_owned());
+    }
+    let power = end.log10().floor();
+    (end / 10f64.powf(power), power_label(power, false))
+}

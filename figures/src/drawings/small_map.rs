@@ -1,0 +1,44 @@
+//! A small map of one snapshot, with the part about the peak of a thin cloud magnified.
+
+use std::f64::consts::PI;
+
+use super::density_map::{Map, colour_bar, placed};
+use super::{beside_bar, write_absent, zoom};
+use crate::axis::Axis;
+use crate::densities::Density;
+use crate::draw_error::DrawError;
+use crate::figure::Figure;
+use crate::panel::{Panel, Surroundings};
+use crate::scene::Cloud;
+
+/// Width of the colour bar with its labels \[px\].
+const BAR: f64 = 78.0;
+
+impl Map<'_> {
+    /// Draws it; `words` are its title, its heading and its caption.
+    pub fn draw(&self, name: &str, [title, heading, caption]: [&str; 3], unit: &str) -> Result<Figure, DrawError> {
+        let is_withheld = self.values.iter().any(|value| !value.is_finite());
+        let Cloud { phi, e } = whole(self.yardstick);
+        let pictures = if is_withheld { Vec::new() } else { placed(self.density, 0.0, &phi, self.values, self.scale)? };
+        Figure::draw(name, title, caption, (264, 206), &[], |area| {
+            let (left, right) = beside_bar(area, BAR);
+            let around = Surroundings { title: heading, ..Surroundings::default() };
+            let (x, y) = (Axis::linear("φ [rad]", phi, 4), Axis::linear("e", e, 5));
+            let panel = Panel::new(&left, &x, &y, around)?;
+            panel.draw(&pictures)?;
+            if is_withheld {
+                return write_absent(&panel, "withheld");
+            }
+            zoom::draw_inset(&panel, self)?;
+            colour_bar(&right, unit, self.scale)
+        })
+    }
+}
+
+/// All bins of a density; those of a whole turn from where they keep a cloud whole that reaches over their ends.
+fn whole(density: &Density) -> Cloud {
+    let (phi, e) = (density.grid.phi, density.grid.e);
+    let cloud = Cloud::of(density);
+    let start = if cloud.phi.end > phi.high + 1e-9 { cloud.phi.start.midpoint(cloud.phi.end) - PI } else { phi.low };
+    Cloud { phi: start..start + (phi.high - phi.low), e: e.low..e.high }
+}
