@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use launch::launch_file::Launch;
+use launch::plan::launch_file::Launch;
 use nodes::input::{InputError, InputFile, is_plain_name};
 use nodes::scenario_file;
 use toml::de::DeTable;

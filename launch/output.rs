@@ -5,8 +5,6 @@ use std::io::{Error, ErrorKind, Write};
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
-use crate::{BAD_INPUT, from_environment};
-
 /// Why something could not be printed on standard output, if it was not that nobody reads it.
 static UNPRINTED: OnceLock<String> = OnceLock::new();
 
@@ -48,17 +46,4 @@ pub fn end(code: ExitCode) -> ExitCode {
     let Some(why) = UNPRINTED.get() else { return code };
     remark!("error: standard output cannot be written: {why}");
     if code == ExitCode::SUCCESS { ExitCode::FAILURE } else { code }
-}
-
-/// Prints what the reader of the command line says in place of a command: help, the version, or what it does not understand.
-pub fn answer(answer: &clap::Error) -> ExitCode {
-    let printed = answer.print().and_then(|()| std::io::stdout().flush());
-    if !answer.use_stderr() {
-        note(printed);
-    }
-    let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
-    if let Some(variable) = from_environment::refused(answer, &words) {
-        remark!("The refused value is that of the environment variable {variable}.");
-    }
-    end(ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(BAD_INPUT)))
 }

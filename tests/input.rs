@@ -8,8 +8,8 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
 use common::{Bench, FOUR_CASES, text};
-use launch::cases::KEYS;
-use launch::launch_file::Launch;
+use launch::plan::cases::KEYS;
+use launch::plan::launch_file::Launch;
 use nodes::builtin::BuiltIn;
 use nodes::input::InputFile;
 

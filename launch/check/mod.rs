@@ -30,12 +30,38 @@ use std::time::Duration;
 use messages::wait::Signals;
 use nodes::builtin::BuiltIn;
 
-use crate::cli::CheckArguments;
-use crate::commands::own_path;
-use crate::run_command::INTERRUPTED;
-use crate::{BAD_INPUT, domains, node_command};
+use crate::command::node;
+use crate::crew::commands::own_path;
+use crate::domain;
+use crate::exit::BAD_INPUT;
+use crate::exit::INTERRUPTED;
+use clap::Args;
 use trial::{Abort, Limits, Trial};
 use verdict::{Findings, Rule};
+
+/// Arguments of `phasecloud check`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  phasecloud check -- python3 my_propagator.py --samples 500\n  \
+    phasecloud check mc --set samples=2000\n\n\
+    Exit codes: 0 all rules are kept; 1 a rule is broken; 2 the command cannot be started, or what a built-in \
+    propagator is given is not allowed; 130 stopped on request.")]
+pub struct CheckArguments {
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+    /// Seconds without any sign of life after which the propagator is given up
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
+    pub patience: f64,
+    /// Seconds that it may take to end after SIGTERM; `phasecloud run` kills after 1.5
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    pub grace: f64,
+    /// Its samples are drawn anew for every snapshot: do not expect them to keep their Hamiltonian
+    #[arg(long)]
+    pub redrawn: bool,
+    /// The propagator: a program and its arguments, or a built-in one's name and arguments of `phasecloud node`
+    #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    pub command: Vec<String>,
+}
 
 /// Checks a propagator and reports.
 pub fn run(arguments: &CheckArguments) -> ExitCode {
@@ -77,7 +103,7 @@ fn limits(arguments: &CheckArguments) -> Result<Limits, String> {
 
 /// What is wrong with the arguments of a built-in propagator is its user's fault, not its own.
 fn check_built_in(words: &[String]) -> Result<(), String> {
-    if is_built_in(words) { node_command::check_words(words) } else { Ok(()) }
+    if is_built_in(words) { node::check_words(words) } else { Ok(()) }
 }
 
 fn is_built_in(words: &[String]) -> bool {
@@ -99,7 +125,7 @@ fn full_command(words: &[String]) -> Vec<String> {
 fn conduct_trials(command: &[String], limits: &Limits, redrawn: bool) -> Result<Findings, Abort> {
     let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
         .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
-    domains::sweep();
+    domain::sweep();
     let mut findings = Findings::default();
     let [first, second] = scenarios::known();
 

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use messages::report::Report;
 
-use crate::cli::Shown;
-use crate::log_sink::Printer;
+use crate::crew::log_sink::Printer;
+use crate::shown::Shown;
 use model::{Model, NodeState, Phase};
 
 /// Without a terminal, a node's progress is told at most so often.

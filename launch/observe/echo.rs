@@ -15,7 +15,8 @@ use messages::topic::{Topic, Visitor};
 use serde_json::{Map, json};
 
 use super::{End, follow, with_topic};
-use crate::attach::{self, Target};
+use crate::domain::attach;
+use crate::domain::attach::Target;
 use crate::output;
 
 /// Rows of a payload that are shown.

@@ -9,7 +9,8 @@ use messages::port::PortError;
 use messages::topic::{Topic, Visitor};
 
 use super::{End, HzArguments, follow, with_topic};
-use crate::{attach, output};
+use crate::domain::attach;
+use crate::output;
 
 /// A line is printed so often.
 const INTERVAL: Duration = Duration::from_secs(1);

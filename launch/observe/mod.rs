@@ -17,15 +17,12 @@ use messages::port::{Inlet, Message, PortError};
 use messages::topic::{Topic, Visitor, for_each};
 use messages::wait::Signals;
 
-use crate::BAD_INPUT;
-use crate::attach::Target;
-use crate::domains;
+use crate::domain;
+use crate::domain::attach::Target;
+use crate::exit::{BAD_INPUT, INTERRUPTED};
 
 /// Whether the run still lives is looked at so often.
 const TICK: Duration = Duration::from_millis(500);
-
-/// The user asked to stop.
-const INTERRUPTED: u8 = 130;
 
 /// Arguments of `phasecloud hz`.
 #[derive(Debug, Args)]
@@ -58,7 +55,7 @@ fn follow<T: Topic>(
     let inlet: Inlet<T> = observer.inlet()?;
     loop {
         // Before looking for messages: what was sent before the end is still to be taken.
-        let over = !domains::is_live(place);
+        let over = !domain::is_live(place);
         while let Some(message) = inlet.receive()? {
             if !each(Some(message)) {
                 return Ok(End::Stopped);
@@ -69,7 +66,7 @@ fn follow<T: Topic>(
         }
         if over {
             drop((inlet, observer));
-            domains::remove_remains(place);
+            domain::remove_remains(place);
             return Ok(End::Over);
         }
         signals.wait(&[&inlet], TICK)?;

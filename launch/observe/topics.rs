@@ -8,7 +8,9 @@ use messages::payload::Item;
 use messages::port::PortError;
 use messages::topic::{Topic, Visitor, for_each};
 
-use crate::attach::{self, LiveRun, Target};
+use crate::domain::attach;
+use crate::domain::attach::LiveRun;
+use crate::domain::attach::Target;
 use crate::report::new_table;
 
 /// Prints the topics of one run, or of all.
@@ -16,7 +18,7 @@ pub fn run(target: &Target) -> ExitCode {
     let runs = if target.run.is_some() || target.domain.is_some() {
         match attach::find(target) {
             Ok(run) => vec![run],
-            Err(problem) => return super::fail(&problem, crate::BAD_INPUT),
+            Err(problem) => return super::fail(&problem, crate::exit::BAD_INPUT),
         }
     } else {
         attach::live_runs()

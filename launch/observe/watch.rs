@@ -15,13 +15,18 @@ use messages::wait::Signals;
 use nodes::shard::{MOST_SHARDS, Shard};
 
 use super::{End, INTERRUPTED, TICK};
-use crate::attach::{self, LiveRun, Target};
-use crate::cli::Shown;
-use crate::domains;
-use crate::live::model::{Model, Stage};
-use crate::live::{View, json};
-use crate::manifest::{self, Recorded};
+use crate::domain;
+use crate::domain::attach;
+use crate::domain::attach::LiveRun;
+use crate::domain::attach::Target;
+use crate::live::View;
+use crate::live::json;
+use crate::live::model::Model;
+use crate::live::model::Stage;
 use crate::report;
+use crate::results::manifest;
+use crate::results::manifest::Recorded;
+use crate::shown::Shown;
 
 /// Reports that arrive so soon after attaching had been sent before.
 const HISTORY: Duration = Duration::from_millis(1500);
@@ -42,7 +47,7 @@ pub struct WatchArguments {
 pub fn run(arguments: &WatchArguments) -> ExitCode {
     let run = match attach::find(&arguments.target) {
         Ok(run) => run,
-        Err(problem) => return super::fail(&problem, crate::BAD_INPUT),
+        Err(problem) => return super::fail(&problem, crate::exit::BAD_INPUT),
     };
     match watch(&run, arguments.shown) {
         Ok(End::Over) => conclude(&run, arguments.shown),
@@ -60,7 +65,7 @@ fn watch(run: &LiveRun, shown: Shown) -> Result<End, PortError> {
     let mut stages: Vec<Stage> = Vec::new();
     let mut view: Option<View> = None;
     loop {
-        let over = !domains::is_live(&run.place);
+        let over = !domain::is_live(&run.place);
         while let Some(message) = scenarios.receive()? {
             let header = message.header();
             stages.push(Stage { name: unpack(&header.name), snapshots: header.snapshots.into() });
@@ -96,7 +101,7 @@ fn watch(run: &LiveRun, shown: Shown) -> Result<End, PortError> {
         }
         if over {
             drop((scenarios, rosters, reports, observer));
-            domains::remove_remains(&run.place);
+            domain::remove_remains(&run.place);
             return Ok(End::Over);
         }
         signals.wait(&[&scenarios, &rosters, &reports], TICK)?;

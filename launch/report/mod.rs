@@ -13,7 +13,7 @@ use std::path::Path;
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Deserialize;
 
-use crate::launch_file::Launch;
+use crate::plan::launch_file::Launch;
 
 /// A row that may belong to a scenario; the paper's rows do not say.
 trait OfScenario {

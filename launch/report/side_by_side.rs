@@ -4,7 +4,7 @@
 
 use super::moments::{Row, Rows, SYMBOLS, table_3, times};
 use super::{new_table, number, time_heads};
-use crate::launch_file::Launch;
+use crate::plan::launch_file::Launch;
 
 /// Methods of Table 3, and why their numbers differ from one another.
 const REASONS: [(&str, &str); 4] = [

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::{Abort, Run};
-use crate::cases::Case;
+use crate::plan::cases::Case;
 
 impl Run<'_> {
     /// Ends the cases that have used up their budgets; they get another chance with the next scenario.

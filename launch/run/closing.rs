@@ -1,7 +1,7 @@
 //! A request to stop: what is finished is kept. A second request discards everything.
 
 use super::{Abort, Run};
-use crate::cases::Case;
+use crate::plan::cases::Case;
 
 impl Run<'_> {
     /// The user asks to stop. At the first request the cases that have delivered all their snapshots are compared and recorded,

@@ -6,9 +6,9 @@ use messages::service::Service;
 use nodes::shard::label_of_member;
 
 use super::{Abort, Run};
-use crate::ending;
-use crate::launch_file::Restart;
-use crate::member::MOST_RESTARTS;
+use crate::crew::ending;
+use crate::crew::member::MOST_RESTARTS;
+use crate::plan::launch_file::Restart;
 
 impl Run<'_> {
     /// A process has ended before the run did: starts it again if that may help.

@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 use messages::service::Service;
 
 use super::{Abort, Run};
-use crate::cases::Case;
-use crate::launch_file::Restart;
-use crate::member::{Member, STARTUP};
+use crate::crew::member::Member;
+use crate::crew::member::STARTUP;
+use crate::plan::cases::Case;
+use crate::plan::launch_file::Restart;
 
 impl Run<'_> {
     /// Kills the processes that owe work and have not been heard of for too long; a case that was silent has failed.

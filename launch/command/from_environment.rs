@@ -1,0 +1,41 @@
+//! An option that is refused although nobody has given it: its value comes from an environment variable, which is to be named.
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Command, CommandFactory};
+
+use crate::command::cli::Cli;
+
+/// The environment variable whose value the reader of the command line refuses, if it is not one of `words`.
+pub fn refused(error: &clap::Error, words: &[String]) -> Option<String> {
+    let is_about_a_value = [ErrorKind::ValueValidation, ErrorKind::InvalidValue].contains(&error.kind());
+    let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg).filter(|_| is_about_a_value) else {
+        return None;
+    };
+    let option = argument.split([' ', '=']).next()?;
+    let is_given =
+        |word: &String| word.strip_prefix(option).is_some_and(|rest| rest.is_empty() || rest.starts_with('='));
+    if words.iter().any(is_given) {
+        return None;
+    }
+    variable_of(&Cli::command(), option.strip_prefix("--")?)
+}
+
+/// The variable that stands in for an option of any command.
+fn variable_of(command: &Command, option: &str) -> Option<String> {
+    let arguments = command.get_subcommands().flat_map(Command::get_arguments);
+    let variables = arguments.filter(|argument| argument.get_long() == Some(option)).filter_map(clap::Arg::get_env);
+    variables.map(|name| name.to_string_lossy().into_owned()).next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_option_knows_the_variable_that_stands_in_for_it() {
+        let variable = |option| variable_of(&Cli::command(), option);
+        assert_eq!(variable("log").as_deref(), Some("PHASECLOUD_LOG"));
+        assert_eq!(variable("log-format").as_deref(), Some("PHASECLOUD_LOG_FORMAT"));
+        assert_eq!(variable("out"), None);
+    }
+}

@@ -1,0 +1,93 @@
+//! The commands of `phasecloud`, one a file, each with its arguments.
+
+mod clean;
+mod cli;
+mod domain;
+mod from_environment;
+mod graph;
+#[cfg(feature = "hosts")]
+mod join;
+mod new;
+pub(crate) mod node;
+mod replay;
+mod report;
+mod run;
+mod serve;
+mod submit;
+mod validate;
+mod verify;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::crew::{environment, guard};
+use crate::exit::BAD_INPUT;
+use crate::{check, observe, output};
+
+use cli::{Cli, Command};
+use run::RunArguments;
+
+/// Does what the command line of this process asks for.
+pub fn main() -> ExitCode {
+    if let Err(problem) = environment::shed() {
+        remark!("error: {problem}");
+        return ExitCode::from(BAD_INPUT);
+    }
+    let command = match command() {
+        Ok(command) => command,
+        Err(answer) => return self::answer(&answer),
+    };
+    match command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Serve(arguments) => serve::run(&arguments),
+        Command::Submit(arguments) => submit::run(&arguments),
+        Command::Join(arguments) => join(&arguments),
+        Command::Clean => clean::run(),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Topics(target) => output::end(observe::topics::run(&target)),
+        Command::Echo(arguments) => output::end(observe::echo::run(&arguments)),
+        Command::Hz(arguments) => output::end(observe::hz::run(&arguments)),
+        Command::Watch(arguments) => output::end(observe::watch::run(&arguments)),
+        Command::Graph { launch_file } => output::end(graph::run(launch_file.as_deref())),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Validate { files } => output::end(validate::run(&files)),
+        Command::Check(arguments) => output::end(check::run(&arguments)),
+        Command::New(arguments) => new::run(&arguments),
+        Command::Domain(arguments) => domain::run(&arguments),
+        Command::Verify { folders } => output::end(verify::run(&folders)),
+        Command::Node(arguments) => node::run(arguments),
+        Command::Guard { words } => guard::run(&words),
+    }
+}
+
+/// The command that the command line asks for; none is `run`.
+fn command() -> Result<Command, clap::Error> {
+    let command = match Cli::try_parse()?.command {
+        None => Cli::try_parse_from(["phasecloud", "run"])?.command,
+        asked => asked,
+    };
+    Ok(command.unwrap_or(Command::Run(RunArguments::default())))
+}
+
+#[cfg(feature = "hosts")]
+use join::run as join;
+
+#[cfg(not(feature = "hosts"))]
+fn join(_: &cli::JoinArguments) -> ExitCode {
+    remark!("error: phasecloud join: {}", crate::plan::hosts::WITHOUT_HOSTS);
+    ExitCode::from(BAD_INPUT)
+}
+
+/// Prints what the reader of the command line says in place of a command: help, the version, or what it does not understand.
+fn answer(answer: &clap::Error) -> ExitCode {
+    let printed = answer.print().and_then(|()| std::io::Write::flush(&mut std::io::stdout()));
+    if !answer.use_stderr() {
+        output::note(printed);
+    }
+    let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    if let Some(variable) = from_environment::refused(answer, &words) {
+        remark!("The refused value is that of the environment variable {variable}.");
+    }
+    output::end(ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(BAD_INPUT)))
+}

@@ -1,0 +1,301 @@
+//! `phasecloud serve`: keeps the processes up and takes scenario after scenario, of a sweep file or of whoever asks.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use nodes::clock;
+use nodes::recorder::{SCENARIO, join, part};
+use nodes::scenario_file;
+use nodes::sweep::Sweep;
+
+use crate::crew::commands::Commands;
+use crate::crew::log_sink::start_log;
+use crate::crew::shares;
+use crate::domain;
+use crate::domain::OwnDomain;
+use crate::domain::attach;
+use crate::exit::BAD_INPUT;
+use crate::exit::INTERRUPTED;
+use crate::output;
+use crate::plan::launch_file::Launch;
+use crate::plan::launch_file::ScenarioInput;
+use crate::plan::preflight;
+use crate::report;
+use crate::results::folder::ResultsFolder;
+use crate::results::manifest;
+use crate::run::Abort;
+use crate::run::Failures;
+use crate::run::Run;
+use crate::shown::{Logged, Shown};
+use crate::sweep;
+use crate::sweep::Done;
+use crate::sweep::TABLE;
+use clap::Args;
+
+/// Arguments of `phasecloud serve`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  phasecloud serve launch/sweep.toml --sweep launch/sweeps/initial-e.toml --out results/sweep\n  \
+    phasecloud serve launch/scenario-1.toml &\n  phasecloud submit launch/scenarios/scenario-2.toml\n\n\
+    Every scenario becomes a results folder of its own as soon as it is done; a sweep ends with tables of all of them, sweep.csv \
+    and report.html. The launch file says which cases are run; its own scenarios are not.\n\n\
+    Exit codes: 0 all was done, or a service was asked to end; 1 a case failed or a combination is impossible, it is named and \
+    the rest was done; 2 bad input, nothing started; 130 a sweep was stopped on request."
+)]
+pub struct ServeArguments {
+    /// The launch file [default: the paper's four cases and the exact answer]
+    pub launch_file: Option<PathBuf>,
+    /// Work on the scenarios of this sweep file, and end; else on requests, until Ctrl-C
+    #[arg(long, value_name = "FILE")]
+    pub sweep: Option<PathBuf>,
+    /// The folder for the results folders, new or empty [default: results/NAME-TIME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Most snapshots that a scenario may have; one with more is refused [default: 16, of a sweep what it needs]
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..=64))]
+    pub most_snapshots: Option<usize>,
+    /// Let hosts talk without encryption beyond this machine
+    #[arg(long)]
+    pub insecure: bool,
+    #[command(flatten)]
+    pub shown: Shown,
+    #[command(flatten)]
+    pub logged: Logged,
+}
+
+/// Most snapshots of a scenario that a service can be asked for, unless told otherwise.
+const MOST_SNAPSHOTS_ASKED_FOR: usize = 16;
+
+/// What a service has done so far.
+#[derive(Default)]
+struct Tally {
+    folders: Vec<PathBuf>,
+    /// Cases that failed, as `SCENARIO, CASE: WHY`.
+    failed: Vec<String>,
+    /// What has been recorded of a sweep.
+    done: Vec<Done>,
+    /// Combinations of a sweep that cannot be done, and others that have no business here; by name.
+    refused: BTreeMap<String, String>,
+    /// Results that contradict one another, or cannot be right.
+    contradictions: usize,
+}
+
+/// Serves until the sweep is done, or until asked to stop. If JSON is asked for, that is the result.
+pub fn run(arguments: &ServeArguments) -> ExitCode {
+    let code = carry_out(arguments);
+    if arguments.shown.json { output::end(code) } else { code }
+}
+
+fn carry_out(arguments: &ServeArguments) -> ExitCode {
+    let run_id = domain::fresh_run_id();
+    let prepared = prepare(arguments, run_id);
+    let (service, own) = match prepared {
+        Ok(prepared) => prepared,
+        Err(problem) => {
+            remark!("error: {problem}");
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let mut tally = Tally::default();
+    let (started, begun) = (clock::seconds(), Instant::now());
+    let served = serve(arguments, &service, own, run_id, &mut tally);
+    let is_sweep = service.sweep.is_some();
+    let outcome = match served {
+        // What has been done of a sweep is worth its tables also if it was stopped.
+        Ok(()) | Err(Abort::Stopped | Abort::Interrupted) => {
+            write_sweep(&service, &tally).map_err(Abort::Unpublished).and(served)
+        }
+        fatal => fatal,
+    };
+    let folder = &service.folder;
+    folder.discard();
+    let incomplete = incompleteness(&service, &tally);
+    let sealed = seal(&service, &tally, run_id, &started, incomplete.as_deref()).map_err(Abort::Unpublished);
+    let outcome = match outcome {
+        Err(Abort::Fatal(_) | Abort::Unpublished(_)) => outcome, // what came first is told
+        other => sealed.and(other),
+    };
+    let served = tally.folders.len();
+    if let Err(Abort::Fatal(problem) | Abort::Unpublished(problem)) = outcome {
+        remark!("error: {problem}; {served} scenarios are in {}", folder.path.display());
+        return ExitCode::FAILURE;
+    }
+    summarise(&folder.path, served, begun);
+    tally.failed.iter().for_each(|case| remark!("error: {case}"));
+    let refused = if is_sweep { tally.refused.len() } else { 0 };
+    match outcome {
+        Err(Abort::Stopped | Abort::Interrupted) if is_sweep => {
+            incomplete.iter().for_each(|why| remark!("the results are not whole: {why}"));
+            ExitCode::from(INTERRUPTED)
+        }
+        _ if tally.failed.is_empty() && refused + tally.contradictions == 0 => ExitCode::SUCCESS,
+        _ if is_sweep => {
+            let (failed, contradictions) = (tally.failed.len(), tally.contradictions);
+            remark!(
+                "error: {refused} combinations were refused, {failed} cases failed and {contradictions} results contradict one \
+                 another or cannot be right; {TABLE} says which and why"
+            );
+            ExitCode::FAILURE
+        }
+        _ => {
+            let (failed, contradictions) = (tally.failed.len(), tally.contradictions);
+            remark!(
+                "error: {failed} cases failed and {contradictions} results contradict one another or cannot be right; each \
+                 manifest.json and notes.csv says which and why"
+            );
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn summarise(path: &Path, served: usize, begun: Instant) {
+    let seconds = begun.elapsed().as_secs_f64();
+    say!("{served} scenarios in {seconds:.1} s, {:.2} a second", served as f64 / seconds);
+    say!("Results: {}", path.display());
+}
+
+/// Why a sweep is not whole, if it is not.
+fn incompleteness(service: &Service, tally: &Tally) -> Option<String> {
+    let sweep = service.sweep.as_ref()?;
+    let missing = sweep.len().saturating_sub(tally.done.len() + tally.refused.len());
+    (missing > 0).then(|| format!("the sweep was stopped; {missing} of its {} combinations were not done", sweep.len()))
+}
+
+/// Writes the manifest of the whole folder.
+fn seal(service: &Service, tally: &Tally, run_id: u64, started: &str, incomplete: Option<&str>) -> Result<(), String> {
+    let Service { launch, sweep_text, folder, .. } = service;
+    let name = |path: &PathBuf| Some(path.file_name()?.to_string_lossy().into_owned());
+    let folders: Vec<String> = tally.folders.iter().filter_map(name).collect();
+    let (sweep, refused) = (sweep_text.as_deref(), &tally.refused);
+    let collection = manifest::Collection { run_id, started, sweep, folders: &folders, refused, incomplete };
+    manifest::write_collection(&folder.path, launch, &collection)
+}
+
+/// What a service needs before it starts.
+struct Service {
+    launch: Launch,
+    sweep: Option<Sweep>,
+    sweep_text: Option<String>,
+    folder: ResultsFolder,
+    most_snapshots: usize,
+}
+
+fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Service, OwnDomain), String> {
+    let mut launch = Launch::load(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
+    launch.open_to_hosts(arguments.insecure)?;
+    let path = |path| preflight::check_path("--sweep", path);
+    arguments.sweep.as_deref().map(path).transpose()?;
+    let sweep = arguments.sweep.as_deref().map(Sweep::load).transpose().map_err(|e| e.to_string())?;
+    let text = |path: &PathBuf| std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
+    let sweep_text = arguments.sweep.as_ref().map(text).transpose()?;
+    let most_snapshots = arguments.most_snapshots.or_else(|| sweep.as_ref().map(Sweep::most_snapshots));
+    let most_snapshots = most_snapshots.unwrap_or(MOST_SNAPSHOTS_ASKED_FOR);
+    preflight::check_address_space()?;
+    preflight::check_shared_memory(&launch, most_snapshots)?;
+    preflight::check_file_size(&launch, most_snapshots)?;
+    preflight::check_descriptors(launch.propagators())?;
+    domain::sweep();
+    let own = OwnDomain::claim(run_id)?;
+    let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
+    std::fs::create_dir_all(&folder.path).map_err(|e| format!("{}: {e}", folder.path.display()))?;
+    Ok((Service { launch, sweep, sweep_text, folder, most_snapshots }, own))
+}
+
+/// Conducts the scenarios in their own domain, and publishes the folder of each.
+fn serve(
+    arguments: &ServeArguments,
+    service: &Service,
+    own: OwnDomain,
+    run_id: u64,
+    tally: &mut Tally,
+) -> Result<(), Abort> {
+    let Service { launch, folder, most_snapshots, .. } = service;
+    let log = start_log(&folder.path, run_id, arguments.shown, arguments.logged).map_err(Abort::Fatal)?;
+    attach::announce(&own.place, launch, &folder.path, arguments.sweep.is_none()).map_err(Abort::Fatal)?;
+    let mut scenarios = match &arguments.sweep {
+        Some(file) => vec!["--sweep".into(), file.display().to_string()],
+        None => vec!["--requests".into()],
+    };
+    scenarios.extend(["--most-snapshots".into(), most_snapshots.to_string()]);
+    let post = shares::post_bridge(launch, &own.place.root, run_id, *most_snapshots).map_err(Abort::Fatal)?;
+    let draft = folder.draft.clone();
+    let commands = Commands { launch, place: &own.place, run_id, draft, tape: None, scenarios, post };
+    let now = Instant::now();
+    let mut run = Run::begin(commands, *most_snapshots, None, arguments.shown, &log, || now)?;
+    own.keep();
+    if service.sweep.is_none() {
+        say!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
+    }
+    let completed = run.conduct(|scenario, failures| {
+        let failures = of_scenario(failures, scenario);
+        publish(service, run_id, scenario, failures, tally)
+    });
+    tally.refused.clone_from(run.strangers());
+    run.end();
+    let logged = log.close();
+    completed?;
+    logged.map_err(Abort::Unpublished)
+}
+
+/// Writes the tables and the page of a sweep, as far as it has come.
+fn write_sweep(service: &Service, tally: &Tally) -> Result<(), String> {
+    let Service { launch, sweep: Some(sweep), folder, .. } = service else { return Ok(()) };
+    join::join_all_tables(&tally.folders, &folder.path).map_err(|e| e.to_string())?;
+    let cases: Vec<String> = launch.cases.iter().map(|case| case.label.clone()).collect();
+    sweep::write(sweep, &tally.done, &tally.refused, &cases, &folder.path)
+}
+
+/// Why cases failed in one scenario, by label.
+fn of_scenario(failures: &Failures, scenario: u32) -> BTreeMap<String, String> {
+    let here = failures.iter().filter(|((position, _), _)| *position == scenario);
+    here.map(|((_, label), why)| (label.clone(), why.clone())).collect()
+}
+
+/// The name of the results folder of the scenario `name`, the service's number `position`.
+pub fn folder_name(position: u32, name: &str) -> String {
+    format!("{position:06}-{name}")
+}
+
+/// Makes a results folder of its own of what the recorder has written of a scenario.
+fn publish(
+    service: &Service,
+    run_id: u64,
+    scenario: u32,
+    failures: BTreeMap<String, String>,
+    tally: &mut Tally,
+) -> Result<(), String> {
+    let Service { launch, folder, .. } = service;
+    let draft = part(&folder.draft, scenario);
+    let file = draft.join(SCENARIO);
+    let content = scenario_file::load(&file).map_err(|e| e.to_string())?;
+    let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+    let name = content.name.clone();
+    let kept = draft.join("scenarios");
+    let moved = std::fs::create_dir(&kept).and_then(|()| std::fs::rename(&file, kept.join(format!("{name}.toml"))));
+    moved.map_err(|e| format!("{}: {e}", kept.display()))?;
+    let combination = service.sweep.as_ref().and_then(|sweep| Some((sweep, sweep.index_of(&name)?)));
+    if let Some((sweep, index)) = combination {
+        sweep::write_varied(sweep, index, &name, &draft)?;
+    }
+    let alone = Launch { scenarios: vec![ScenarioInput { text, content }], ..launch.clone() };
+    let now = clock::seconds();
+    let record =
+        manifest::Record { run_id, started: now, nodes: &BTreeMap::new(), failures: &failures, incomplete: None };
+    manifest::write(&draft, &alone, &record)?;
+    manifest::seal(&draft)?;
+    let path = folder.path.join(folder_name(scenario, &name));
+    std::fs::rename(&draft, &path).map_err(|e| format!("{}: {e}", path.display()))?;
+    tally.failed.extend(failures.iter().map(|(label, why)| format!("{name}, {label}: {why}")));
+    if let Some((_, index)) = combination {
+        let (folder, errors) = (folder_name(scenario, &name), report::errors_by_case(&path));
+        tally.done.push(Done { index, folder, name, failures, errors });
+    }
+    for what in report::errors(&path) {
+        remark!("error: {what}");
+        tally.contradictions += 1;
+    }
+    tally.folders.push(path);
+    Ok(())
+}

@@ -1,0 +1,215 @@
+//! `phasecloud submit`: asks a running service to work on scenarios, and waits until it has.
+
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use messages::domain::{Domain, Place};
+use messages::layout::MOST_SNAPSHOTS;
+use messages::port::{Inlet, Outlet, PortError};
+use messages::report::{Event, Report};
+use messages::text::printable;
+use messages::topic::{Request, Status};
+use messages::wait::Signals;
+use nodes::assignment::request;
+use nodes::scenario_file::{self, ScenarioFile};
+
+use crate::command::serve::folder_name;
+use crate::domain;
+use crate::domain::attach;
+use crate::domain::attach::LiveRun;
+use crate::domain::attach::Target;
+use crate::exit::BAD_INPUT;
+use crate::exit::INTERRUPTED;
+use crate::results::manifest;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `phasecloud submit`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  phasecloud submit launch/scenarios/scenario-1.toml my-scenario.toml\n\n\
+    Returns when the results folders are there, whole.\n\n\
+    Exit codes: 0 all cases compared; 1 a scenario was refused or a case failed, it is named; 2 bad input, or no service that \
+    does anything; 130 stopped on request.")]
+pub struct SubmitArguments {
+    /// Scenario files
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub target: Target,
+}
+
+/// Wait between two looks at whether the service is still there.
+const LOOK: Duration = Duration::from_millis(500);
+/// Wait between two looks at whether a results folder is there, once it is recorded.
+const LOOK_FOR_FOLDER: Duration = Duration::from_millis(20);
+/// A service that has not said by then that it has a request works on another; that is told.
+const WHILE: Duration = Duration::from_secs(60);
+
+/// Why no more requests can be made.
+enum Trouble {
+    Interrupted,
+    /// The service has ended.
+    Ended,
+    /// There is no service, or it cannot be reached.
+    NoService(String),
+}
+
+impl From<PortError> for Trouble {
+    fn from(error: PortError) -> Self {
+        Self::NoService(error.to_string())
+    }
+}
+
+/// What has become of the requests so far.
+#[derive(Default)]
+struct Tally {
+    /// How many results folders there are.
+    done: usize,
+    /// How many scenarios were refused.
+    refused: usize,
+    /// How many cases failed of those that were done.
+    failed: usize,
+}
+
+/// Submits scenario files one after the other.
+pub fn run(arguments: &SubmitArguments) -> ExitCode {
+    let loaded: Result<Vec<_>, _> = arguments.files.iter().map(|file: &PathBuf| scenario_file::load(file)).collect();
+    let scenarios = match loaded {
+        Ok(scenarios) => scenarios,
+        Err(error) => {
+            remark!("error: {error}");
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let mut tally = Tally::default();
+    match submit(&scenarios, &arguments.target, &mut tally) {
+        Ok(()) if tally.failed + tally.refused == 0 => ExitCode::SUCCESS,
+        Ok(()) => ExitCode::FAILURE,
+        Err(Trouble::Interrupted) => ExitCode::from(INTERRUPTED),
+        Err(trouble) => {
+            let missing = scenarios.iter().skip(tally.done + tally.refused).map(|scenario| scenario.name.as_str());
+            let problem = match trouble {
+                Trouble::NoService(problem) => problem,
+                _ => format!("{}: the service has ended, there are no results", missing.collect::<Vec<_>>().join(", ")),
+            };
+            remark!("error: {problem}");
+            ExitCode::from(if tally.done + tally.refused == 0 { BAD_INPUT } else { 1 })
+        }
+    }
+}
+
+/// Has all scenarios done, as far as there is a service that does them.
+fn submit(scenarios: &[ScenarioFile], target: &Target, tally: &mut Tally) -> Result<(), Trouble> {
+    let LiveRun { place, notice } = attach::find_service(target).map_err(Trouble::NoService)?;
+    let asked = ask(scenarios, &place, notice.map(|notice| notice.results), tally);
+    if domain::is_live(&place) {
+        return asked;
+    }
+    // What was open here may have outlived the domain.
+    domain::remove_remains(&place);
+    match asked {
+        // Without a service its topics cannot be reached either.
+        Err(Trouble::NoService(_)) => Err(Trouble::Ended),
+        other => other,
+    }
+}
+
+fn ask(scenarios: &[ScenarioFile], place: &Place, results: Option<PathBuf>, tally: &mut Tally) -> Result<(), Trouble> {
+    let signals = Signals::catch(&[]).map_err(|e| Trouble::NoService(format!("cannot catch signals: {e}")))?;
+    let domain = Domain::enter(place, &format!("submit-{}", std::process::id()))?;
+    let (reports, requests) = (domain.inlet()?, domain.outlet(MOST_SNAPSHOTS)?);
+    let office = Office { signals, place, results, reports, requests };
+    while office.reports.receive()?.is_some() {}
+    for scenario in scenarios {
+        match office.have_done(scenario)? {
+            Ok(position) => office.conclude(position, &scenario.name, tally)?,
+            Err(why) => {
+                remark!("error: {}: {why}", scenario.name);
+                tally.refused += 1;
+            }
+        }
+    }
+    Ok(())
+}
+
+struct Office<'a> {
+    signals: Signals,
+    place: &'a Place,
+    /// Where the service puts its results folders; nobody knows of a domain that was made by hand.
+    results: Option<PathBuf>,
+    reports: Inlet<Status>,
+    requests: Outlet<Request>,
+}
+
+impl Office<'_> {
+    /// Asks for a scenario and waits for its position, or why it was refused.
+    fn have_done(&self, scenario: &ScenarioFile) -> Result<Result<u32, String>, Trouble> {
+        let number = number_of_a_request();
+        let (header, times) = request(scenario, number);
+        self.requests.send_items(header, &times)?;
+        let asked = Instant::now();
+        let (mut position, mut told) = (None, false);
+        loop {
+            // Before looking for reports: what was said before the end is still to be heard.
+            let has_ended = !domain::is_live(self.place);
+            while let Some(report) = self.reports.receive()? {
+                let Ok(report) = Report::from_parts(report.header(), report.items()) else { continue };
+                if position.is_some_and(|position| report.is_end_of(position)) {
+                    return Ok(Ok(report.scenario));
+                }
+                match report.event {
+                    Event::Refused { request, why, .. } if request == Some(number) => return Ok(Err(why)),
+                    Event::Accepted { request, .. } if request == Some(number) => position = Some(report.scenario),
+                    _ => {}
+                }
+            }
+            if has_ended {
+                return Err(Trouble::Ended);
+            }
+            if position.is_none() && !told && asked.elapsed() > WHILE {
+                remark!("{}: not taken yet; the service works on what it was asked for before", scenario.name);
+                told = true;
+            }
+            self.wait(LOOK)?;
+        }
+    }
+
+    /// Waits until the results folder of a scenario that is recorded is there, sealed, and says how its cases went.
+    fn conclude(&self, position: u32, name: &str, tally: &mut Tally) -> Result<(), Trouble> {
+        let Some(results) = &self.results else {
+            say!("{name}: recorded as number {position}");
+            tally.done += 1;
+            return Ok(());
+        };
+        let folder = results.join(folder_name(position, name));
+        let failures = loop {
+            // Before looking for the folder: it may be the service's last one.
+            let has_ended = !domain::is_live(self.place);
+            // It gets this name when it is whole.
+            if let Some(failures) = manifest::failures(&folder) {
+                break failures;
+            }
+            if has_ended {
+                return Err(Trouble::Ended);
+            }
+            self.wait(LOOK_FOR_FOLDER)?;
+        };
+        say!("{name}: recorded as {}", folder_name(position, name));
+        for (case, why) in &failures {
+            remark!("error: {name}, {case}: {}", printable(why));
+        }
+        tally.done += 1;
+        tally.failed += failures.len();
+        Ok(())
+    }
+
+    fn wait(&self, longest: Duration) -> Result<(), Trouble> {
+        self.signals.wait(&[&self.reports, &self.requests], longest)?;
+        if self.signals.stop_requested() { Err(Trouble::Interrupted) } else { Ok(()) }
+    }
+}
+
+/// A number by which the answer to a request is known, also beside requests of others for scenarios of the same name: anything but 0.
+fn number_of_a_request() -> u32 {
+    (domain::fresh_run_id() as u32).max(1)
+}

@@ -1,0 +1,235 @@
+//! A worker host's share of a run: its processes in a domain of their own, and the bridge that joins it to home.
+
+use std::collections::BTreeMap;
+use std::process::{Command, ExitStatus};
+use std::time::{Duration, Instant};
+
+use bridge::endpoint::Access;
+use bridge::greeting::Hello;
+use bridge::plan::{Plan, Post, Program, Share};
+use messages::domain::{HeldDomain, Place};
+use messages::port::{Inlet, Outlet, PortError};
+use messages::report::{Event, Report};
+use messages::service::Service;
+use messages::topic::{Capacity, Scenario, Status};
+use messages::wait::Signals;
+use nodes::session::ANY_SCENARIO;
+use nodes::shard::Shard;
+
+use crate::crew::commands::Identity;
+use crate::crew::commands::Part;
+use crate::crew::commands::own_command;
+use crate::crew::commands::own_program;
+use crate::crew::ending;
+use crate::crew::log_sink::LogSink;
+use crate::crew::log_sink::start_log;
+use crate::crew::member::Member;
+use crate::crew::report_line::describe;
+use crate::crew::shares;
+use crate::crew::supervisor::Ended;
+use crate::crew::supervisor::Supervisor;
+use crate::domain;
+use crate::domain::OwnDomain;
+use crate::shown::Logged;
+use crate::shown::Shown;
+
+/// The processes are looked after at least this often.
+const TICK: Duration = Duration::from_millis(500);
+
+/// Why the work has ended.
+pub enum Ending {
+    /// The run at home has.
+    Over,
+    /// The user asked to stop.
+    Interrupted,
+}
+
+/// Does the work of `plan` until the run ends.
+///
+/// # Errors
+/// Why it cannot go on.
+pub fn work(
+    plan: &Plan,
+    access: &Access,
+    hello: &Hello,
+    signals: &Signals,
+    (shown, logged): (Shown, Logged),
+) -> Result<Ending, String> {
+    domain::sweep();
+    // Named by a number of its own: home's domain may be on the same machine.
+    let own = OwnDomain::claim(domain::fresh_run_id())?;
+    let log = start_log(&own.place.root, plan.run_id, shown, logged)?;
+    let (host, process) = (hello.host.clone(), hello.process);
+    let post = Post::Worker { access: access.clone(), host, process, log: log.path().to_owned() };
+    let post = shares::write(&own.place.root, &post)?;
+    let capacity = Capacity { propagators: plan.propagators, cases: plan.cases, snapshots: plan.snapshots, hosts: 1 };
+    let ending = {
+        let mut workshop = Workshop::open(plan, &own.place, &capacity, &log, shown).map_err(|e| e.to_string())?;
+        workshop.bridge.extend(["--post".into(), post.display().to_string()]);
+        workshop.work(signals)
+    };
+    // The results are at home; there it shows if a part of the log has not arrived.
+    let _ = log.close();
+    ending
+}
+
+struct Workshop<'a> {
+    plan: &'a Plan,
+    place: &'a Place,
+    bridge: Vec<String>,
+    // Processes end before the domain is closed: fields are dropped in this order.
+    supervisor: Supervisor,
+    reports: Inlet<Status>,
+    scenarios: Inlet<Scenario>,
+    own_reports: Outlet<Status>,
+    domain: HeldDomain,
+    members: BTreeMap<String, Member>,
+    shown: Shown,
+}
+
+impl<'a> Workshop<'a> {
+    fn open(
+        plan: &'a Plan,
+        place: &'a Place,
+        capacity: &Capacity,
+        log: &LogSink,
+        shown: Shown,
+    ) -> Result<Self, PortError> {
+        let domain = HeldDomain::create(place, capacity)?;
+        let names = plan.members.iter().map(|share| share.name.clone()).chain([Service::Bridge.name().to_owned()]);
+        Ok(Self {
+            plan,
+            place,
+            bridge: Vec::new(),
+            supervisor: Supervisor::new(log.clone()),
+            reports: domain.domain.inlet()?,
+            scenarios: domain.domain.inlet()?,
+            own_reports: domain.domain.outlet(2)?,
+            domain,
+            members: names.map(|name| (name, Member::new(Instant::now()))).collect(),
+            shown,
+        })
+    }
+
+    fn work(&mut self, signals: &Signals) -> Result<Ending, String> {
+        loop {
+            self.start_what_is_due()?;
+            let due = self.members.values().filter_map(|member| member.due).min();
+            let sleep = due.map_or(TICK, |due| due.saturating_duration_since(Instant::now()).min(TICK));
+            let ports: [&dyn messages::wait::Awaited; 3] = [&self.reports, &self.scenarios, &self.own_reports];
+            signals.wait(&ports, sleep).map_err(|e| e.to_string())?;
+            if signals.stop_requested() {
+                return Ok(Ending::Interrupted);
+            }
+            self.listen().map_err(|e| e.to_string())?;
+            for Ended { name, status } in self.supervisor.newly_ended() {
+                if let Some(ending) = self.deal_with_end(&name, status)? {
+                    return Ok(ending);
+                }
+            }
+        }
+    }
+
+    fn start_what_is_due(&mut self) -> Result<(), String> {
+        let now = Instant::now();
+        let is_due = |member: &Member| member.due.is_some_and(|due| due <= now);
+        let due = self.members.iter().filter(|(_, member)| is_due(member)).map(|(name, _)| name.clone());
+        for name in due.collect::<Vec<_>>() {
+            let Some(member) = self.members.get_mut(&name) else { continue };
+            member.started(now);
+            let attempt = member.attempt;
+            let started = self.command(&name, attempt).and_then(|command| self.supervisor.start(&name, command));
+            match started {
+                Err(why) if Service::Bridge.is(&name) => return Err(why),
+                Err(why) => self.fail(&name, &why)?,
+                Ok(()) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn command(&self, name: &str, attempt: u32) -> Result<Command, String> {
+        let share = self.plan.members.iter().find(|share| share.name == name);
+        let mut command = match share.map(|share| &share.program) {
+            Some(Program::BuiltIn { node, settings }) => {
+                let mut command = own_command(node)?;
+                command.args(settings.iter().flat_map(|line| ["--set", line.as_str()]));
+                command
+            }
+            Some(Program::Command(words)) => {
+                let mut command = own_program()?;
+                command.args(["guard", "--"]).args(words);
+                command
+            }
+            None => {
+                let mut command = own_command(Service::Bridge.name())?;
+                command.args(&self.bridge);
+                command
+            }
+        };
+        let part = share.map(|Share { label, shard: (index, count), reduce, .. }| Part {
+            label,
+            shard: Shard { index: *index, count: *count },
+            reduce: *reduce,
+        });
+        Identity { place: self.place, run_id: self.plan.run_id, name, part, attempt }.give(&mut command);
+        Ok(command)
+    }
+
+    /// Shows what the processes report, and gives them their chances anew when a scenario begins.
+    fn listen(&mut self) -> Result<(), PortError> {
+        while let Some(report) = self.reports.receive()? {
+            if let Ok(report) = Report::from_parts(report.header(), report.items())
+                && report.event != Event::Ready
+                && !self.shown.quiet
+            {
+                remark!("{}", describe(&report));
+            }
+        }
+        while self.scenarios.receive()?.is_some() {
+            let now = Instant::now();
+            self.members.values_mut().for_each(|member| member.begin_scenario(now));
+        }
+        Ok(())
+    }
+
+    /// Starts a process again if that may help, else tells home; says how the work ends if it was the bridge.
+    fn deal_with_end(&mut self, name: &str, status: ExitStatus) -> Result<Option<Ending>, String> {
+        self.supervisor.kill_leftovers(name);
+        // So that its places on the topics are free for its successor.
+        self.domain.domain.clean_up_after_the_dead();
+        if Service::Bridge.is(name) {
+            match status.code() {
+                Some(0) => return Ok(Some(Ending::Over)),
+                Some(_) => return Err("the bridge has ended; its last line above says why".into()),
+                None => {} // killed: another one goes on
+            }
+        }
+        let Some(member) = self.members.get_mut(name) else { return Ok(None) };
+        if self.plan.restart && !status.success() && member.plan_restart(Instant::now()) {
+            tracing::warn!("{name} has ended, {status}; it is started again");
+            return Ok(None);
+        }
+        member.rest();
+        if Service::Bridge.is(name) {
+            return Err(format!("the bridge: {}", ending::explain(status)));
+        }
+        self.fail(name, &ending::explain(status))?;
+        Ok(None)
+    }
+
+    /// Tells home that a process cannot do its share.
+    fn fail(&self, name: &str, why: &str) -> Result<(), String> {
+        let label = self
+            .plan
+            .members
+            .iter()
+            .find(|share| share.name == name)
+            .map_or_else(|| name.to_owned(), |share| share.label.clone());
+        tracing::warn!("{name}: {why}");
+        let event = Event::Failed { case: label.clone(), why: why.into() };
+        let report = Report { node: name.into(), scenario: ANY_SCENARIO, event };
+        let (header, units) = report.to_parts(self.plan.run_id);
+        self.own_reports.send_items(header, &units).map_err(|e| e.to_string())
+    }
+}

@@ -1,0 +1,341 @@
+//! Launch files: which cases are run on which scenarios, and compared with which.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use bridge::endpoint::End;
+use bridge::plan::HOME;
+use density::trust::TOLERANCE;
+use nodes::accuracy::AccuracySetting;
+use nodes::file_kind::FileKind;
+use nodes::input::{InputError, InputFile};
+use nodes::plain_number::plain;
+use nodes::scenario_file::{self, ScenarioFile};
+use nodes::screen::MOST_BINS;
+use nodes::toml_words::choice;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use toml::Spanned;
+use toml::de::Deserializer;
+
+use super::checks::{check_name, checked_seconds};
+use crate::plan::cases;
+use crate::plan::cases::Case;
+use crate::plan::cases::Runs;
+use crate::plan::hosts::Hosts;
+use crate::plan::hosts::RawHosts;
+use crate::plan::hosts::WITHOUT_HOSTS;
+
+/// The launch file that `phasecloud run` takes when none is named, and the scenario it names.
+const DEFAULT: (&str, &str) = (include_str!("../scenario-1.toml"), include_str!("../scenarios/scenario-1.toml"));
+
+/// A checked launch file.
+#[derive(Debug, Clone)]
+pub struct Launch {
+    /// The file's text, for the record.
+    pub text: String,
+    /// Its name.
+    pub name: String,
+    /// The scenarios, in order.
+    pub scenarios: Vec<ScenarioInput>,
+    /// Labels of the cases that all are compared with: the first that states a quantity and has not failed. At least one.
+    pub references: Vec<String>,
+    /// What methods are judged against: a share of one.
+    pub tolerance: f64,
+    /// Bins of the comparison grid in `phi` and `e`.
+    pub bins: (usize, usize),
+    /// Seconds without any sign of life after which a case is given up.
+    pub patience: f64,
+    /// Whether a process that dies is started again.
+    pub restart: Restart,
+    /// The cases.
+    pub cases: Vec<Case>,
+    /// What runs in place of phasecloud's own estimator or comparator; only replays have such.
+    pub substitutes: BTreeMap<String, Runs>,
+    /// The other hosts, if there are any.
+    pub hosts: Option<Hosts>,
+}
+
+/// When a process that has ended before the run did is started again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Restart {
+    /// Not at all.
+    Never,
+    /// When it was killed or ended with an exit code other than 0, a few times a scenario.
+    #[default]
+    OnFailure,
+}
+
+/// `reference = "exact"`, or `reference = ["exact", "mc"]`.
+#[derive(Debug)]
+struct References(Vec<String>);
+
+impl<'de> Deserialize<'de> for References {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+
+        impl<'de> serde::de::Visitor<'de> for Visitor {
+            type Value = References;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("the label of a case, or a list of labels")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, label: &str) -> Result<References, E> {
+                Ok(References(vec![label.into()]))
+            }
+
+            fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<References, A::Error> {
+                let mut labels = Vec::new();
+                while let Some(label) = list.next_element()? {
+                    labels.push(label);
+                }
+                Ok(References(labels))
+            }
+        }
+
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// A scenario with the file it came from.
+#[derive(Debug, Clone)]
+pub struct ScenarioInput {
+    /// The file; empty for the scenario built into the program.
+    pub text: String,
+    /// What it says.
+    pub content: ScenarioFile,
+}
+
+/// The file's top level, without the propagators.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    name: Spanned<String>,
+    scenarios: Spanned<Vec<Spanned<PathBuf>>>,
+    reference: Spanned<References>,
+    tolerance: Option<Spanned<f64>>,
+    bins: Option<Spanned<toml::Value>>,
+    patience: Option<Spanned<f64>>,
+    #[serde(default, deserialize_with = "choice")]
+    restart: Restart,
+    hosts: Option<RawHosts>,
+    /// Of the built-in cases that do not set their own.
+    accuracy: Option<Spanned<AccuracySetting>>,
+    /// Read on their own; here so that the answer to a key that is not known names them too.
+    #[serde(rename = "propagator")]
+    _propagators: Option<IgnoredAny>,
+}
+
+impl Launch {
+    /// Leaves the other hosts out: everything runs at home.
+    pub fn stay_home(&mut self) {
+        self.hosts = None;
+        self.cases.iter_mut().for_each(|case| case.hosts.clear());
+    }
+
+    /// The processes that run on other hosts, and where.
+    pub fn away(&self) -> BTreeMap<String, String> {
+        let hosts = |case: &Case| {
+            let of = |(name, shard)| (name, case.host_of(shard).to_owned());
+            case.members().map(of).collect::<Vec<_>>()
+        };
+        self.cases.iter().flat_map(hosts).filter(|(_, host)| host != HOME).collect()
+    }
+
+    /// The most snapshots of any of its scenarios.
+    pub fn most_snapshots(&self) -> usize {
+        self.scenarios.iter().map(|scenario| scenario.content.problem.times.len()).max().unwrap_or(1)
+    }
+
+    /// How many processes propagate.
+    pub fn propagators(&self) -> usize {
+        self.cases.iter().map(|case| case.shards as usize).sum()
+    }
+
+    /// Reads a launch file, or the one built in; `scenario` replaces the scenarios it names.
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line and key.
+    pub fn load(path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
+        let file = match path {
+            Some(path) => InputFile::read(path)?,
+            None => InputFile::from_text(Path::new("launch/scenario-1.toml"), DEFAULT.0),
+        };
+        Self::check(&file, path, scenario)
+    }
+
+    /// Checks a launch file that has been read from `path`, or the one built in; `scenario` as for [`Launch::load`].
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line and key.
+    pub fn check(file: &InputFile, path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
+        Self::check_with(file, |raw| scenarios(file, path, raw, scenario))
+    }
+
+    /// Reads a launch file and its scenarios as they were recorded, name and text.
+    pub fn from_record(text: &str, recorded: &[(String, String)]) -> Result<Self, InputError> {
+        let file = InputFile::from_text(Path::new("the recorded launch file"), text);
+        let input = |(name, text): &(String, String)| scenario(InputFile::from_text(Path::new(name), text));
+        Self::check_with(&file, |_| recorded.iter().map(input).collect())
+    }
+
+    /// Says that hosts may talk without encryption, if `insecure`, and checks whether they can talk at all.
+    ///
+    /// # Errors
+    /// What is missing.
+    pub fn open_to_hosts(&mut self, insecure: bool) -> Result<(), String> {
+        match &mut self.hosts {
+            Some(hosts) if cfg!(feature = "hosts") => {
+                hosts.access.insecure = insecure;
+                hosts.access.check(End::Listens).map_err(|why| format!("hosts.listen: {why}"))
+            }
+            Some(_) => Err(format!("hosts: {WITHOUT_HOSTS}")),
+            None => Ok(()),
+        }
+    }
+
+    fn check_with(
+        file: &InputFile,
+        scenarios: impl FnOnce(&Raw) -> Result<Vec<ScenarioInput>, InputError>,
+    ) -> Result<Self, InputError> {
+        FileKind::Launch.expect(file)?;
+        let mut top = file.table()?;
+        let propagators = top.get_mut().remove("propagator");
+        let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;
+        let folder = file.path().parent().unwrap_or(Path::new("."));
+        let hosts = raw.hosts.as_ref().map(|raw| Hosts::check(file, raw, folder)).transpose()?;
+        let bins = raw.bins.as_ref().map_or(Ok((100, 100)), |bins| checked_bins(file, bins))?;
+        let mut cases = cases::cases(file, propagators, hosts.as_ref(), bins)?;
+        set_accuracy(file, raw.accuracy.as_ref(), &mut cases)?;
+        check_name(file, &raw.name)?;
+        let references = checked_references(file, &raw.reference, &cases)?;
+        Ok(Self {
+            text: file.text().into(),
+            name: raw.name.get_ref().clone(),
+            scenarios: scenarios(&raw)?,
+            references,
+            tolerance: raw.tolerance.as_ref().map_or(Ok(TOLERANCE), |tolerance| checked_tolerance(file, tolerance))?,
+            bins,
+            patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_seconds(file, patience))?,
+            restart: raw.restart,
+            cases,
+            substitutes: BTreeMap::new(),
+            hosts,
+        })
+    }
+}
+
+fn checked_references(
+    file: &InputFile,
+    reference: &Spanned<References>,
+    cases: &[Case],
+) -> Result<Vec<String>, InputError> {
+    let References(labels) = reference.get_ref();
+    if labels.is_empty() {
+        return Err(file.error(reference, "names no case; it must name at least one"));
+    }
+    if labels.iter().collect::<BTreeSet<_>>().len() < labels.len() {
+        return Err(file.error(reference, &format!("\"{}\" names a case twice", labels.join("\", \""))));
+    }
+    match labels.iter().find(|label| !cases.iter().any(|case| case.label == **label)) {
+        None => Ok(labels.clone()),
+        Some(unknown) => {
+            let there: Vec<_> = cases.iter().map(|case| case.label.as_str()).collect();
+            let problem = format!("no propagator has the label \"{unknown}\"; there are {}", there.join(", "));
+            Err(file.error(reference, &problem))
+        }
+    }
+}
+
+fn checked_tolerance(file: &InputFile, tolerance: &Spanned<f64>) -> Result<f64, InputError> {
+    let share = *tolerance.get_ref();
+    if share > 0.0 && share <= 1.0 {
+        return Ok(share);
+    }
+    Err(file
+        .error(tolerance, &format!("{} is not allowed, it must be a share greater than 0 and at most 1", plain(share))))
+}
+
+fn checked_bins(file: &InputFile, bins: &Spanned<toml::Value>) -> Result<(usize, usize), InputError> {
+    let numbers: Option<Vec<i64>> = match bins.get_ref() {
+        toml::Value::Array(values) => values.iter().map(toml::Value::as_integer).collect(),
+        _ => None,
+    };
+    let Some([phi, e]) = numbers.as_deref() else {
+        let problem = format!(
+            "{} is not allowed, it must be two whole numbers, the bins in phi and in e: bins = [100, 100]",
+            bins.get_ref()
+        );
+        return Err(file.error(bins, &problem));
+    };
+    let allowed = 1..=MOST_BINS as i64;
+    if allowed.contains(phi) && allowed.contains(e) {
+        return Ok((*phi as usize, *e as usize));
+    }
+    Err(file.error(bins, &format!("[{phi}, {e}] is not allowed, both must be between 1 and {MOST_BINS}")))
+}
+
+/// Gives the file's accuracy to the built-in cases that do not set their own.
+fn set_accuracy(
+    file: &InputFile,
+    accuracy: Option<&Spanned<AccuracySetting>>,
+    cases: &mut [Case],
+) -> Result<(), InputError> {
+    let mut has_effect = false;
+    for case in cases {
+        if let Runs::BuiltIn { settings, .. } = &mut case.runs {
+            has_effect |= settings.accuracy_mut().is_none();
+            settings.accuracy_mut().get_or_insert(accuracy.map_or_else(AccuracySetting::default, |set| *set.get_ref()));
+        }
+    }
+    match accuracy {
+        Some(accuracy) if !has_effect => {
+            let problem =
+                "has no effect: no case runs a built-in propagator without an accuracy of its own; leave it out";
+            Err(file.error(accuracy, problem))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The scenarios that a launch file names, relative to its folder, or the one that replaces them.
+fn scenarios(
+    file: &InputFile,
+    path: Option<&Path>,
+    raw: &Raw,
+    replacement: Option<&Path>,
+) -> Result<Vec<ScenarioInput>, InputError> {
+    if let Some(replacement) = replacement {
+        return Ok(vec![scenario(InputFile::read(replacement)?)?]);
+    }
+    let Some(path) = path else {
+        return Ok(vec![scenario(InputFile::from_text(Path::new("launch/scenarios/scenario-1.toml"), DEFAULT.1))?]);
+    };
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let named = raw.scenarios.get_ref();
+    if named.is_empty() {
+        return Err(file.error(&raw.scenarios, "names no scenario; it must name at least one file"));
+    }
+    let mut names = BTreeSet::new();
+    let mut inputs = Vec::new();
+    for relative in named {
+        let content =
+            InputFile::read(&folder.join(relative.get_ref())).map_err(|e| file.error(relative, &e.to_string()))?;
+        let input = scenario(content)?;
+        if !names.insert(input.content.name.clone()) {
+            let problem = format!("a second scenario with the name \"{}\"; names must differ", input.content.name);
+            return Err(file.error(relative, &problem));
+        }
+        inputs.push(input);
+    }
+    Ok(inputs)
+}
+
+fn scenario(file: InputFile) -> Result<ScenarioInput, InputError> {
+    Ok(ScenarioInput { content: scenario_file::check(&file)?, text: file.text().into() })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,169 @@
+//! The results folder: whole or not there.
+//!
+//! A folder that does not exist yet is written under a temporary name beside its final one and renamed when it is whole. One that
+//! exists, perhaps a mount point or in a parent that is not ours, cannot be replaced so: it is filled. The draft then lies inside it,
+//! and its files move up when they are whole, the manifest last.
+
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use nodes::clock;
+use nodes::recorder::is_part;
+
+use crate::plan::launch_file::Launch;
+use crate::plan::launch_file::ScenarioInput;
+use crate::plan::preflight::check_path;
+use crate::results::checksums::LOST_AND_FOUND;
+use crate::results::checksums::MANIFEST;
+
+/// A results folder in the making.
+#[derive(Debug)]
+pub struct ResultsFolder {
+    /// Where the files are written for now.
+    pub draft: PathBuf,
+    /// Where they will be.
+    pub path: PathBuf,
+    /// Whether the folder was there before, so that it is filled.
+    fills: bool,
+}
+
+impl ResultsFolder {
+    /// Makes room for the results of a run called `name`, in `chosen` or else in `results/NAME-TIME`. That they can be written
+    /// there is found out here, before anything is computed.
+    ///
+    /// # Errors
+    /// Which folder cannot be used, and why.
+    pub fn prepare(chosen: Option<&Path>, name: &str, run_id: u64) -> Result<Self, String> {
+        let path = chosen.map_or_else(|| default_path(name), Path::to_path_buf);
+        // An existing folder by its real name: `.` or a link cannot be replaced under the name given.
+        let path = path.canonicalize().unwrap_or(path);
+        check_path("--out", &path)?;
+        let unusable = |error: io::Error| format!("cannot write results to {}: {error}", path.display());
+        let fills = is_there_and_empty(&path)?;
+        let place = if fills {
+            path.as_path()
+        } else {
+            let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            fs::create_dir_all(parent).map_err(unusable)?;
+            parent
+        };
+        let draft = place.join(format!("{DRAFT_START}{run_id:012x}{DRAFT_END}"));
+        fs::create_dir(&draft).map_err(unusable)?;
+        Ok(Self { draft, path, fills })
+    }
+
+    /// Keeps a copy of every scenario file in the results, and says where.
+    ///
+    /// # Errors
+    /// Which file cannot be written, and why.
+    pub fn keep_scenarios(&self, launch: &Launch) -> Result<Vec<PathBuf>, String> {
+        let folder = self.draft.join("scenarios");
+        fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        let keep = |scenario: &ScenarioInput| {
+            let path = folder.join(format!("{}.toml", scenario.content.name));
+            fs::write(&path, &scenario.text).map_err(|e| format!("{}: {e}", path.display()))?;
+            Ok(path)
+        };
+        launch.scenarios.iter().map(keep).collect()
+    }
+
+    /// Keeps of the scenarios only `kept`, and nothing that the recorder has begun of others.
+    ///
+    /// # Errors
+    /// What cannot be removed, and why.
+    pub fn keep_only(&self, kept: &[ScenarioInput]) -> Result<(), String> {
+        let failed = |path: &Path, e: io::Error| format!("{}: {e}", path.display());
+        let names: Vec<String> = kept.iter().map(|scenario| format!("{}.toml", scenario.content.name)).collect();
+        let folder = self.draft.join("scenarios");
+        for entry in fs::read_dir(&folder).map_err(|e| failed(&folder, e))?.flatten() {
+            if !names.contains(&entry.file_name().to_string_lossy().into_owned()) {
+                fs::remove_file(entry.path()).map_err(|e| failed(&entry.path(), e))?;
+            }
+        }
+        for entry in fs::read_dir(&self.draft).map_err(|e| failed(&self.draft, e))?.flatten() {
+            if is_part(&entry.path()) {
+                fs::remove_dir_all(entry.path()).map_err(|e| failed(&entry.path(), e))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts the results where they belong.
+    ///
+    /// # Errors
+    /// If the operating system refuses; the results then stay under the temporary name.
+    pub fn publish(&self) -> Result<(), String> {
+        let published = if self.fills { fill(&self.draft, &self.path) } else { fs::rename(&self.draft, &self.path) };
+        published.map_err(|e| {
+            format!("the results are in {}, they cannot be moved to {}: {e}", self.draft.display(), self.path.display())
+        })
+    }
+
+    /// Where the results lie that could not be sealed, in words.
+    pub fn remains(&self) -> String {
+        format!("the tables are whole, but not sealed, in {}", self.draft.display())
+    }
+
+    /// Removes what has been written.
+    pub fn discard(&self) {
+        let _ = fs::remove_dir_all(&self.draft);
+    }
+}
+
+/// The temporary name: what stands before and behind the run's number.
+const DRAFT_START: &str = ".phasecloud-";
+const DRAFT_END: &str = ".partial";
+
+/// Whether there is an empty folder to fill.
+///
+/// # Errors
+/// What is there instead.
+fn is_there_and_empty(path: &Path) -> Result<bool, String> {
+    let unusable = |error: io::Error| format!("cannot write results to {}: {error}", path.display());
+    let entries = match fs::read_dir(path) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == ErrorKind::NotFound && path.is_symlink() => {
+            return Err(format!("cannot write results to {}: it is a link to nothing", path.display()));
+        }
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+        Err(error) => return Err(unusable(error)),
+    };
+    for entry in entries {
+        let name = entry.map_err(unusable)?.file_name().to_string_lossy().into_owned();
+        if name.starts_with(DRAFT_START) && name.ends_with(DRAFT_END) {
+            return Err(format!(
+                "the results folder {} holds {name}, of a run that is under way or was killed; remove that if no such run is left",
+                path.display()
+            ));
+        }
+        // A file system of its own has this from the start.
+        if name != LOST_AND_FOUND {
+            return Err(format!("the results folder {} is not empty; name a new or empty one", path.display()));
+        }
+    }
+    Ok(true)
+}
+
+/// Moves all of `draft` up into `folder`; the manifest, with which the results are whole, at last.
+fn fill(draft: &Path, folder: &Path) -> io::Result<()> {
+    let mut names = fs::read_dir(draft)?.map(|entry| Ok(entry?.file_name())).collect::<io::Result<Vec<_>>>()?;
+    names.sort_by_key(|name| name == MANIFEST);
+    for name in names {
+        fs::rename(draft.join(&name), folder.join(&name))?;
+    }
+    fs::remove_dir(draft)
+}
+
+/// What the results of a launch file's run are called: after its scenario, or after the launch file if there are several.
+pub fn name_of(launch: &Launch) -> &str {
+    match &launch.scenarios[..] {
+        [only] => &only.content.name,
+        _ => &launch.name,
+    }
+}
+
+fn default_path(name: &str) -> PathBuf {
+    let time = clock::millis().replace(':', "-");
+    Path::new("results").join(format!("{name}-{time}"))
+}
