@@ -110,10 +110,11 @@ impl Grid {
     }
 }
 
-/// Bounds the cloud of `problem` at each snapshot: the comparison grids, `bins_phi` x `bins_e` each.
+/// Bounds the cloud of `problem` at each snapshot: the comparison grids, `bins_phi` x `bins_e` each. Orbits that have left `e < 1`
+/// are nowhere, and bound nothing.
 ///
 /// # Errors
-/// [`LostOrbit`] if a trajectory of the 4-sigma ellipse leaves `e < 1`.
+/// [`LostOrbit`] if no trajectory of the 4-sigma ellipse can be followed.
 pub fn comparison_grids<M: PlanarHamiltonian>(
     problem: &Problem<M>,
     flow: &Flow<M>,
@@ -121,14 +122,18 @@ pub fn comparison_grids<M: PlanarHamiltonian>(
     bins_e: usize,
 ) -> Result<Vec<Grid>, LostOrbit> {
     let rings = ellipse_rings(problem);
-    let (x1, x2) = rings.iter().map(|(state, _)| (state.x1, state.x2)).unzip();
-    let mut orbits = Orbits::new(*flow, x1, x2);
+    let (starts_1, starts_2): (Vec<f64>, Vec<f64>) = rings.iter().map(|(state, _)| (state.x1, state.x2)).unzip();
+    let (mut x1, mut x2, mut now) = (starts_1.clone(), starts_2.clone(), 0.0);
     let mut grids = Vec::with_capacity(problem.times.len());
     for &time in &problem.times {
-        orbits.advance_to(time)?;
-        let states: Vec<State> = orbits.x1().iter().zip(orbits.x2()).map(|(&x1, &x2)| State { x1, x2 }).collect();
-        let weights = rings.iter().map(|&(_, weight)| weight);
-        grids.push(bounding_grid(&states, weights, bins_phi, bins_e));
+        flow.advance_where_possible(&mut x1, &mut x2, time - now);
+        now = time;
+        let states = x1.iter().zip(&x2).zip(&rings).map(|((&x1, &x2), &(_, weight))| (State { x1, x2 }, weight));
+        let there: Vec<(State, f64)> = states.filter(|(state, _)| !state.x1.is_nan()).collect();
+        if there.is_empty() {
+            Orbits::new(*flow, starts_1.clone(), starts_2.clone()).advance_to(time)?;
+        }
+        grids.push(bounding_grid(&there, bins_phi, bins_e));
     }
     Ok(grids)
 }
@@ -151,15 +156,17 @@ fn ellipse_rings<M>(problem: &Problem<M>) -> Vec<(State, f64)> {
     points
 }
 
-fn bounding_grid(states: &[State], weights: impl Iterator<Item = f64>, bins_phi: usize, bins_e: usize) -> Grid {
+/// The grid around weighted states.
+fn bounding_grid(cloud: &[(State, f64)], bins_phi: usize, bins_e: usize) -> Grid {
     const MARGIN: f64 = 0.02;
-    let (sin, cos) = states.iter().zip(weights).fold((0.0, 0.0), |(sin, cos), (state, weight)| {
+    let states = || cloud.iter().map(|(state, _)| state);
+    let (sin, cos) = cloud.iter().fold((0.0, 0.0), |(sin, cos), (state, weight)| {
         let e = state.eccentricity();
         (sin + weight * state.x1 / e, cos + weight * state.x2 / e)
     });
     let centre = Circular::from_mean_vector(sin, cos).mean;
-    let (phi_low, phi_high) = range(states.iter().map(|state| nearest(state.solar_angle(), centre)));
-    let (e_low, e_high) = range(states.iter().map(|state| state.eccentricity()));
+    let (phi_low, phi_high) = range(states().map(|state| nearest(state.solar_angle(), centre)));
+    let (e_low, e_high) = range(states().map(|state| state.eccentricity()));
     let (phi_margin, e_margin) = (MARGIN * (phi_high - phi_low), MARGIN * (e_high - e_low));
     Grid {
         phi: Axis {

@@ -13,7 +13,7 @@ use crate::model::plane::{PlanarHamiltonian, State};
 /// Most steps of half an orbit: that of an orbit within rounding of a separatrix has a few hundred.
 const MOST_STEPS: usize = 3000;
 /// Most years that half an orbit is followed.
-const MOST_YEARS: f64 = 400.0;
+const MOST_YEARS: f64 = 1e6;
 /// Parts of a step in each of which an orbit crosses the axis at most once.
 const PARTS: u32 = 16;
 

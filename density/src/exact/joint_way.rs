@@ -5,6 +5,7 @@ use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::family::Family;
 use super::joint::Joint;
+use super::moments::Noise;
 use super::{by_blocks, by_orbits};
 
 /// Backward orbits of one turn that the way by blocks may take for each orbit that the other may: an orbit of the latter costs
@@ -18,6 +19,20 @@ const CHECKING: usize = 1_000;
 /// While the cloud is not wound up, blocks of bins with a polynomial each ([`by_blocks`]) are the cheaper way. What they
 /// say is taken only if a few orbits, followed from line to line, say the same within their error.
 pub(super) fn joint(
+    family: &Family<'_, impl PlanarHamiltonian>,
+    grid: &Grid,
+    years: f64,
+    tolerance: f64,
+    most_orbits: usize,
+) -> Joint {
+    let initial = &family.measure.gaussian;
+    let noise = Noise::after(years, family).over(initial.sigma_e, initial.sigma_phi, initial.mean_e);
+    let joint = without_noise(family, grid, years, tolerance.max(noise), most_orbits);
+    Joint { error: joint.error + noise, ..joint }
+}
+
+/// As if states were exact.
+fn without_noise(
     family: &Family<'_, impl PlanarHamiltonian>,
     grid: &Grid,
     years: f64,

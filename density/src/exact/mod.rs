@@ -17,6 +17,7 @@
 //! The marginals are the sums of the joint's rows and columns, as those of every other method: they miss what lies outside
 //! the grid, [`ExactSnapshot::mass_outside`].
 
+mod at_start;
 mod axis;
 mod block;
 mod by_blocks;
@@ -222,6 +223,9 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
     /// [`Error`] if the model's orbits are not what the method needs.
     pub fn moments(&self, years: f64) -> Result<moments::SmoothMoments, Error> {
         is_possible(&self.flow.model)?;
+        if years == 0.0 {
+            return Ok(at_start::moments(&self.problem.initial));
+        }
         let Settings { moment_error, most_orbits, .. } = self.settings;
         Ok(moments::smooth_moments(&self.family, years, moment_error, most_orbits))
     }

@@ -70,6 +70,7 @@ pub(super) fn smooth_moments(
     most_orbits: usize,
 ) -> SmoothMoments {
     let t = angle_of(years);
+    let noise = Noise::after(years, family);
     let first = |orbit: &Orbit| {
         along(family, orbit, t, None, |phi, e| {
             let (sin, cos) = phi.sin_cos();
@@ -80,6 +81,7 @@ pub(super) fn smooth_moments(
         let std_e = (values[4] / values[0] - (values[3] / values[0]).powi(2)).max(1e-30).sqrt();
         // Angles to the same share of their spread, which 1 - R² tells.
         let spread = (1.0 - (values[1].powi(2) + values[2].powi(2)) / values[0].powi(2)).max(1e-12).sqrt();
+        let tolerance = tolerance.max(noise.over(std_e, spread, values[3] / values[0]));
         [1.0, spread, spread, std_e, std_e].map(|scale| 0.3 * tolerance * scale).to_vec()
     };
     let coarse = family.integrate(family.first_intervals(), FIRST, first, scale, most_orbits / 2);
@@ -87,12 +89,35 @@ pub(super) fn smooth_moments(
     let circular = Circular::from_mean_vector(coarse.values[2] / mass, coarse.values[1] / mass);
     let centre = Centre { phi: circular.mean, e: coarse.values[3] / mass };
     let second = |orbit: &Orbit| about(family, orbit, t, centre);
-    let scale = |values: &[f64], _: &[f64]| scales(values).map(|scale| 0.3 * tolerance * scale).to_vec();
+    let scale = |values: &[f64], _: &[f64]| {
+        let (std_e, std_phi) = deviations(values);
+        let tolerance = tolerance.max(noise.over(std_e, std_phi, centre.e));
+        scales(values).map(|scale| 0.3 * tolerance * scale).to_vec()
+    };
     let left = most_orbits.saturating_sub(coarse.orbits);
     let fine = family.integrate(coarse.intervals.clone(), SECOND, second, scale, left);
-    // An orbit's error grows about linearly with time; the accuracy is that after two years.
-    let of_states = ROUNDING + 0.5 * years * family.flow.accuracy.largest_error();
-    finish(&coarse, &fine, centre, of_states)
+    finish(&coarse, &fine, centre, noise)
+}
+
+/// How good states are, absolute: what no number of orbits improves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Noise(f64);
+
+impl Noise {
+    /// An orbit's error grows about linearly with time; the accuracy is that after two years.
+    pub(super) fn after(years: f64, family: &Family<'_, impl PlanarHamiltonian>) -> Self {
+        Self(ROUNDING + 0.5 * years * family.flow.accuracy.largest_error())
+    }
+
+    /// As a share of one deviation.
+    fn of(self, deviation: f64) -> f64 {
+        self.0 / deviation
+    }
+
+    /// As a share of the deviations of a cloud in `e` and `phi`, both.
+    pub(super) fn over(self, std_e: f64, std_phi: f64, mean_e: f64) -> f64 {
+        self.of(std_phi * mean_e.max(std_e)) + self.of(std_e)
+    }
 }
 
 /// Standard deviation of `e` and of `phi` from the second pass.
@@ -112,7 +137,7 @@ fn scales(values: &[f64]) -> [f64; SECOND] {
     [1.0, spread, spread, e, e * e, phi, phi * phi, phi * e, f64::INFINITY]
 }
 
-fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, of_states: f64) -> SmoothMoments {
+fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, noise: Noise) -> SmoothMoments {
     let mean = |f: usize| fine.values[f] / fine.values[0];
     let (std_e, std_phi) = deviations(&fine.values);
     let circular = Circular::from_mean_vector(mean(2), mean(1));
@@ -124,12 +149,11 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, of_states: f64) 
     let missing = (1.0 - fine.values[0]).abs();
     let relative = |f: usize| fine.errors[f] / scales[f] + missing;
     // The states themselves are only so good, which is much of a cloud that is hardly wider.
-    let noise = |deviation: f64| of_states / deviation;
     let mean_e = centre.e + mean(3);
-    let e_error = relative(3).max(relative(4)) + noise(std_e) + if fine.lost + coarse.lost > 0 { missing } else { 0.0 };
+    let e_error =
+        relative(3).max(relative(4)) + noise.of(std_e) + if fine.lost + coarse.lost > 0 { missing } else { 0.0 };
     let phi_error = relative(5).max(relative(6)).max(relative(7))
-        + noise(std_phi * mean_e.max(std_e))
-        + noise(std_e)
+        + noise.over(std_e, std_phi, mean_e)
         + cut / std_phi
         + 2.0 * cut * PI / std_phi.powi(2);
     SmoothMoments {

@@ -53,13 +53,14 @@ pub fn curve<M: PlanarHamiltonian>(
     };
     let found = family.integrate(family.first_intervals(), times.len() + 1, passed, tolerances, most_orbits);
     let missing: f64 = (1.0 - found.values[times.len()]).abs();
+    let at_start = Estimated { value: problem.initial.probability_above(problem.critical_e), error: f64::EPSILON };
     let estimated = |k: usize| Estimated {
         value: found.values[k].clamp(0.0, 1.0),
         error: found.errors[k]
             + touching(found.values[k])
             + if missing > 1e-12 { missing } else { missing * found.values[k] },
     };
-    Ok((0..times.len()).map(estimated).collect())
+    Ok((0..times.len()).map(|k| if times[k] == 0.0 { at_start } else { estimated(k) }).collect())
 }
 
 /// What of an orbit's probability has passed by each time, then all of it; per unit of `H`.

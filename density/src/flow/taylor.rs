@@ -19,9 +19,9 @@ use crate::model::{Coordinates, LANES, Lanes, Model, Series, Task};
 pub(crate) const MOST_COEFFICIENTS: usize = 19;
 /// Steps that an orbit may take in any interval, and more for each year of it. At the default accuracy a year takes about
 /// fifteen, and next to `e = 1`, where oblateness turns orbits by `W/s⁴` a time unit, in proportion more: at `e = 0.99` and
-/// `W = 10` there are 1e5.
+/// `W = 10` there are 6e5.
 const MOST_STEPS: f64 = 10_000.0;
-const MOST_STEPS_A_YEAR: f64 = 1e7;
+const MOST_STEPS_A_YEAR: f64 = 2e6;
 /// An orbit is given up where the steps that it may still take would have to be so many times as long as the one just taken.
 const HASTE: f64 = 4.0;
 
@@ -163,7 +163,7 @@ pub enum Loss {
     #[error("left the domain e < 1 of the equations of motion")]
     LeftTheDomain,
     /// Its steps became too short to get on: it turns too fast, as orbits next to `e = 1` do.
-    #[error("turns too fast to be followed (the integrator would need more than 1e7 steps a year)")]
+    #[error("turns too fast to be followed (the integrator would need more than 2e6 steps a year)")]
     Stuck,
 }
 

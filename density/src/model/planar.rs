@@ -179,6 +179,22 @@ pub struct PlanarSeries<const P: usize> {
 
 impl<const P: usize> PlanarSeries<P> {
     const ORDER: usize = P - 1;
+
+    /// Without oblateness the equations turn `(x1, x2, s)` about `(0, C, 1)` and lead on beyond `e = 1`, where `s` is negative and the
+    /// orbit no longer one of a satellite; nothing else in the series tells. An orbit that has passed its most eccentric point within
+    /// the step, where `x1` changes its sign, and was at `s < 0` there is put outside the domain.
+    fn end_where_e_was_one(&mut self, before: &Lanes, step: &Lanes) {
+        let radiation = self.force.radiation;
+        for l in 0..LANES {
+            let (x1, x2, s) = (self.x1[0][l], self.x2[0][l], self.s[0][l]);
+            let has_passed = before[l] * step[l] > 0.0 && x1 * step[l] <= 0.0;
+            // The axis has the length N, the state its distance d along it: the least s is (d - C sqrt(1 - d²))/N.
+            let along = (s + radiation * x2) / (1.0 + radiation * radiation).sqrt();
+            if has_passed && along < radiation * (1.0 - along * along).max(0.0).sqrt() {
+                self.s[0][l] = f64::NAN;
+            }
+        }
+    }
 }
 
 impl<const P: usize> Series<P> for PlanarSeries<P> {
@@ -240,7 +256,11 @@ impl<const P: usize> Series<P> for PlanarSeries<P> {
                 s[l] = s[l].mul_add(step[l], self.s[n][l]);
             }
         }
+        let before = self.x1[0];
         (self.x1[0], self.x2[0], self.s[0]) = (x1, x2, s);
+        if self.force.oblateness == 0.0 {
+            self.end_where_e_was_one(&before, step);
+        }
     }
 
     #[inline(always)]
