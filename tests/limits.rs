@@ -227,7 +227,7 @@ fn with_few_processes(bench: &Bench, most: u32) -> Command {
 }
 
 #[test]
-fn too_few_processes_or_too_little_address_space_are_told_in_words() {
+fn too_few_processes_and_too_little_memory_are_told_in_words() {
     let bench = Bench::new();
     let launch = bench.launch_file("four", FOUR_CASES);
     let program = bench.path("phasecloud");
@@ -242,9 +242,10 @@ fn too_few_processes_or_too_little_address_space_are_told_in_words() {
         let _ = std::fs::remove_dir_all(bench.path("out"));
         output.status.success()
     };
-    for kilobytes in [100_000, 60_000] {
-        let output = run_prepared(&bench, &format!("ulimit -v {kilobytes}"), false, &launch, "out");
-        told(&output, &format!("ulimit -v {kilobytes}"));
+    for limit in ["-v 60000", "-v 300000", "-s 64", "-s 256", "-d 40000"] {
+        let output = run_prepared(&bench, &format!("ulimit {limit}"), false, &launch, "out");
+        assert!(!told(&output, limit), "{limit}");
+        assert!(text(&output.stderr).contains(&format!("raise the limit (ulimit {})", &limit[..2])), "{limit}");
     }
     for most in [1, 3, 10] {
         let mut command = with_few_processes(&bench, most);

@@ -23,6 +23,7 @@ use clap::Parser;
 
 use crate::crew::{environment, guard};
 use crate::exit::BAD_INPUT;
+use crate::plan::preflight;
 use crate::{check, observe, output};
 
 use cli::{Cli, Command};
@@ -30,10 +31,16 @@ use run::RunArguments;
 
 /// Does what the command line of this process asks for.
 pub fn main() -> ExitCode {
-    if let Err(problem) = environment::shed() {
+    if let Err(problem) = preflight::check_stack_and_data().and_then(|()| environment::shed()) {
         remark!("error: {problem}");
         return ExitCode::from(BAD_INPUT);
     }
+    carry_out()
+}
+
+/// The same in a process that has a stack for it.
+#[inline(never)]
+fn carry_out() -> ExitCode {
     let command = match command() {
         Ok(command) => command,
         Err(answer) => return self::answer(&answer),

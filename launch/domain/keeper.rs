@@ -22,7 +22,7 @@ pub const NOTICE: &str = "run.json";
 /// Everything is looked at so often.
 const ROUND: Duration = Duration::from_secs(5);
 /// The folder in which iceoryx2 says how each topic is to be opened; the launcher holds all topics open.
-const TOPICS: &str = "services";
+pub const TOPICS: &str = "services";
 
 /// A thread that goes its rounds until this is dropped.
 #[derive(Debug)]

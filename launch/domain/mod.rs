@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use messages::domain::Place;
-use rustix::fs::{FlockOperation, flock};
+use rustix::fs::{Access, FlockOperation, flock};
 
-use crate::domain::keeper::Keeper;
+use crate::domain::keeper::{Keeper, TOPICS};
 use lock::{LOCK, lock_in};
 
 /// A number that no other run has; 48 bits, so that names made of it stay short.
@@ -32,11 +32,31 @@ fn place_in(folder: &Path, name: &str) -> Place {
     Place { root: folder.join(name), prefix: format!("pc{name}-") }
 }
 
-/// The folder in which new domains are made: the user's, or a shorter one if paths in it are too long.
+/// The folder in which new domains are made: the user's among the temporary files, or the one in `/tmp` if paths in it are too long for
+/// the names of sockets.
 fn home() -> PathBuf {
     let folder = user_folder(&std::env::temp_dir());
     let name_of_a_run = format!("{:012x}", 0);
     if place_in(&folder, &name_of_a_run).is_short_enough() { folder } else { user_folder(Path::new("/tmp")) }
+}
+
+/// Checks that the folder for temporary files that `TMPDIR` names is one: whoever names it does not expect another to be taken.
+fn check_temporary_folder() -> Result<(), String> {
+    let Some(named) = std::env::var_os("TMPDIR") else { return Ok(()) };
+    let folder = Path::new(&named);
+    let problem = match folder.metadata() {
+        _ if named.is_empty() => "it names nothing".to_owned(),
+        Err(error) => error.to_string(),
+        Ok(found) if !found.is_dir() => "it is not a folder".to_owned(),
+        Ok(_) => match rustix::fs::access(folder, Access::WRITE_OK | Access::EXEC_OK) {
+            Ok(()) => return Ok(()),
+            Err(error) => format!("it cannot be written: {error}"),
+        },
+    };
+    let shown = folder.display();
+    Err(format!(
+        "TMPDIR={shown}: {problem}; it must name a folder for temporary files that is there and can be written, or be unset"
+    ))
 }
 
 /// Where the domain called `name` lies.
@@ -71,6 +91,7 @@ impl OwnDomain {
     /// # Errors
     /// If that is not possible, with the variable that names another place for it.
     pub fn claim(run_id: u64) -> Result<Self, String> {
+        check_temporary_folder()?;
         Self::claim_at(place_of(&format!("{run_id:012x}"))).map_err(elsewhere)
     }
 
@@ -80,6 +101,7 @@ impl OwnDomain {
     /// If another process holds it, or it cannot be created.
     pub fn claim_named(name: &str) -> Result<Self, String> {
         let place = named(name)?;
+        check_temporary_folder()?;
         if let Ok(lock) = File::open(place.root.join(LOCK)) {
             let held = || format!("another process holds the domain \"{name}\"; take another name");
             flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|_| held())?;
@@ -158,8 +180,14 @@ fn is_forsaken(place: &Place) -> bool {
 pub fn is_live(place: &Place) -> bool {
     match File::open(place.root.join(LOCK)) {
         Ok(lock) => flock(&lock, FlockOperation::NonBlockingLockShared).is_err(),
-        Err(_) => place.root.is_dir(),
+        Err(_) => has_topics(place),
     }
+}
+
+/// Whether topics have been opened at a place: looking into one that is no domain would make it one.
+fn has_topics(place: &Place) -> bool {
+    let files = std::fs::read_dir(place.root.join(TOPICS)).into_iter().flatten().flatten();
+    files.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(&place.prefix))
 }
 
 /// Removes what is left of a run whose launcher is gone: an observer that attached in the launcher's last moment may have

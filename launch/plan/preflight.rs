@@ -16,8 +16,12 @@ const SHARED_MEMORY: &str = "/dev/shm";
 /// Descriptors of a process in a run without propagators, and for each; 144 and 7 were measured.
 const DESCRIPTORS: usize = 250;
 const DESCRIPTORS_PER_PROPAGATOR: usize = 10;
-/// Address space without which a launcher of a few processes has been seen to be refused the memory for its own lists \[bytes\].
-const ADDRESSES: u64 = 96 << 20;
+/// Address space of a process besides the messages of large cases: code, stacks, and what the memory allocator sets aside for each
+/// thread \[bytes\]. With 290 MiB processes of a small run have been seen to wait for ever.
+const ADDRESSES: u64 = 512 << 20;
+/// Stack and data without which a process crashes before it can say a word \[bytes\].
+const STACK: u64 = 512 << 10;
+const DATA: u64 = 64 << 20;
 /// Room for the log, the tables and the report, and for what in a file of messages is none \[bytes\].
 const FILES: u64 = 64 << 20;
 /// Room for management data, per process \[bytes\].
@@ -75,6 +79,25 @@ pub fn check_address_space() -> Result<(), String> {
         )),
         _ => Ok(()),
     }
+}
+
+/// Checks what this process and its children may have of stack and data, before anything else is done.
+///
+/// # Errors
+/// How much is needed and how much is allowed.
+pub fn check_stack_and_data() -> Result<(), String> {
+    for (resource, name, option, needed) in
+        [(Resource::Stack, "stack", "-s", STACK), (Resource::Data, "data", "-d", DATA)]
+    {
+        if let Some(allowed) = getrlimit(resource).current.filter(|allowed| *allowed < needed) {
+            return Err(format!(
+                "a process needs at least {} KiB of {name}, {} KiB are allowed; raise the limit (ulimit {option})",
+                needed >> 10,
+                allowed >> 10
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that files may be as long as those of a run are. What a process sends lies in one file of shared memory, and a process that

@@ -217,10 +217,11 @@ pub fn divergence(p: f64, q: f64) -> f64 {
 }
 
 /// What a probability of a curve of `samples` samples (0 if it was not counted) may be off: counting noise, or what its own
-/// interval of this width says.
+/// interval of this width says of the truth outside it. The ends of a 95 % interval lie two standard errors from its middle, so five
+/// are three quarters of its width beyond them; a narrow one may be an error estimate, which is right within a factor of ten.
 pub fn allowance(probability: f64, samples: u64, width: f64) -> f64 {
     match samples {
-        0 if width > 0.0 => 10.0 * width + 1e-9,
+        0 if width > 0.0 => (10.0 * width).min(GENEROUS.max(0.75 * width)) + 1e-9,
         0 => GENEROUS,
         n => {
             let p = probability.clamp(0.0, 1.0);
@@ -301,6 +302,10 @@ mod tests {
         let good = [[0.0, NAN, NAN], [0.2, NAN, NAN], [0.4, NAN, NAN]];
         assert_eq!(doubts(&good, 0, 0.4), "");
         assert!(doubts(&[[0.3, NAN, NAN]; 3], 0, 0.3).contains("begins with 0.3, but 0.00000 of the initial cloud"));
+        assert!(
+            doubts(&[[0.3, 0.2, 0.4]; 3], 0, 0.3).contains("begins with 0.3"),
+            "an interval that the truth is far from"
+        );
         let overtaken = doubts(&good, 0, 0.5);
         assert!(
             overtaken.contains("at 0.7 yr is 0.50000, but of ever having reached it by 1 yr only 0.40000"),

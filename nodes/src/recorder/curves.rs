@@ -28,8 +28,10 @@ fn farthest(curve: &Curve<'_>, reference: &Curve<'_>) -> Option<Contradiction> {
     let claimed = curve.rows.iter().filter(|row| !row.is_withheld());
     let excess = |row: &Row| {
         let bounds = bounds(reference, row.time);
-        let below = bounds.low - bounds.low_allowance - row.probability;
-        let above = row.probability - bounds.high - bounds.high_allowance;
+        // Counting noise is about the share itself, what an interval says about its ends.
+        let (low, high) = if curve.samples > 0 { (row.probability, row.probability) } else { row.ends() };
+        let below = bounds.low - bounds.low_allowance - high;
+        let above = low - bounds.high - bounds.high_allowance;
         let distance = below.max(above) - allowance(row.probability, curve.samples, row.width());
         (distance > 0.0).then_some((distance, *row, bounds))
     };
@@ -86,12 +88,14 @@ mod tests {
         let exact = said("exact", 0, &[[0.0, 0.0, 0.0, 0.0], [1.0, 0.2, 0.2, 0.2], [2.0, 0.3, 0.3, 0.3]]);
         let eager = said("eager", 0, &[[0.0, 0.0, NAN, NAN], [0.5, 0.9, NAN, NAN], [2.0, 0.95, NAN, NAN]]);
         let lazy = said("lazy", 1000, &[[0.0, 0.0, 0.0, 0.01], [1.0, 0.0, 0.0, 0.01], [2.0, 0.0, 0.0, 0.01]]);
+        let sure = said("sure", 0, &[[0.0, 0.9, 0.85, 0.95], [1.0, 0.9, 0.85, 0.95], [2.0, 0.9, 0.85, 0.95]]);
         let fine = said("fine", 0, &[[0.5, 0.2, NAN, NAN], [1.5, 0.21, NAN, NAN]]);
         assert_eq!(
-            words(&[exact, eager, lazy, fine]),
+            words(&[exact, eager, lazy, sure, fine]),
             [
                 "eager: its first-passage curve has 0.90000 by 0.5 yr, exact between 0.00000 and 0.20000",
                 "lazy: its first-passage curve has 0.00000 by 2 yr, exact between 0.30000 and 0.30000",
+                "sure: its first-passage curve has 0.90000 by 0 yr, exact between 0.00000 and 0.00000",
             ]
         );
     }
