@@ -198,7 +198,7 @@ fn a_folder_for_temporary_files_that_cannot_be_one_is_refused_by_the_name_of_its
     let launch = bench.launch_file("four", FOUR_CASES).display().to_string();
     bench.write("file", "");
     let no_text = Path::new(OsStr::from_bytes(b"/tmp/\xff"));
-    for folder in [Path::new("/proc"), &bench.path("file"), Path::new(""), Path::new("/nonexistent"), no_text] {
+    for folder in [Path::new("/proc"), &bench.path("file"), Path::new(""), &bench.path("absent"), no_text] {
         for words in [&["run", &launch, "--out", "out"][..], &["serve", &launch, "--out", "out"], &["check", "mc"]] {
             let output = bench.phasecloud().args(words).env("TMPDIR", folder).output().unwrap();
             let errors = text(&output.stderr);

@@ -3,6 +3,8 @@
 
 mod common;
 
+use std::os::unix::fs::PermissionsExt;
+
 use common::{Bench, FOUR_CASES, REPRODUCIBLE, text};
 
 #[test]
@@ -81,9 +83,12 @@ fn a_swapped_propagator_leaves_the_other_cases_unchanged() {
 #[test]
 fn a_propagator_that_fails_is_named_and_the_others_are_compared() {
     let bench = Bench::new();
+    let script = bench.write("script", "#!/no-such-interpreter\n");
+    std::fs::set_permissions(&script, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let script = format!("[\"{}\"]", script.display());
     for (program, words) in [
         (r#"["sh", "-c", "exit 3"]"#, "exit status: 3"),
-        (r#"["no-such-program"]"#, "no-such-program cannot be started"),
+        (&script, "script cannot be started"),
         (r#"["true"]"#, "ended before the run did: exit status: 0"),
     ] {
         let cases = FOUR_CASES.replace("node = \"gmm-ut\"", &format!("command = {program}"));

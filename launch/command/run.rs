@@ -91,7 +91,7 @@ pub struct Order<'a> {
 
 /// Runs a launch file from start to results folder.
 pub fn run(arguments: &RunArguments) -> ExitCode {
-    let launch = Launch::load(arguments.launch_file.as_deref(), arguments.scenario.as_deref());
+    let launch = Launch::load_to_start(arguments.launch_file.as_deref(), arguments.scenario.as_deref());
     let RunArguments { out, record, no_report, shown, start_order, logged, insecure, .. } = arguments;
     let order = Order {
         out: out.as_deref(),
@@ -224,7 +224,7 @@ fn conduct(
     let snapshots = launch.most_snapshots();
     let post = shares::post_bridge(launch, &own.place.root, run_id, snapshots).map_err(Abort::Fatal)?;
     let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape, scenarios, post };
-    let (kept, nodes) = {
+    let (kept, nodes, signals) = {
         let in_all = Some(launch.scenarios.len() as u32);
         let mut run = Run::begin(commands, snapshots, in_all, order.shown, log, start_times(order.start_order))?;
         own.keep();
@@ -234,7 +234,7 @@ fn conduct(
             Err(Abort::Stopped) if run.recorded() > 0 => {}
             other => other?,
         }
-        (kept(launch, &run), nodes)
+        (kept(launch, &run), nodes, run.into_signals())
     };
     drop(own);
     log.close().map_err(Abort::Fatal)?;
@@ -247,6 +247,9 @@ fn conduct(
     manifest::write(&folder.draft, &kept.launch, &record).map_err(unsealed)?;
     if order.report {
         draw_report(&folder.draft);
+    }
+    if kept.incomplete.is_some() && signals.stop_requested() {
+        return Err(Abort::Interrupted);
     }
     manifest::seal(&folder.draft).map_err(unsealed)?;
     folder.publish().map_err(Abort::Unpublished)?;

@@ -183,7 +183,7 @@ struct Service {
 }
 
 fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Service, OwnDomain), String> {
-    let mut launch = Launch::load(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
+    let mut launch = Launch::load_to_start(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
     launch.open_to_hosts(arguments.insecure)?;
     let path = |path| preflight::check_path("--sweep", path);
     arguments.sweep.as_deref().map(path).transpose()?;

@@ -1,22 +1,17 @@
 //! `phasecloud validate`: checks launch, scenario and sweep files, and that the programs they name can be started.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use bridge::plan::HOME;
 use nodes::file_kind::FileKind;
 use nodes::input::InputFile;
 use nodes::plain_number::plain;
 use nodes::scenario_file;
 use nodes::sweep::Sweep;
-use rustix::fs::{Access, access};
 
 use crate::exit::BAD_INPUT;
-use crate::plan::cases::Case;
-use crate::plan::cases::Runs;
-use crate::plan::cases::command_error;
 use crate::plan::launch_file::Launch;
+use crate::plan::programs;
 
 /// Combinations of a sweep that are checked; the first ones.
 const MOST_COMBINATIONS: usize = 10_000;
@@ -81,46 +76,9 @@ fn sweep(file: &InputFile) -> Result<String, Vec<String>> {
 
 fn launch(file: &InputFile) -> Result<String, Vec<String>> {
     let launch = Launch::check(file, Some(file.path()), None).map_err(|e| vec![e.to_string()])?;
-    let problem = |(index, case): (usize, &Case)| {
-        let problem = format!("of the case {}: {}", case.label, program_problem(case)?);
-        Some(command_error(file, index, &problem).to_string())
-    };
-    let problems: Vec<String> = launch.cases.iter().enumerate().filter_map(problem).collect();
+    let problems: Vec<String> = programs::problems(file, &launch).iter().map(ToString::to_string).collect();
     if problems.is_empty() {
         return Ok(format!("{} cases on {} scenarios", launch.cases.len(), launch.scenarios.len()));
     }
     Err(problems)
-}
-
-/// What is wrong with the program of a case that runs on this host.
-fn program_problem(case: &Case) -> Option<String> {
-    let Runs::Command(words) = &case.runs else { return None };
-    let is_here = case.members().any(|(_, shard)| case.host_of(shard) == HOME);
-    let program = words.first().filter(|_| is_here)?;
-    if program.contains('/') {
-        let folder = std::env::current_dir().unwrap_or_default();
-        return match std::fs::metadata(program) {
-            Err(e) if e.kind() == ErrorKind::NotFound => {
-                Some(format!("there is no program {program}, looked up from {}", folder.display()))
-            }
-            Err(e) => Some(format!("the program {program}, looked up from {}: {e}", folder.display())),
-            Ok(found) if !found.is_file() => Some(format!("{program} is not a program but a folder or a device")),
-            Ok(_) if !is_executable(Path::new(program)) => {
-                Some(format!("{program} is not executable (chmod +x {program})"))
-            }
-            Ok(_) => None,
-        };
-    }
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    let found = std::env::split_paths(&folders).map(|folder| folder.join(program)).any(|path| is_executable(&path));
-    let problem = || {
-        format!(
-            "there is no program \"{program}\" in the folders of PATH; one elsewhere needs a path, like ./{program}"
-        )
-    };
-    (!found).then(problem)
-}
-
-fn is_executable(path: &Path) -> bool {
-    path.is_file() && access(path, Access::EXEC_OK).is_ok()
 }

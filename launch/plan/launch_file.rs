@@ -19,6 +19,7 @@ use toml::Spanned;
 use toml::de::Deserializer;
 
 use super::checks::{check_name, checked_seconds};
+use super::programs;
 use crate::plan::cases;
 use crate::plan::cases::Case;
 use crate::plan::cases::Runs;
@@ -164,6 +165,19 @@ impl Launch {
             None => InputFile::from_text(Path::new("launch/scenario-1.toml"), DEFAULT.0),
         };
         Self::check(&file, path, scenario)
+    }
+
+    /// As [`Launch::load`], for whoever is about to start what it names: the programs must be there.
+    ///
+    /// # Errors
+    /// As [`Launch::load`].
+    pub fn load_to_start(path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
+        let launch = Self::load(path, scenario)?;
+        let file = InputFile::from_text(path.unwrap_or(Path::new("")), &launch.text);
+        match programs::problems(&file, &launch).into_iter().next() {
+            None => Ok(launch),
+            Some(problem) => Err(problem),
+        }
     }
 
     /// Checks a launch file that has been read from `path`, or the one built in; `scenario` as for [`Launch::load`].

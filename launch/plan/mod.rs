@@ -5,3 +5,4 @@ mod checks;
 pub mod hosts;
 pub mod launch_file;
 pub(crate) mod preflight;
+pub(crate) mod programs;

@@ -228,6 +228,11 @@ impl<'a> Run<'a> {
         self.supervisor.stop_all().into_iter().map(how).collect()
     }
 
+    /// Closes the run, and leaves who hears of further requests to stop.
+    pub fn into_signals(self) -> Signals {
+        self.signals
+    }
+
     /// Sleeps until something happens, and deals with it.
     fn look_around(&mut self) -> Result<(), Abort> {
         self.start_what_is_due()?;
