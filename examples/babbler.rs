@@ -5,6 +5,7 @@
 use std::process::ExitCode;
 
 use bytemuck::{Pod, bytes_of_mut};
+use messages::content::Samples;
 use messages::domain::{Domain, Place};
 use messages::layout::{ComparisonHeader, DensityHeader, SnapshotHeader, StatusHeader, comparison, event};
 use messages::text::pack;
@@ -89,8 +90,8 @@ fn lie(domain: &Domain, run_id: u64) {
             status.send_items(header, &[0.0; 2])?;
         }
         let label = pack("mc");
-        let snapshot =
-            SnapshotHeader { run_id, count: 5, kind: 1, rows: 1, columns: 2, label, ..SnapshotHeader::default() };
+        let snapshot = SnapshotHeader { run_id, count: 5, rows: 1, label, ..SnapshotHeader::default() };
+        let snapshot = snapshot.with(Samples::INDEPENDENT);
         domain.outlet::<Snapshot>(2)?.send_items(snapshot, &[1.0, 0.5])?;
         let density = DensityHeader { run_id, count: 5, phi_bins: 1, e_bins: 1, label, ..DensityHeader::default() };
         domain.outlet::<Density>(3)?.send_items(density, &[1.0; 3])?;

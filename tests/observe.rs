@@ -7,8 +7,9 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use common::{Bench, FOUR_CASES, text};
+use messages::content::Samples;
 use messages::domain::{HeldDomain, Place};
-use messages::layout::{SnapshotHeader, kind};
+use messages::layout::SnapshotHeader;
 use messages::port::Outlet;
 use messages::text::pack;
 use messages::topic::{Capacity, Snapshot};
@@ -41,12 +42,11 @@ impl Own {
             run_id: 0xabc,
             time: 0.5,
             index,
-            kind: kind::SAMPLES,
             rows: 4,
-            columns: 2,
             label: pack("mine"),
             ..SnapshotHeader::default()
         };
+        let header = header.with(Samples::INDEPENDENT);
         // Without a reader that must be there the kit calls it an error; this test has observers only.
         let _ = self.outlet.send_items(header, &[1.0, 2.0, 3.0, 4.0, 0.1, 0.2, 0.3, 0.4]);
     }

@@ -14,8 +14,9 @@ use std::time::{Duration, Instant};
 
 use common::processes::{Said, end_of, of_runs_below, signal, wait_for};
 use common::{Bench, text};
+use messages::content::kind;
 use messages::domain::{HeldDomain, Place};
-use messages::layout::{ScenarioHeader, SnapshotHeader, event, kind};
+use messages::layout::{ScenarioHeader, SnapshotHeader, event};
 use messages::text::pack;
 use messages::topic::{Capacity, Scenario, Snapshot, Status};
 use rustix::process::{Pid, Signal, kill_process};

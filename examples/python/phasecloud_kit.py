@@ -32,7 +32,6 @@ import phasecloud_layout as layout
 from phasecloud_layout import CHARACTERISTICS, MIXTURE, SAMPLES  # noqa: F401, for propagators to import from here
 
 LONGEST_SLEEP = iox.Duration.from_secs(1)
-OPTIONAL_FIELDS = ("disagreement", "treatment", "resolution", "lattice", "degree", "replicates")
 
 
 def serve(propagate):
@@ -110,15 +109,15 @@ class Run:
     def snapshot(self, kind, rows, **fields):
         """The next snapshot: writable columns in shared memory, sent when the `with` block ends. Do not keep them.
 
-        `fields` are those of SnapshotHeader that some kinds need: treatment, lattice, disagreement and so on.
+        `fields` are those that the kind has in phasecloud_layout.DETAILS: replicates of samples, treatment, resolution, lattice and
+        degree of characteristics, disagreement of a mixture. Those that are left out are unset.
         """
         session, problem = self._session, self._problem
         if session.shards > 1 and not self._total:
             raise ValueError("this propagator cannot be split into shards: it does not call run.share")
         if self.sent == len(problem.times):
             raise ValueError(f"the scenario has only {self.sent} snapshots")
-        if unknown := set(fields) - set(OPTIONAL_FIELDS):
-            raise TypeError(f"{', '.join(sorted(unknown))}: unknown; there are {', '.join(OPTIONAL_FIELDS)}")
+        details = layout.details(kind, fields)
         if self.outlet is None:
             self.reserve(kind, rows)
         columns = layout.COLUMNS[kind]
@@ -148,7 +147,7 @@ class Run:
             shards=session.shards,
             most_rows=self._reserved // columns,
             label=_pack(session.label, 32),
-            **{"disagreement": float("nan"), **fields},
+            details=details,
         )
         self.outlet.send(draft, header)
         self.sent += 1

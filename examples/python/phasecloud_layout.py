@@ -18,6 +18,7 @@ SAMPLES = 1  # phi [rad], e of equally weighted samples
 CHARACTERISTICS = 2  # phi [rad], e, density n [1/rad] carried along
 MIXTURE = 3  # weight, mean phi [rad], mean e, variance of phi [rad^2], covariance [rad], variance of e
 COLUMNS = {SAMPLES: 2, CHARACTERISTICS: 3, MIXTURE: 6}
+DETAIL_WORDS = 8  # 64-bit words at the end of a snapshot's header for what only its kind has
 
 # How the estimator makes a density of characteristics.
 CARRIED_MESH, HULL_MESH = 0, 1
@@ -61,6 +62,54 @@ class ScenarioHeader(ctypes.Structure):
         return "phasecloud/ScenarioHeader/1"
 
 
+class SamplesDetails(ctypes.Structure):
+    """What samples say beyond the fields that all snapshots share."""
+
+    _fields_ = [("replicates", c_uint32), ("reserved", c_uint32)]
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/SnapshotHeader/3/Samples"
+
+
+class CharacteristicsDetails(ctypes.Structure):
+    """What characteristics say beyond the fields that all snapshots share."""
+
+    _fields_ = [("treatment", c_uint32), ("resolution", c_uint32), ("lattice", c_uint32), ("degree", c_uint32)]
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/SnapshotHeader/3/Characteristics"
+
+
+class MixtureDetails(ctypes.Structure):
+    """What a mixture says beyond the fields that all snapshots share."""
+
+    _fields_ = [("disagreement", c_double)]
+
+    def __init__(self, disagreement=float("nan")):
+        super().__init__(disagreement)  # NaN: nobody knows
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/SnapshotHeader/3/Mixture"
+
+
+DETAILS = {SAMPLES: SamplesDetails, CHARACTERISTICS: CharacteristicsDetails, MIXTURE: MixtureDetails}
+
+
+def details(kind, fields):
+    """The words at the end of a snapshot's header: the fields that its kind has, then zeros."""
+    structure = DETAILS[kind]
+    known = [name for name, _ in structure._fields_ if name != "reserved"]
+    if unknown := set(fields) - set(known):
+        raise TypeError(f"{', '.join(sorted(unknown))}: unknown for this kind of snapshot; it has {', '.join(known)}")
+    area = (c_uint64 * DETAIL_WORDS)()
+    said = structure(**fields)
+    ctypes.memmove(area, ctypes.addressof(said), ctypes.sizeof(said))
+    return area
+
+
 class SnapshotHeader(ctypes.Structure):
     """What a propagator computed at one time. Payload: the columns of its kind, one after the other."""
 
@@ -68,7 +117,6 @@ class SnapshotHeader(ctypes.Structure):
         ("run_id", c_uint64),
         ("time", c_double),
         ("seconds", c_double),
-        ("disagreement", c_double),
         ("total", c_uint64),
         ("scenario", c_uint32),
         ("index", c_uint32),
@@ -76,22 +124,17 @@ class SnapshotHeader(ctypes.Structure):
         ("kind", c_uint32),
         ("rows", c_uint32),
         ("columns", c_uint32),
-        ("treatment", c_uint32),
-        ("resolution", c_uint32),
-        ("lattice", c_uint32),
-        ("degree", c_uint32),
-        ("replicates", c_uint32),
         ("attempt", c_uint32),
         ("shard", c_uint32),
         ("shards", c_uint32),
         ("most_rows", c_uint32),
-        ("reserved", c_uint32),
         ("label", Label),
+        ("details", c_uint64 * DETAIL_WORDS),
     ]
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/2"
+        return "phasecloud/SnapshotHeader/3"
 
 
 class PassageHeader(ctypes.Structure):

@@ -5,15 +5,16 @@ use bytemuck::{Pod, bytes_of_mut};
 use density::dynamics::Force;
 use density::grid::{Axis, Grid};
 use density::problem::{InitialGaussian, Problem};
+use messages::content::{Characteristics, Content, Density as Ready, Lattice, Mixture, Reduced, Samples};
 use messages::layout::{
-    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader, columns,
+    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader,
 };
 use messages::text::pack;
 use messages::topic::{Comparison, Density, Passage, Roster, Scenario};
 use nodes::assignment::Assignment;
 use nodes::method::Case;
 use nodes::screen::Screened;
-use nodes::snapshot_rules::breaches;
+use nodes::snapshot_rules::decode;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let Some((&[topic, kind, rows, changes], rest)) = bytes.split_first_chunk() else { return };
@@ -34,7 +35,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             let _ = Roster::check(&change(RosterHeader::default(), changes), &[entry]);
         }
         4 => scenario(changes, &items),
-        _ => estimate(u32::from(kind % 6), u32::from(rows), changes, items),
+        _ => estimate(kind % 6, u32::from(rows), changes, items),
     }
 });
 
@@ -62,32 +63,32 @@ fn scenario(changes: &[u8], items: &[f64]) {
     let _ = Scenario::check(&change(header, changes), &good);
 }
 
+/// What a snapshot of so many rows is.
+fn content(kind: u8, rows: u32) -> Content {
+    let lattice = (rows.isqrt().pow(2) == rows).then_some(Lattice { side: rows.isqrt(), degree: 1 });
+    match kind {
+        0 => Samples::INDEPENDENT.into(),
+        1 => Mixture::UNJUDGED.into(),
+        2 => Ready.into(),
+        3 => Reduced.into(),
+        4 => Characteristics::CarriedMesh { lattice }.into(),
+        _ => Characteristics::HullMesh { resolution: 10, as_printed: false }.into(),
+    }
+}
+
 /// What is estimated of a snapshot that passes is finite.
-fn estimate(kind: u32, rows: u32, changes: &[u8], mut items: Vec<f64>) {
-    let columns = columns(kind).unwrap_or(1);
+fn estimate(kind: u8, rows: u32, changes: &[u8], mut items: Vec<f64>) {
+    let columns = content(kind, rows).columns().len() as u32;
     let rows = rows.min(items.len() as u32 / columns);
     items.truncate((rows * columns) as usize);
-    let lattice = if rows.isqrt().pow(2) == rows { rows.isqrt() } else { 0 };
-    let header = SnapshotHeader {
-        run_id: 7,
-        count: 2,
-        kind,
-        rows,
-        columns,
-        lattice,
-        degree: 1,
-        treatment: 1,
-        resolution: 10,
-        label: pack("mine"),
-        ..SnapshotHeader::default()
-    };
+    let content = content(kind, rows);
+    let header = SnapshotHeader { run_id: 7, count: 2, rows, label: pack("mine"), ..SnapshotHeader::default() };
+    let header = header.with(content);
     let (assignment, mut case) = (assignment(), Case::default());
     for header in [header, SnapshotHeader { index: 1, time: 0.5, ..header }] {
         let header = change(header, changes);
-        if !breaches(&header, &items, &assignment, case.snapshots_done()).is_empty() {
-            return;
-        }
-        let Ok(estimated) = case.estimate(&header, &items, &assignment) else { return };
+        let Ok(snapshot) = decode(&header, &items, &assignment, case.snapshots_done()) else { return };
+        let Ok(estimated) = case.estimate(&snapshot, &assignment) else { return };
         let estimate = estimated.estimate;
         assert!(estimate.joint.iter().chain(&estimate.marginal_phi).chain(&estimate.marginal_e).all(|n| n.is_finite()));
         assert!(estimate.moments.to_array().iter().all(|moment| moment.is_finite()));

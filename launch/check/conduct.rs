@@ -1,6 +1,7 @@
 //! Rules about how the process behaves: ready, two scenarios, refusal, the end.
 
-use messages::layout::{DENSITY_HEAD, SnapshotHeader, kind};
+use messages::layout::SnapshotHeader;
+use nodes::kind;
 use nodes::snapshot_rules::breaches;
 
 use super::answer::{Answer, LABEL, Outcome, Ready, Received, Stop, is_from};
@@ -52,11 +53,9 @@ pub fn refused(findings: &mut Findings, answer: &Answer) {
     }
 }
 
-/// Whether a density states nothing: neither a moment nor a bin.
+/// Whether a snapshot states nothing.
 fn withholds_all(Received { header, items }: &Received<SnapshotHeader>) -> bool {
-    const MOMENTS: usize = 6;
-    let is_density = header.kind == kind::DENSITY && items.len() > DENSITY_HEAD;
-    is_density && items[..MOMENTS].iter().chain(&items[DENSITY_HEAD..]).all(|number| number.is_nan())
+    header.content().is_ok_and(|content| kind::of(&content).withholds_all(items))
 }
 
 /// A rule cannot be tried because the process did not get as far as one before it did.

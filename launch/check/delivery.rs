@@ -1,7 +1,8 @@
 //! Rules about what was sent: who, how many, in which order, when, and whether the numbers are numbers.
 
 use density::first_passage::curve_times;
-use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, kind};
+use messages::content::Content;
+use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
 use messages::text::unpack;
 use nodes::assignment::Assignment;
 use nodes::passage_rules::breach;
@@ -66,7 +67,7 @@ fn judge_snapshot(
         problems.push((Rule::Identity, format!("its label is \"{}\", not \"{LABEL}\"", unpack(&header.label))));
     }
     let shape_is_right = problems.iter().all(|(rule, _)| *rule != Rule::Shape && *rule != Rule::Finite);
-    if shape_is_right && header.kind == kind::MIXTURE {
+    if shape_is_right && let Ok(Content::Mixture(_)) = header.content() {
         let means = items.chunks_exact(header.rows as usize).nth(2).unwrap_or_default();
         if let Some(row) = means.iter().position(|e| !(0.0..1.0).contains(e)) {
             problems.push((Rule::Eccentricity, format!("component {row} has mean e = {}, outside [0, 1)", means[row])));

@@ -11,10 +11,12 @@ use density::estimate::{Estimate, Moments};
 use density::exact::{Exact, Settings};
 use density::flow::Flow;
 use density::model::PlanarHamiltonian;
-use messages::layout::{DensityHeader, SnapshotHeader, kind, treatment};
+use messages::content::{Characteristics, Content};
+use messages::layout::{DensityHeader, SnapshotHeader};
 use nodes::assignment::Assignment;
-use nodes::method::{Case, Estimated};
-use nodes::snapshot_rules::breaches;
+use nodes::kind::{self, Estimated, Snapshot, Trajectories, groups};
+use nodes::method::Case;
+use nodes::snapshot_rules::decode;
 
 use super::amount::{amount, to_within};
 use super::answer::{Answer, Received};
@@ -37,7 +39,7 @@ const MOMENTS: [&str; 6] = ["mean phi", "std phi", "mean e", "std e", "covarianc
 /// A snapshot in columns, at its time.
 struct Table<'a> {
     index: usize,
-    header: &'a SnapshotHeader,
+    snapshot: Snapshot<'a>,
     columns: Vec<&'a [f64]>,
 }
 
@@ -49,43 +51,49 @@ impl Table<'_> {
 
     /// Whether NaN in it is what its sender does not stand behind.
     fn may_withhold(&self) -> bool {
-        self.header.kind == kind::DENSITY
+        kind::of(&self.snapshot.content).may_withhold()
     }
 
-    fn has_trajectories(&self) -> bool {
-        [kind::SAMPLES, kind::CHARACTERISTICS].contains(&self.header.kind)
+    fn trajectories(&self) -> Trajectories {
+        kind::of(&self.snapshot.content).trajectories()
+    }
+
+    fn time(&self) -> f64 {
+        self.snapshot.header.time
+    }
+
+    fn rows(&self) -> f64 {
+        f64::from(self.snapshot.header.rows)
     }
 }
 
 /// Judges all snapshots of an answer, up to the first that is not even a snapshot.
 pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     let assignment = &answer.assignment;
-    let is_good = |(k, received): &(usize, &Received<SnapshotHeader>)| {
-        breaches(&received.header, &received.items, assignment, *k).is_empty()
-    };
-    let good = answer.heard.snapshots.iter().enumerate().take_while(is_good);
     let table = |(index, received)| {
         let Received { header, items }: &Received<SnapshotHeader> = received;
-        Table { index, header, columns: items.chunks_exact(header.rows as usize).collect() }
+        let snapshot = decode(header, items, assignment, index).ok()?;
+        Some(Table { index, snapshot, columns: items.chunks_exact(header.rows as usize).collect() })
     };
-    let tables: Vec<Table> = good.map(table).collect();
+    let tables: Vec<Table> = answer.heard.snapshots.iter().enumerate().map_while(table).collect();
     let Some(first) = tables.first() else { return };
     let named = |result: Result<String, String>| {
         let name = |text: String| format!("{}: {text}", assignment.name);
         result.map(name).map_err(name)
     };
-    if first.has_trajectories() && !(redrawn && first.header.kind == kind::SAMPLES) {
+    let (trajectories, first) = (first.trajectories(), first.snapshot.content);
+    if trajectories == Trajectories::Ordered || (trajectories == Trajectories::Unordered && !redrawn) {
         findings.take(Rule::Hamiltonian, named(hamiltonian(assignment, &tables)));
     }
-    if first.header.kind == kind::CHARACTERISTICS {
-        findings.take(Rule::CarriedDensity, named(carried_density(assignment, &tables)));
+    if let Content::Characteristics(characteristics) = first {
+        findings.take(Rule::CarriedDensity, named(carried_density(assignment, &characteristics, &tables)));
     }
     let mut case = Case::default();
     let mut worst = Worst::default();
     let mut least_mass = f64::INFINITY;
     let mut densities = Vec::new();
-    for (received, table) in answer.heard.snapshots.iter().zip(&tables) {
-        let estimate = match case.estimate(&received.header, &received.items, assignment) {
+    for table in &tables {
+        let estimate = match case.estimate(&table.snapshot, assignment) {
             Ok(estimated) => {
                 densities.push(summary(table, &estimated));
                 estimated.estimate
@@ -119,7 +127,7 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
 /// What a snapshot came to, as the recorder hears of it.
 fn summary(table: &Table, estimated: &Estimated) -> DensityHeader {
     DensityHeader {
-        time: table.header.time,
+        time: table.time(),
         moments: estimated.estimate.moments.to_array(),
         standard_errors: estimated.estimate.standard_errors.to_array(),
         diagnostic: estimated.diagnostic,
@@ -131,7 +139,7 @@ fn summary(table: &Table, estimated: &Estimated) -> DensityHeader {
 /// The largest change of the Hamiltonian of a row since the first snapshot. Rows that are not told to keep their places are
 /// compared in the order of their Hamiltonians: the largest difference of sorted values is never above that of the rows.
 fn hamiltonian(assignment: &Assignment, tables: &[Table]) -> Result<String, String> {
-    let keep_places = tables[0].header.kind == kind::CHARACTERISTICS;
+    let keep_places = tables[0].trajectories() == Trajectories::Ordered;
     let values = |table: &Table| {
         let mut values: Vec<f64> =
             table.states().into_iter().map(|state| assignment.problem.model.hamiltonian(state)).collect();
@@ -164,10 +172,10 @@ fn hamiltonian(assignment: &Assignment, tables: &[Table]) -> Result<String, Stri
 }
 
 /// The largest relative error of the density along characteristics.
-fn carried_density(assignment: &Assignment, tables: &[Table]) -> Result<String, String> {
+fn carried_density(assignment: &Assignment, first: &Characteristics, tables: &[Table]) -> Result<String, String> {
     let initial = &assignment.problem.initial;
-    let growth = match tables[0].header.treatment {
-        treatment::HULL_MESH_AS_PRINTED => density_growth_without_jacobian,
+    let growth = match first {
+        Characteristics::HullMesh { as_printed: true, .. } => density_growth_without_jacobian,
         _ => density_growth,
     };
     let (start, at_start) = (tables[0].states(), tables[0].columns[2]);
@@ -195,15 +203,15 @@ fn carried_density(assignment: &Assignment, tables: &[Table]) -> Result<String, 
 /// The comparison grid holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the probability lies outside.
 fn mass(table: &Table, estimate: &Estimate) -> Result<f64, String> {
     let outside = (-8.0f64).exp();
-    if table.header.kind == kind::MIXTURE {
+    if let Content::Mixture(_) = table.snapshot.content {
         let sum: f64 = table.columns[0].iter().sum();
         if (sum - 1.0).abs() > WEIGHTS {
             return Err(format!("the weights sum to {sum}"));
         }
     }
-    let tolerance = match table.header.kind {
-        kind::SAMPLES => {
-            let n = f64::from(table.header.rows);
+    let tolerance = match table.snapshot.content {
+        Content::Samples(_) => {
+            let n = table.rows();
             SIGMAS * (outside / n).sqrt() + 1.0 / n
         }
         _ => MASS,
@@ -229,7 +237,7 @@ impl Worst {
     fn take(&mut self, assignment: &Assignment, table: &Table, moments: &Moments) {
         let flow = Flow::new(assignment.problem.model);
         let exact = Exact::new(&assignment.problem, &flow, Settings::default());
-        let (time, critical_e) = (table.header.time, assignment.problem.critical_e);
+        let (time, critical_e) = (table.time(), assignment.problem.critical_e);
         let right = exact.moments(time).and_then(|right| Ok((right, exact.probability_above(critical_e, time)?)));
         let (right, above) = match right {
             Ok(right) => right,
@@ -237,11 +245,13 @@ impl Worst {
         };
         let (a, b) = (right.std_phi, right.std_e);
         let right = [right.mean_phi, right.std_phi, right.mean_e, right.std_e, right.cov_phi_e, above.value];
-        let (allowed, unit) = match table.header.kind {
-            kind::SAMPLES => (sample_errors(assignment, table, right[5]), "standard errors"),
-            _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), "standard deviations"),
+        let (allowed, units, unit) = match &table.snapshot.content {
+            Content::Samples(samples) => {
+                let independent = groups(samples).is_none();
+                (sample_errors(assignment, table, independent, right[5]), SIGMAS, "standard errors")
+            }
+            _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), GENEROUS, "standard deviations"),
         };
-        let units = if table.header.kind == kind::SAMPLES { SIGMAS } else { GENEROUS };
         let off = |error: f64, difference: f64| match () {
             () if error.is_finite() => format!("off by {} {unit}", amount(error * units)),
             () if difference.is_nan() => "it is no number".into(),
@@ -282,9 +292,9 @@ impl Worst {
 
 /// What samples may be off: [`SIGMAS`] standard errors of independent draws, and room for one sample in a count. Opposites in
 /// pairs have equal squares, so draws in groups may count for half as many independent ones.
-fn sample_errors(assignment: &Assignment, table: &Table, above: f64) -> [f64; 6] {
-    let n = f64::from(table.header.rows);
-    let sigmas = if table.header.replicates > 1 { SIGMAS * SQRT_2 } else { SIGMAS };
+fn sample_errors(assignment: &Assignment, table: &Table, independent: bool, above: f64) -> [f64; 6] {
+    let n = table.rows();
+    let sigmas = if independent { SIGMAS } else { SIGMAS * SQRT_2 };
     let (grid, critical_e) = (assignment.grids[table.index], assignment.problem.critical_e);
     let errors = binning::estimate(table.columns[0], table.columns[1], grid, critical_e).standard_errors;
     let mut allowed = errors.to_array().map(|error| sigmas * error);

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use density::flow::Flow;
 use density::orbits::Orbits;
 use density::sampling::{Draws, Plan};
-use messages::layout::kind;
+use messages::content::Samples;
 use nodes::assignment::Assignment;
 use nodes::failure::Failure;
 use nodes::kit::{self, Form, Propagator};
@@ -28,8 +28,8 @@ impl Propagator for Mine {
         let plan = Plan { draws: Draws::Independent, seed: 1, replicates: NonZeroUsize::MIN };
         let (x1, x2) = plan.draw(&problem.initial, SAMPLES);
         self.work = Some((Orbits::new(Flow::new(problem.model), x1, x2), problem.times.clone()));
-        // `messages::layout::kind` says which other kinds there are, and what their columns are.
-        Ok(Form { kind: kind::SAMPLES, most_rows: SAMPLES, ..Form::default() })
+        // `messages::content` says which other kinds of snapshot there are, and what their columns are.
+        Ok(Form::whole(Samples::INDEPENDENT, SAMPLES))
     }
 
     /// Moves on to the snapshot at time number `index` and returns how many rows it has.
@@ -42,7 +42,7 @@ impl Propagator for Mine {
     /// Fills the columns of the snapshot, one after the other, in the memory in which they will be read.
     fn write(&self, columns: &mut [f64]) {
         if let Some((orbits, _)) = &self.work {
-            let (phi, e) = columns.split_at_mut(orbits.len());
+            let [phi, e] = Samples::columns(columns);
             orbits.read_out(phi, e);
         }
     }

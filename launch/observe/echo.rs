@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use clap::Args;
-use messages::describe::{Described, Field, FieldKind, Value};
+use messages::describe::{Field, FieldKind, Value};
 use messages::domain::Place;
 use messages::payload::{Item, Shape};
 use messages::port::{Message, PortError};
@@ -57,7 +57,7 @@ struct Echo<'a> {
 /// A message taken apart.
 struct Shown {
     topic: &'static str,
-    header: Vec<(&'static Field, Value)>,
+    header: Vec<(Field, Value)>,
     items: usize,
     shape: Shape,
     rows: Vec<Vec<Value>>,
@@ -100,8 +100,7 @@ fn take<T: Topic>(place: &Place, most: usize, sender: SyncSender<Option<Shown>>)
 }
 
 fn take_apart<T: Topic>(message: &Message<T>, most: usize, missed: usize) -> Shown {
-    let bytes = bytemuck::bytes_of(message.header());
-    let header = T::Header::FIELDS.iter().filter_map(|field| Some((field, field.value(bytes)?))).collect();
+    let header = T::values(message.header());
     let (shape, items) = (T::shape(message.header()), message.items());
     let rows = if T::Item::FIELDS.is_empty() {
         number_rows(bytemuck::cast_slice(bytemuck::cast_slice::<_, u8>(items)), shape, most)
@@ -196,7 +195,7 @@ fn json_line(shown: &Shown) -> String {
         Value::Real(numbers) => json!(numbers),
         Value::Text(text) => json!(text),
     };
-    let field = |(field, field_value): &(&Field, Value)| {
+    let field = |(field, field_value): &(Field, Value)| {
         let shown = if is_run(field) { json!(words(field, field_value)) } else { value(field_value) };
         (field.name.to_owned(), shown)
     };
@@ -208,25 +207,41 @@ fn json_line(shown: &Shown) -> String {
 
 #[cfg(test)]
 mod tests {
+    use messages::content::Characteristics;
     use messages::layout::{PassageHeader, SnapshotHeader};
+    use messages::topic::{Passage, Snapshot};
 
     use super::*;
 
-    fn shown<H: Described + bytemuck::Pod>(header: &H) -> Shown {
-        let bytes = bytemuck::bytes_of(header);
-        let header = H::FIELDS.iter().filter_map(|field| Some((field, field.value(bytes)?))).collect();
+    fn shown<T: Topic>(header: &T::Header) -> Shown {
+        let header = T::values(header);
         let shape = Shape { columns: &[], by_column: false };
         Shown { topic: "x", header, items: 0, shape, rows: Vec::new(), missed: 0 }
     }
 
     #[test]
     fn runs_are_shown_in_hexadecimal_digits_and_numbers_in_decimal_ones() {
-        let snapshot = shown(&SnapshotHeader { run_id: 255, total: 100_000, ..SnapshotHeader::default() });
+        let snapshot = shown::<Snapshot>(&SnapshotHeader { run_id: 255, total: 100_000, ..SnapshotHeader::default() });
         let text = block(&snapshot);
         assert!(text.contains("0000000000ff\n") && text.contains(" 100000\n"), "{text}");
         let json: serde_json::Value = serde_json::from_str(&json_line(&snapshot)).unwrap();
         assert_eq!((&json["header"]["run_id"], &json["header"]["total"]), (&json!("0000000000ff"), &json!(100_000)));
-        let text = block(&shown(&PassageHeader { samples: 4096, ..PassageHeader::default() }));
+        let text = block(&shown::<Passage>(&PassageHeader { samples: 4096, ..PassageHeader::default() }));
         assert!(text.contains(" 4096\n"), "{text}");
+    }
+
+    #[test]
+    fn the_fields_that_only_one_kind_of_snapshot_has_are_shown_by_name_with_their_codes() {
+        let hull = Characteristics::HullMesh { resolution: 500, as_printed: true };
+        let snapshot = shown::<Snapshot>(&SnapshotHeader::default().with(hull));
+        let text = block(&snapshot);
+        let line = |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).unwrap_or_default();
+        assert!(
+            line("treatment").ends_with("2 (HULL_MESH_AS_PRINTED)") && line("resolution").ends_with(" 500"),
+            "{text}"
+        );
+        assert!(line("replicates").is_empty() && line("details").is_empty(), "{text}");
+        let json: serde_json::Value = serde_json::from_str(&json_line(&snapshot)).unwrap();
+        assert_eq!(json["header"]["resolution"], json!(500));
     }
 }

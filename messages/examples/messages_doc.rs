@@ -4,12 +4,13 @@
 
 use std::fmt::Write;
 
+use messages::content::{self, DENSITY_HEAD, KINDS, KindTable, kind};
 use messages::describe::{Codes, Described, Field, plain};
 use messages::domain::MOST_HELD;
 use messages::domain::PATIENCE;
 use messages::layout::{
-    ALL_CODES, DENSITY_HEAD, DISTANCE_COLUMNS, EFFORT_COLUMNS, ERROR_COLUMNS, MOST_SNAPSHOTS, PASSAGE_COLUMNS,
-    PASSAGE_TIMES, RosterEntry, SCENARIO_COLUMNS, kind,
+    ALL_CODES, DISTANCE_COLUMNS, EFFORT_COLUMNS, ERROR_COLUMNS, MOST_SNAPSHOTS, PASSAGE_COLUMNS, PASSAGE_TIMES,
+    RosterEntry, SCENARIO_COLUMNS,
 };
 use messages::payload::{self, Item};
 use messages::port::{JOINED, OBSERVER, READER, SENT};
@@ -37,6 +38,7 @@ pub fn document() -> String {
         ("{STATUS_DEPTH}", Status::depth(&ANY_CAPACITY).to_string()),
         ("{topics}", topics()),
         ("{headers}", headers()),
+        ("{details}", KINDS.iter().map(details).collect()),
         ("{codes}", ALL_CODES.map(codes).concat()),
         ("{payloads}", payloads()),
         ("`SCENARIO_COLUMNS`", SCENARIO_COLUMNS.to_string()),
@@ -75,9 +77,19 @@ fn headers() -> String {
 }
 
 fn layout<T: Described>(of: &str) -> String {
-    let mut text = format!("### {}\n\n{of}, {} bytes. {}\n\n", T::TYPE_NAME, size_of::<T>(), plain(T::DOC));
+    format!("### {}\n\n{of}, {} bytes. {}\n\n", T::TYPE_NAME, size_of::<T>(), plain(T::DOC)) + &fields(T::FIELDS)
+}
+
+/// The details of a kind of snapshot.
+fn details(table: &KindTable) -> String {
+    let name = kind::CODES.name_of(table.code.into()).unwrap_or_default();
+    format!("### Details of kind `{name}`\n\n{}\n\n", plain(table.details_doc)) + &fields(table.details)
+}
+
+fn fields(fields: &[Field]) -> String {
+    let mut text = String::new();
     text += "| offset | field | type | unit | meaning |\n|---|---|---|---|---|\n";
-    for field @ Field { name, kind, offset, doc } in T::FIELDS {
+    for field @ Field { name, kind, offset, doc } in fields {
         let unit = field.unit().unwrap_or_default();
         let _ = writeln!(text, "| {offset} | `{name}` | {kind} | {unit} | {} |", plain(doc));
     }
@@ -102,7 +114,7 @@ fn payloads() -> String {
     };
     row("scenario", "a row a snapshot", &payload::SCENARIO);
     for code in kind::CODES.codes {
-        let columns = payload::snapshot_columns(code.value).unwrap_or_default();
+        let columns = content::table(code.value).map_or(&[][..], |kind| kind.columns);
         row(&format!("snapshot of kind `{}`", code.name), "column after column", columns);
     }
     row("passage", &format!("a row a time, {PASSAGE_TIMES} times"), &payload::PASSAGE);

@@ -44,6 +44,8 @@ pub enum FieldKind {
     F64s(usize),
     /// So many bytes of NUL-padded UTF-8.
     Text(usize),
+    /// So many 64-bit words, whose meaning depends on another field.
+    Words(usize),
 }
 
 impl fmt::Display for FieldKind {
@@ -54,6 +56,7 @@ impl fmt::Display for FieldKind {
             Self::F64 => write!(f, "f64"),
             Self::F64s(count) => write!(f, "f64 x {count}"),
             Self::Text(bytes) => write!(f, "text, {bytes} bytes"),
+            Self::Words(count) => write!(f, "{} bytes", 8 * count),
         }
     }
 }
@@ -79,6 +82,9 @@ impl<const N: usize> FieldType for [f64; N] {
 impl<const N: usize> FieldType for [u8; N] {
     const KIND: FieldKind = FieldKind::Text(N);
 }
+impl<const N: usize> FieldType for [u64; N] {
+    const KIND: FieldKind = FieldKind::Words(N);
+}
 
 /// The value of a field.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,7 +98,7 @@ pub enum Value {
 }
 
 impl Field {
-    /// The field's value in a header of these bytes; `None` if they are too few.
+    /// The field's value in a header of these bytes; `None` if they are too few, or are words, which other fields explain.
     pub fn value(&self, header: &[u8]) -> Option<Value> {
         let bytes = header.get(self.offset..)?;
         let real = |chunk: &[u8]| chunk.try_into().ok().map(f64::from_ne_bytes);
@@ -102,6 +108,7 @@ impl Field {
             FieldKind::F64 => Value::Real(vec![f64::from_ne_bytes(*bytes.first_chunk()?)]),
             FieldKind::F64s(count) => Value::Real(bytes.get(..8 * count)?.chunks_exact(8).filter_map(real).collect()),
             FieldKind::Text(count) => Value::Text(crate::text::unpack(bytes.get(..count)?)),
+            FieldKind::Words(_) => return None,
         })
     }
 
@@ -240,6 +247,7 @@ mod tests {
     use super::*;
     use crate::layout::{DensityHeader, SnapshotHeader, StatusHeader, event};
     use crate::text::pack;
+    use crate::topic::{Snapshot, Topic};
 
     fn field<T: Described>(name: &str) -> &'static Field {
         T::FIELDS.iter().find(|field| field.name == name).unwrap()
@@ -257,6 +265,7 @@ mod tests {
                     FieldKind::U32 => 4,
                     FieldKind::F64s(count) => 8 * count,
                     FieldKind::Text(bytes) => bytes,
+                    FieldKind::Words(count) => 8 * count,
                 };
             }
             assert_eq!(end, size_of::<T>());
@@ -282,6 +291,17 @@ mod tests {
         assert_eq!(field::<SnapshotHeader>("kind").codes().unwrap().name, "kind");
         assert_eq!(field::<DensityHeader>("grid").unit(), None, "its numbers have different units");
         assert_eq!(field::<DensityHeader>("grid").value(&bytes[..40]), None);
+    }
+
+    #[test]
+    fn the_details_of_a_header_are_told_by_the_names_that_its_kind_has() {
+        let header = SnapshotHeader::default().with(crate::content::Samples { replicates: 5 });
+        let told =
+            |header| Snapshot::values(header).into_iter().map(|(field, value)| (field.name, value)).collect::<Vec<_>>();
+        assert!(told(&header).contains(&("replicates", Value::Whole(5))));
+        let header = header.with(crate::content::Mixture { disagreement: 0.25 });
+        assert!(told(&header).contains(&("disagreement", Value::Real(vec![0.25]))));
+        assert!(told(&header).iter().all(|(name, _)| *name != "replicates" && *name != "details"));
     }
 
     #[test]

@@ -8,6 +8,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+use crate::content::{Details, kind, treatment};
 use crate::describe::{Codes, Described, Field, FieldType, codes, header};
 use crate::payload;
 use crate::text::Label;
@@ -60,52 +61,9 @@ pub const MOST_SNAPSHOTS: usize = 64;
 /// Numbers in a row of a scenario's payload.
 pub const SCENARIO_COLUMNS: usize = payload::SCENARIO.len();
 
-codes! {
-    /// What a snapshot's columns are.
-    pub mod kind {
-        /// Equally weighted samples: `phi` \[rad\], `e`.
-        pub const SAMPLES: u32 = 1;
-        /// Characteristics: `phi` \[rad\], `e`, density `n` \[1/rad\] carried along.
-        pub const CHARACTERISTICS: u32 = 2;
-        /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers (the six moments, circular
-        /// mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard deviations, of the resultant
-        /// vector, of the probability and of the joint density in L1), then the joint density \[1/rad\], `phi` outermost. What
-        /// the method does not stand behind it withholds: NaN in place of any of the first eight numbers, or of the whole
-        /// joint density. The error estimates say what was reached: 0 or more, infinity if nobody knows, never NaN.
-        pub const DENSITY: u32 = 4;
-        /// Samples that were reduced where they are, in one column of whole numbers: how many samples, how many of them above the
-        /// critical eccentricity, how many sectors of the circle hold any; four sums over all; for each such sector its number, how
-        /// many samples it holds, and ten sums; how many samples each bin of the comparison grid holds, `phi` outermost. A sum is
-        /// two numbers, `high * 2^52 + low`, in units of 2^-60; `density/src/sample_sums/` says which sums.
-        pub const REDUCED: u32 = 5;
-        /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
-        pub const MIXTURE: u32 = 3;
-    }
-}
-
-/// Number of columns of a kind of snapshot; `None` for a kind this version does not know.
-pub fn columns(kind: u32) -> Option<u32> {
-    payload::snapshot_columns(kind).map(|columns| columns.len() as u32)
-}
-
-/// Numbers before the joint density in a snapshot of kind [`kind::DENSITY`].
-pub const DENSITY_HEAD: usize = 12;
-
-codes! {
-    /// How the estimator makes a density of characteristics.
-    pub mod treatment {
-        /// Triangles of the initial points, carried by the flow, each with its probability.
-        pub const CARRIED_MESH: u32 = 0;
-        /// Delaunay triangulation of the final points and linear interpolation of `n`.
-        pub const HULL_MESH: u32 = 1;
-        /// The same with `phi` cut open at 0, as the paper printed it.
-        pub const HULL_MESH_AS_PRINTED: u32 = 2;
-    }
-}
-
 header! {
     /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
-    #[type_name("phasecloud/SnapshotHeader/2")]
+    #[type_name("phasecloud/SnapshotHeader/3")]
     pub struct SnapshotHeader {
         /// Names the run.
         pub run_id: u64,
@@ -113,8 +71,6 @@ header! {
         pub time: f64,
         /// CPU time that the propagator spent on this snapshot \[s\].
         pub seconds: f64,
-        /// Mixtures only: how far the flow over a component is from linear, weighted mean; NaN if not known.
-        pub disagreement: f64,
         /// Rows of all shards together, of reduced samples all samples; 0 if the snapshot is whole.
         pub total: u64,
         /// Position of the scenario in the run.
@@ -123,22 +79,12 @@ header! {
         pub index: u32,
         /// Snapshots in the scenario.
         pub count: u32,
-        /// What the columns are, see [`kind`].
+        /// What the columns and the details are, see [`kind`].
         pub kind: u32,
         /// Length of a column.
         pub rows: u32,
         /// Number of columns.
         pub columns: u32,
-        /// Characteristics only: how to estimate the density, see [`treatment`].
-        pub treatment: u32,
-        /// Hull meshes only: interpolation points an axis (the paper's Ngrid), at most 20,000.
-        pub resolution: u32,
-        /// Carried meshes only: points a side if the initial points form a square lattice, `phi` outermost; else 0.
-        pub lattice: u32,
-        /// Carried lattices only: degree to which the flow is interpolated between the points; 1 is linear.
-        pub degree: u32,
-        /// Samples only: independent groups the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
-        pub replicates: u32,
         /// How often the propagator had been restarted: a higher number begins the scenario anew and replaces all lower ones, of
         /// a shard those of that shard.
         pub attempt: u32,
@@ -149,10 +95,10 @@ header! {
         pub shards: u32,
         /// The most rows that a snapshot of this process can have in the scenario; 0 if it is `rows` for all.
         pub most_rows: u32,
-        /// 0.
-        pub reserved: u32,
         /// The propagator's label.
         pub label: Label,
+        /// What snapshots of this kind say beyond all that: the fields of the kind's details, then zeros.
+        pub details: Details,
     }
 }
 
@@ -396,7 +342,7 @@ mod tests {
     #[test]
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
         assert_eq!(size_of::<ScenarioHeader>(), 120);
-        assert_eq!(size_of::<SnapshotHeader>(), 136);
+        assert_eq!(size_of::<SnapshotHeader>(), 168);
         assert_eq!(size_of::<DensityHeader>(), 288);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<PassageHeader>(), 264);

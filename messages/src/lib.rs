@@ -7,6 +7,7 @@
 //! ```
 //!
 //! - [`layout`]: the headers, byte for byte, as any language sees them;
+//! - [`content`]: what a snapshot says of itself, kind by kind;
 //! - [`payload`]: what the numbers after a header are called;
 //! - [`describe`]: what layouts say of themselves, for documents and tools;
 //! - [`contract`]: the names of all messages, with their versions;
@@ -25,6 +26,7 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
+pub mod content;
 pub mod contract;
 pub mod describe;
 pub mod domain;

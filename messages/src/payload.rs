@@ -1,7 +1,8 @@
 //! What the numbers of a payload are called, in order and with units.
 
+use crate::content;
 use crate::describe::{Described, Field};
-use crate::layout::{ComparisonHeader, RosterEntry, SnapshotHeader, comparison, kind};
+use crate::layout::{ComparisonHeader, RosterEntry, SnapshotHeader, comparison};
 
 /// What a payload is a slice of.
 pub trait Item: bytemuck::Pod {
@@ -50,23 +51,9 @@ pub const EFFORT: [&str; 4] = ["propagation [s]", "estimation [s]", "sum [s]", "
 /// A status: one row.
 pub const STATUS: [&str; 2] = ["units done", "units in all"];
 
-/// The columns of a kind of snapshot; `None` for a kind this version does not know.
-pub fn snapshot_columns(kind: u32) -> Option<&'static [&'static str]> {
-    match kind {
-        kind::SAMPLES => Some(&["phi [rad]", "e"]),
-        kind::CHARACTERISTICS => Some(&["phi [rad]", "e", "n [1/rad]"]),
-        kind::MIXTURE => {
-            Some(&["weight", "mean phi [rad]", "mean e", "variance of phi [rad²]", "covariance [rad]", "variance of e"])
-        }
-        kind::REDUCED => Some(&["counts and sums of samples"]),
-        kind::DENSITY => Some(&["moments, error estimates, joint density [1/rad]"]),
-        _ => None,
-    }
-}
-
 /// A snapshot: the columns of its kind, one after the other.
 pub fn snapshot(header: &SnapshotHeader) -> Shape {
-    Shape { columns: snapshot_columns(header.kind).unwrap_or(&[]), by_column: true }
+    Shape { columns: content::table(header.kind).map_or(&[], |kind| kind.columns), by_column: true }
 }
 
 /// A comparison: by its kind.

@@ -9,7 +9,8 @@ use std::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::describe::Described;
+use crate::content;
+use crate::describe::{Described, Field, Value};
 use crate::layout::{
     ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, ScenarioHeader, SnapshotHeader,
     StatusHeader,
@@ -40,6 +41,17 @@ pub trait Topic: 'static {
     fn depth(capacity: &Capacity) -> usize;
     /// How the payload forms a table; a topic of entries has none.
     fn shape(header: &Self::Header) -> Shape;
+    /// The fields that a header has because of its kind, with offsets from its beginning.
+    fn details(_header: &Self::Header) -> Vec<Field> {
+        Vec::new()
+    }
+
+    /// All fields of a header by name, also those that it has because of its kind, with their values.
+    fn values(header: &Self::Header) -> Vec<(Field, Value)> {
+        let bytes = bytemuck::bytes_of(header);
+        let fields = Self::Header::FIELDS.iter().copied().chain(Self::details(header));
+        fields.filter_map(|field| Some((field, field.value(bytes)?))).collect()
+    }
 }
 
 /// How much a run needs of its topics; the launcher creates them accordingly.
@@ -66,7 +78,7 @@ impl Capacity {
 macro_rules! topic {
     (
         $(#[doc = $doc:literal])* $topic:ident, $name:literal, $header:ty, [$item:ty], latched: $latched:literal,
-        |$capacity:ident| $depth:expr, |$shaped:ident| $shape:expr
+        |$capacity:ident| $depth:expr, |$shaped:ident| $shape:expr $(, details: $details:expr)?
     ) => {
         $(#[doc = $doc])*
         #[derive(Debug, Clone, Copy)]
@@ -94,6 +106,9 @@ macro_rules! topic {
             fn shape($shaped: &Self::Header) -> Shape {
                 $shape
             }
+            $(fn details(header: &Self::Header) -> Vec<Field> {
+                $details(header)
+            })?
         }
     };
 }
@@ -106,7 +121,7 @@ topic!(
 topic!(
     /// From the propagators to the estimator.
     Snapshot, "phasecloud/snapshot", SnapshotHeader, [f64], latched: false,
-    |capacity| capacity.snapshots, |header| payload::snapshot(header)
+    |capacity| capacity.snapshots, |header| payload::snapshot(header), details: content::fields
 );
 topic!(
     /// From the estimator to comparator and recorder.

@@ -5,9 +5,11 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
+use messages::content::{Characteristics, DETAIL_WORDS, Kind, Mixture, Samples, table, treatment};
+use messages::describe::{Described, Field, FieldKind};
 use messages::layout::{
     PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SCENARIO_COLUMNS, ScenarioHeader, SnapshotHeader, StatusHeader,
-    columns, event, kind, treatment,
+    event,
 };
 
 /// Set to 1 to fail where Python is missing, instead of skipping.
@@ -19,88 +21,44 @@ import ctypes, phasecloud_layout as layout
 names = {ctypes.c_uint64: "u64", ctypes.c_double: "f64", ctypes.c_uint32: "u32", ctypes.c_uint8: "u8"}
 def rust_name(kind):
     return names[kind] if kind in names else f"[{names[kind._type_]}; {kind._length_}]"
-for header in (layout.ScenarioHeader, layout.SnapshotHeader, layout.PassageHeader, layout.StatusHeader):
+for header in (layout.ScenarioHeader, layout.SnapshotHeader, layout.SamplesDetails, layout.CharacteristicsDetails,
+               layout.MixtureDetails, layout.PassageHeader, layout.StatusHeader):
     print(header.type_name(), ctypes.sizeof(header), ctypes.alignment(header))
     for name, kind in header._fields_:
         print(name, rust_name(kind), getattr(header, name).offset)
 for name in ("SAMPLES", "CHARACTERISTICS", "MIXTURE"):
-    print(name, getattr(layout, name), layout.COLUMNS[getattr(layout, name)])
+    kind = getattr(layout, name)
+    print(name, kind, layout.COLUMNS[kind], layout.DETAILS[kind].type_name())
 for name in ("CARRIED_MESH", "HULL_MESH", "READY", "PROGRESS", "DONE", "FAILED",
-             "SCENARIO_COLUMNS", "PASSAGE_COLUMNS", "PASSAGE_TIMES"):
+             "DETAIL_WORDS", "SCENARIO_COLUMNS", "PASSAGE_COLUMNS", "PASSAGE_TIMES"):
     print(name, getattr(layout, name))
 "#;
 
-/// Writes a header and all its fields; does not compile if one is forgotten.
-macro_rules! describe {
-    ($lines:ident, $header:ident { $($field:ident),* $(,)? }) => {{
-        let $header { $($field),* } = $header::default();
-        let (size, alignment) = (size_of::<$header>(), align_of::<$header>());
-        writeln!($lines, "{} {size} {alignment}", type_name(stringify!($header))).unwrap();
-        $(
-            let kind = std::any::type_name_of_val(&$field);
-            writeln!($lines, "{} {kind} {}", stringify!($field), std::mem::offset_of!($header, $field)).unwrap();
-        )*
-    }};
-}
-
-/// The type name that stands above a header in `layout.rs`.
-fn type_name(header: &str) -> &'static str {
-    let source = include_str!("../src/layout.rs");
-    let before = source.split(&format!("pub struct {header} ")).next().unwrap();
-    before.rsplit("#[type_name(\"").next().unwrap().split('"').next().unwrap()
+/// Writes a header and all its fields.
+fn describe<T: Described>(lines: &mut String) {
+    writeln!(lines, "{} {} {}", T::TYPE_NAME, size_of::<T>(), align_of::<T>()).unwrap();
+    for Field { name, kind, offset, .. } in T::FIELDS {
+        let kind = match kind {
+            FieldKind::U64 => "u64".into(),
+            FieldKind::U32 => "u32".into(),
+            FieldKind::F64 => "f64".into(),
+            FieldKind::F64s(count) => format!("[f64; {count}]"),
+            FieldKind::Text(bytes) => format!("[u8; {bytes}]"),
+            FieldKind::Words(count) => format!("[u64; {count}]"),
+        };
+        writeln!(lines, "{name} {kind} {offset}").unwrap();
+    }
 }
 
 fn rust_says() -> String {
     let mut lines = String::new();
-    describe!(
-        lines,
-        ScenarioHeader {
-            run_id,
-            radiation,
-            oblateness,
-            mean_phi,
-            mean_e,
-            sigma_phi,
-            sigma_e,
-            critical_e,
-            scenario,
-            scenarios,
-            snapshots,
-            reserved,
-            phi_bins,
-            e_bins,
-            name,
-        }
-    );
-    describe!(
-        lines,
-        SnapshotHeader {
-            run_id,
-            time,
-            seconds,
-            disagreement,
-            total,
-            scenario,
-            index,
-            count,
-            kind,
-            rows,
-            columns,
-            treatment,
-            resolution,
-            lattice,
-            degree,
-            replicates,
-            attempt,
-            shard,
-            shards,
-            most_rows,
-            reserved,
-            label,
-        }
-    );
-    describe!(lines, PassageHeader { run_id, seconds, samples, scenario, rows, shard, shards, label, reason });
-    describe!(lines, StatusHeader { run_id, event, scenario, node, subject, text });
+    describe::<ScenarioHeader>(&mut lines);
+    describe::<SnapshotHeader>(&mut lines);
+    describe::<<Samples as Kind>::Details>(&mut lines);
+    describe::<<Characteristics as Kind>::Details>(&mut lines);
+    describe::<<Mixture as Kind>::Details>(&mut lines);
+    describe::<PassageHeader>(&mut lines);
+    describe::<StatusHeader>(&mut lines);
     lines
 }
 
@@ -122,9 +80,10 @@ fn python_has_the_same_headers_and_codes() {
 
 fn codes() -> String {
     let mut text = String::new();
-    let kinds = [("SAMPLES", kind::SAMPLES), ("CHARACTERISTICS", kind::CHARACTERISTICS), ("MIXTURE", kind::MIXTURE)];
+    let kinds = [("SAMPLES", Samples::CODE), ("CHARACTERISTICS", Characteristics::CODE), ("MIXTURE", Mixture::CODE)];
     for (name, kind) in kinds {
-        writeln!(text, "{name} {kind} {}", columns(kind).unwrap()).unwrap();
+        let table = table(kind).unwrap();
+        writeln!(text, "{name} {kind} {} {}", table.columns.len(), table.details_name).unwrap();
     }
     let codes = [
         ("CARRIED_MESH", treatment::CARRIED_MESH as usize),
@@ -133,6 +92,7 @@ fn codes() -> String {
         ("PROGRESS", event::PROGRESS as usize),
         ("DONE", event::DONE as usize),
         ("FAILED", event::FAILED as usize),
+        ("DETAIL_WORDS", DETAIL_WORDS),
         ("SCENARIO_COLUMNS", SCENARIO_COLUMNS),
         ("PASSAGE_COLUMNS", PASSAGE_COLUMNS),
         ("PASSAGE_TIMES", PASSAGE_TIMES),

@@ -1,6 +1,6 @@
 //! The propagators that come with phasecloud, by the name that a launch file gives as `node`.
 
-use messages::layout::DENSITY_HEAD;
+use messages::content::DENSITY_HEAD;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::accuracy::AccuracySetting;

@@ -9,7 +9,8 @@ use density::mesh::passage::{PassageCurve, passage_curve};
 use density::mesh::{Placement, Points, characteristic_densities, initial_points};
 use density::orbits::Orbits;
 use density::problem::Problem;
-use messages::layout::{PASSAGE_COLUMNS, kind, treatment};
+use messages::content::{Characteristics, Lattice, MOST_RESOLUTION};
+use messages::layout::PASSAGE_COLUMNS;
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
@@ -20,7 +21,6 @@ use crate::failure::Failure;
 use crate::input::{Mode, natural_option, positive, positive_option};
 use crate::kit::{Form, Passage, Propagator};
 use crate::shard::Shard;
-use crate::snapshot_rules::MOST_RESOLUTION;
 use crate::toml_words::{choice, choice_option};
 
 /// Where the characteristics start.
@@ -115,7 +115,7 @@ impl Settings {
                 format!("{} are too few for a mesh; it needs at least 4", self.samples),
             ));
         }
-        if resolution > MOST_RESOLUTION {
+        if resolution > MOST_RESOLUTION as usize {
             let problem = format!("{resolution} is too fine; it must be at most {MOST_RESOLUTION}");
             return Err(Misfit::new("resolution", problem));
         }
@@ -252,18 +252,18 @@ impl Propagator for DensityEvolution {
         let flow = AccuracySetting::flow(accuracy, problem.model);
         let orbits = Orbits::from_polar(flow, &start.phi[range.clone()], &start.e[range.clone()]);
         let form = Form {
-            kind: kind::CHARACTERISTICS,
+            content: match self.settings.mesh() {
+                MeshChoice::Carried => {
+                    let lattice = start.lattice.map(|side| Lattice { side: side as u32, degree: degree as u32 });
+                    Characteristics::CarriedMesh { lattice }
+                }
+                MeshChoice::Hull => {
+                    Characteristics::HullMesh { resolution: resolution as u32, as_printed: mode == Mode::AsPrinted }
+                }
+            }
+            .into(),
             most_rows: orbits.len(),
             total_rows: start.phi.len(),
-            treatment: match (self.settings.mesh(), mode) {
-                (MeshChoice::Carried, _) => treatment::CARRIED_MESH,
-                (MeshChoice::Hull, Mode::Corrected) => treatment::HULL_MESH,
-                (MeshChoice::Hull, Mode::AsPrinted) => treatment::HULL_MESH_AS_PRINTED,
-            },
-            resolution: resolution as u32,
-            degree: degree as u32,
-            lattice: start.lattice.unwrap_or(0) as u32,
-            ..Form::default()
         };
         let course = Course::new(orbits, range.start, problem);
         self.work = Some(Work { problem: problem.clone(), start, range, course, densities: Vec::new() });
@@ -283,8 +283,7 @@ impl Propagator for DensityEvolution {
 
     fn write(&self, columns: &mut [f64]) {
         let Some(work) = &self.work else { return };
-        let (phi, rest) = columns.split_at_mut(work.course.orbits.len());
-        let (e, n) = rest.split_at_mut(work.course.orbits.len());
+        let [phi, e, n] = Characteristics::columns(columns);
         work.course.orbits.read_out(phi, e);
         n.copy_from_slice(&work.densities);
     }

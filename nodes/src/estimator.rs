@@ -7,7 +7,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use messages::layout::{DensityHeader, SnapshotHeader, kind};
+use messages::content::kind;
+use messages::layout::{DensityHeader, SnapshotHeader};
 use messages::patience::Watch;
 use messages::port::{Inlet, Message, Outlet};
 use messages::text::{pack, unpack};
@@ -15,14 +16,14 @@ use messages::topic::{Density, Roster as RosterTopic, Scenario, Snapshot};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
-use crate::gathering::{Gathering, Whole};
+use crate::gathering::Gathering;
 use crate::method::{Case, Estimated};
 use crate::newest::Newest;
 use crate::roomy::Roomy;
 use crate::roster::Roster;
 use crate::screen::receive;
 use crate::session::{ANY_SCENARIO, EffortClock, Session};
-use crate::snapshot_rules::breaches;
+use crate::snapshot_rules::decode;
 
 /// Longest that a snapshot may arrive before the scenario it belongs to.
 const HEAD_START: Duration = Duration::from_secs(5);
@@ -227,10 +228,9 @@ impl Desk {
         if header.attempt > attempt.number {
             *attempt = Attempt { number: header.attempt, ..Attempt::default() };
         }
-        if let Some(breach) = breaches(header, items, &self.assignment, attempt.case.snapshots_done()).first() {
-            return Err(breach.to_string());
-        }
-        let estimated = attempt.case.estimate(header, items, &self.assignment)?;
+        let due = attempt.case.snapshots_done();
+        let snapshot = decode(header, items, &self.assignment, due).map_err(|breach| breach.to_string())?;
+        let estimated = attempt.case.estimate(&snapshot, &self.assignment)?;
         Ok(Some(Answer { snapshot: *header, estimated, seconds: clock.seconds() }))
     }
 }
@@ -244,13 +244,13 @@ impl Attempt {
         assignment: &Assignment,
         clock: EffortClock,
     ) -> Result<Option<Answer>, String> {
-        let Some(Whole { header, items }) = self.gathering.take(header, items, assignment)? else {
+        let Some(whole) = self.gathering.take(header, items, assignment)? else {
             self.gathering_seconds += clock.seconds();
             return Ok(None);
         };
-        let estimated = self.case.estimate(&header, &items, assignment)?;
+        let estimated = self.case.estimate(&whole.as_snapshot(), assignment)?;
         let seconds = std::mem::take(&mut self.gathering_seconds) + clock.seconds();
-        Ok(Some(Answer { snapshot: header, estimated, seconds }))
+        Ok(Some(Answer { snapshot: whole.header, estimated, seconds }))
     }
 }
 

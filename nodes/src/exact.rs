@@ -2,7 +2,7 @@
 
 use density::exact::{Estimated, Exact, ExactSnapshot, Limits, Settings as ExactSettings};
 use density::first_passage::exact::curve;
-use messages::layout::{DENSITY_HEAD, kind};
+use messages::content::{DENSITY_HEAD, Density};
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
@@ -103,7 +103,7 @@ impl Propagator for ExactDensity {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let most_bins = assignment.grids.iter().map(density::grid::Grid::len).max().unwrap_or(0);
         self.work = Some((assignment.clone(), None));
-        Ok(Form { kind: kind::DENSITY, most_rows: DENSITY_HEAD + most_bins, ..Form::default() })
+        Ok(Form::whole(Density, DENSITY_HEAD + most_bins))
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
@@ -117,7 +117,7 @@ impl Propagator for ExactDensity {
 
     fn write(&self, columns: &mut [f64]) {
         let Some((_, Some(exact))) = &self.work else { return };
-        let (head, joint) = columns.split_at_mut(DENSITY_HEAD);
+        let (head, joint) = Density::parts(columns);
         let (moments, rest) = head.split_at_mut(6);
         moments.copy_from_slice(&exact.estimate.moments.to_array());
         let circular = exact.estimate.circular;

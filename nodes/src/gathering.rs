@@ -6,17 +6,19 @@
 
 use std::collections::BTreeMap;
 
-use messages::layout::{SnapshotHeader, kind};
+use messages::content::Content;
+use messages::layout::SnapshotHeader;
 
 use crate::assignment::Assignment;
+use crate::kind::{self, Snapshot};
 use crate::shard::{MOST_SHARDS, Shard};
-use crate::snapshot_rules::breaches;
+use crate::snapshot_rules::decode;
 
 /// What has come of the shards of a case.
 #[derive(Debug, Default)]
 pub struct Gathering {
-    /// The first snapshot that came: all others must fit to it.
-    first: Option<SnapshotHeader>,
+    /// The first snapshot that came, and what the whole is: all others must fit to it.
+    first: Option<(SnapshotHeader, Content)>,
     shards: BTreeMap<u32, Progress>,
     /// By snapshot and shard, what has not been put together yet.
     waiting: BTreeMap<usize, BTreeMap<u32, (SnapshotHeader, Vec<f64>)>>,
@@ -35,8 +37,17 @@ struct Progress {
 pub struct Whole {
     /// As of a case in one piece.
     pub header: SnapshotHeader,
+    /// What it is.
+    pub content: Content,
     /// Its columns.
     pub items: Vec<f64>,
+}
+
+impl Whole {
+    /// As a snapshot that came in one piece.
+    pub fn as_snapshot(&self) -> Snapshot<'_> {
+        Snapshot { header: &self.header, content: self.content, items: &self.items }
+    }
 }
 
 impl Gathering {
@@ -57,9 +68,11 @@ impl Gathering {
         if header.attempt > progress.attempt {
             *progress = Progress { attempt: header.attempt, next: 0 };
         }
-        let first = *self.first.get_or_insert(*header);
-        let breach = breaches(header, items, assignment, progress.next).first().map(ToString::to_string);
-        breach.map_or_else(|| check(header, &first), Err).map_err(|why| format!("shard {}: {why}", header.shard))?;
+        let of_shard = |why: String| format!("shard {}: {why}", header.shard);
+        let snapshot = decode(header, items, assignment, progress.next).map_err(|breach| of_shard(breach.what))?;
+        let whole = whole_of(&snapshot).map_err(of_shard)?;
+        let first = *self.first.get_or_insert((*header, whole));
+        check(&snapshot, whole, &first).map_err(of_shard)?;
         let index = progress.next;
         progress.next += 1;
         if index < self.done {
@@ -67,7 +80,7 @@ impl Gathering {
         }
         let parts = self.waiting.entry(index).or_default();
         parts.insert(header.shard, (*header, items.to_vec()));
-        if parts.len() < first.shards as usize {
+        if parts.len() < first.0.shards as usize {
             return Ok(None);
         }
         // Shards send in order: whoever has sent this snapshot has sent all before.
@@ -76,27 +89,33 @@ impl Gathering {
     }
 }
 
-/// Whether a shard's snapshot has the rows of its range, and the form of the `first` that came.
-fn check(header: &SnapshotHeader, first: &SnapshotHeader) -> Result<(), String> {
-    let SnapshotHeader { shard, shards, total, rows, .. } = *header;
+/// What the whole is that a shard's snapshot is a part of.
+fn whole_of(Snapshot { header, content, .. }: &Snapshot) -> Result<Content, String> {
+    let SnapshotHeader { shard, shards, .. } = **header;
     if shard >= shards || shards > MOST_SHARDS {
         return Err(format!("there is no shard {shard} of {shards}"));
     }
-    if header.kind == kind::DENSITY {
-        return Err("a density is one piece; it cannot be put together from shards".into());
-    }
-    let form = |h: &SnapshotHeader| [h.shards, h.kind, h.treatment, h.resolution, h.lattice, h.degree, h.replicates];
-    if form(header) != form(first) || total != first.total {
+    kind::of(content).of_all_shards()
+}
+
+/// Whether a shard's snapshot has the rows of its range, and is part of the same whole as the `first` that came.
+fn check(
+    Snapshot { header, content, .. }: &Snapshot,
+    whole: Content,
+    (first, first_whole): &(SnapshotHeader, Content),
+) -> Result<(), String> {
+    let SnapshotHeader { shard, shards, total, rows, .. } = **header;
+    // By their bytes, for NaN is not equal to itself.
+    let form = |content: Content| (content.code(), content.details());
+    if (shards, total, form(whole)) != (first.shards, first.total, form(*first_whole)) {
         return Err(format!(
-            "it is of another form than what shard {} has sent: {total} rows in all, and {:?} for {:?} (shards, kind, \
-             treatment, resolution, lattice, degree, replicates)",
-            first.shard,
-            form(header),
-            form(first)
+            "it is of another form than what shard {} has sent: {total} rows of {shards} shards in all, {whole:?}, for {} rows of \
+             {} shards in all, {first_whole:?}",
+            first.shard, first.total, first.shards
         ));
     }
-    if header.kind == kind::REDUCED {
-        return Ok(()); // how many samples it is of is known when it is read
+    if !kind::of(content).has_a_row_for_each() {
+        return Ok(());
     }
     let range = usize::try_from(total).map(|total| Shard { index: shard, count: shards }.range(total));
     match range {
@@ -107,7 +126,7 @@ fn check(header: &SnapshotHeader, first: &SnapshotHeader) -> Result<(), String> 
 }
 
 /// One snapshot of all `parts`, which are in the order of the shards.
-fn put_together(first: SnapshotHeader, parts: Vec<(SnapshotHeader, Vec<f64>)>) -> Whole {
+fn put_together((first, content): (SnapshotHeader, Content), parts: Vec<(SnapshotHeader, Vec<f64>)>) -> Whole {
     let columns = first.columns as usize;
     let rows: usize = parts.iter().map(|(part, _)| part.rows as usize).sum();
     let mut items = Vec::with_capacity(rows * columns);
@@ -116,12 +135,12 @@ fn put_together(first: SnapshotHeader, parts: Vec<(SnapshotHeader, Vec<f64>)>) -
             items.extend_from_slice(&part[column * header.rows as usize..][..header.rows as usize]);
         }
     }
-    let mut header = SnapshotHeader { rows: rows as u32, disagreement: f64::NAN, ..first };
+    let mut header = SnapshotHeader { rows: rows as u32, ..first }.with(content);
     if let Some((part, _)) = parts.first() {
         (header.index, header.time) = (part.index, part.time);
     }
     header.seconds = parts.iter().map(|(part, _)| part.seconds).sum();
-    Whole { header, items }
+    Whole { header, content, items }
 }
 
 #[cfg(test)]
@@ -129,6 +148,7 @@ mod tests {
     use super::*;
     use density::dynamics::Force;
     use density::problem::{InitialGaussian, Problem};
+    use messages::content::Samples;
 
     fn assignment() -> Assignment {
         Assignment {
@@ -148,20 +168,19 @@ mod tests {
 
     /// Shard `shard` of two that share five rows: the first has two.
     fn header(shard: u32, index: u32) -> SnapshotHeader {
-        SnapshotHeader {
+        let header = SnapshotHeader {
             run_id: 7,
             time: 0.5 * f64::from(index),
             seconds: 1.5,
             index,
             count: 2,
-            kind: kind::SAMPLES,
             rows: 2 + shard,
-            columns: 2,
             total: 5,
             shard,
             shards: 2,
             ..SnapshotHeader::default()
-        }
+        };
+        header.with(Samples::INDEPENDENT)
     }
 
     const FIRST: [f64; 4] = [1.0, 2.0, 0.1, 0.2];
@@ -207,9 +226,9 @@ mod tests {
         };
         let good = header(1, 0);
         refused(SnapshotHeader { rows: 2, ..good }, &FIRST, "2 rows, but its range of 5 is 2..5");
-        refused(SnapshotHeader { total: 6, ..good }, &SECOND, "6 rows in all");
+        refused(SnapshotHeader { total: 6, ..good }, &SECOND, "6 rows of 2 shards in all");
         refused(SnapshotHeader { shards: 3, ..good }, &SECOND, "another form");
-        refused(SnapshotHeader { replicates: 2, ..good }, &SECOND, "another form");
+        refused(good.with(Samples { replicates: 2 }), &SECOND, "another form");
         refused(SnapshotHeader { shard: 2, ..good }, &SECOND, "no shard 2 of 2");
         refused(SnapshotHeader { index: 1, time: 0.5, ..good }, &SECOND, "out of order");
     }

@@ -6,7 +6,7 @@ use density::mixture::plan::{Adaptive, LEAST_POINTS};
 use density::mixture::split::Direction;
 use density::mixture::unscented::Unscented;
 use density::mixture::{self, Mixture, Split};
-use messages::layout::kind;
+use messages::content::{self, Content};
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
@@ -205,7 +205,7 @@ impl Propagator for GaussianMixture {
         let problem = &assignment.problem;
         let flow = AccuracySetting::flow(self.settings.accuracy, problem.model);
         let propagator = mixture::Propagator::new(problem, &flow, &self.settings.for_mixture())?;
-        let form = Form { kind: kind::MIXTURE, most_rows: propagator.components(), ..Form::default() };
+        let form = Form::whole(content::Mixture::UNJUDGED, propagator.components());
         self.course = Some(Course { propagator, times: problem.times.clone(), mixture: None, disagreement: f64::NAN });
         Ok(form)
     }
@@ -223,8 +223,9 @@ impl Propagator for GaussianMixture {
         Ok(rows)
     }
 
-    fn disagreement(&self) -> f64 {
-        self.course.as_ref().map_or(f64::NAN, |course| course.disagreement)
+    fn content(&self, planned: Content) -> Content {
+        let judged = |course: &Course| content::Mixture { disagreement: course.disagreement }.into();
+        self.course.as_ref().map_or(planned, judged)
     }
 
     fn first_passage(&mut self, _times: &[f64]) -> Result<Passage, Failure> {
@@ -234,11 +235,8 @@ impl Propagator for GaussianMixture {
 
     fn write(&self, columns: &mut [f64]) {
         let Some(mixture) = self.mixture() else { return };
-        let rows = mixture.components.len();
         for (row, component) in mixture.components.iter().enumerate() {
-            for (column, value) in component.to_array().into_iter().enumerate() {
-                columns[column * rows + row] = value;
-            }
+            content::Mixture::write_row(columns, row, component.to_array());
         }
     }
 }

@@ -4,9 +4,12 @@ use bytemuck::{Pod, bytes_of_mut, cast_slice_mut};
 use density::dynamics::Force;
 use density::grid::{Axis, Grid};
 use density::problem::{InitialGaussian, Problem};
+use messages::content::{
+    Characteristics, Content, DENSITY_HEAD, Density as Ready, Lattice, Mixture, Reduced, Samples, kind,
+};
 use messages::layout::{
-    ComparisonHeader, DENSITY_HEAD, DensityHeader, PassageHeader, RosterEntry, RosterHeader, ScenarioHeader,
-    SnapshotHeader, columns, comparison, kind,
+    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, ScenarioHeader, SnapshotHeader,
+    comparison,
 };
 use messages::text::pack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
@@ -21,7 +24,7 @@ use crate::method::Case;
 use crate::recorder::{Recording, write};
 use crate::roster::Roster;
 use crate::screen::Screened;
-use crate::snapshot_rules::breaches;
+use crate::snapshot_rules::{breaches, decode};
 
 /// Words that break assumptions: ends of ranges, and the upper halves of infinity and NaN.
 const WORDS: [u32; 14] = [0, 1, 2, 3, 7, 63, 64, 65, 2001, 1 << 31, u32::MAX, 0x7ff0_0000, 0x7ff8_0000, 0xfff0_0000];
@@ -84,26 +87,24 @@ fn density_header() -> DensityHeader {
 
 /// A snapshot as it should be, of one of the kinds, and with numbers as they come.
 fn snapshot() -> impl Strategy<Value = (SnapshotHeader, Vec<f64>)> {
-    let shape = (1u32..6, 1u32..40, 0u32..4, 0u32..4);
-    shape.prop_flat_map(|(kind, rows, treatment, small)| {
-        let columns = columns(kind).unwrap_or(1);
-        let rows = if kind == kind::DENSITY { DENSITY_HEAD as u32 + 12 } else { rows };
-        let lattice = if rows.isqrt().pow(2) == rows && small % 2 == 0 { rows.isqrt() } else { 0 };
-        let header = SnapshotHeader {
-            run_id: 7,
-            count: 2,
-            kind,
-            rows,
-            columns,
-            treatment,
-            resolution: 10 * small,
-            lattice,
-            degree: small,
-            replicates: small,
-            label: pack("mine"),
-            ..SnapshotHeader::default()
+    let shape = (0u32..7, 1u32..40, 0u32..4);
+    shape.prop_flat_map(|(kind, rows, small)| {
+        let is_lattice = rows.isqrt().pow(2) == rows && small % 2 == 0;
+        let lattice = is_lattice.then_some(Lattice { side: rows.isqrt(), degree: small });
+        let hull = |as_printed| Characteristics::HullMesh { resolution: 10 * small, as_printed };
+        let content: Content = match kind {
+            0 => Samples { replicates: small }.into(),
+            1 => Mixture { disagreement: f64::from(small) }.into(),
+            2 => Ready.into(),
+            3 => Reduced.into(),
+            4 => Characteristics::CarriedMesh { lattice }.into(),
+            5 => hull(false).into(),
+            _ => hull(true).into(),
         };
-        (Just(header), vec(number(), (rows * columns) as usize))
+        let rows = if kind == 2 { DENSITY_HEAD as u32 + 12 } else { rows };
+        let header = SnapshotHeader { run_id: 7, count: 2, rows, label: pack("mine"), ..SnapshotHeader::default() };
+        let header = header.with(content);
+        (Just(header), vec(number(), (rows * header.columns) as usize))
     })
 }
 
@@ -111,10 +112,8 @@ fn snapshot() -> impl Strategy<Value = (SnapshotHeader, Vec<f64>)> {
 fn estimate(headers: [SnapshotHeader; 2], items: &[f64]) -> usize {
     let (assignment, mut case) = (example(), Case::default());
     for header in headers {
-        if !breaches(&header, items, &assignment, case.snapshots_done()).is_empty() {
-            break;
-        }
-        let Ok(estimated) = case.estimate(&header, items, &assignment) else { break };
+        let Ok(snapshot) = decode(&header, items, &assignment, case.snapshots_done()) else { break };
+        let Ok(estimated) = case.estimate(&snapshot, &assignment) else { break };
         let estimate = estimated.estimate;
         // Only densities that come ready may be withheld, and as a whole.
         let is_withheld = header.kind == kind::DENSITY && estimate.joint.iter().all(|n| n.is_nan());

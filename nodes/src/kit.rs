@@ -8,20 +8,21 @@ use std::process::ExitCode;
 use density::first_passage::empirical::EmpiricalCurve;
 use density::grid::Grid;
 use density::sample_sums::SampleSums;
-use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, columns, kind};
+use messages::content::{Content, Reduced};
+use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
 use messages::port::{Draft, Outlet};
 use messages::text::pack;
 use messages::topic::{Passage as PassageTopic, Scenario, Snapshot};
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::kind;
 use crate::log;
 use crate::newest::Newest;
 use crate::reduced;
 use crate::screen::receive;
 use crate::session::{EffortClock, Session};
 use crate::shard::Shard;
-use crate::snapshot_rules;
 
 /// A method that propagates the initial density.
 pub trait Propagator {
@@ -48,9 +49,10 @@ pub trait Propagator {
     /// Whatever makes it impossible to go on.
     fn advance(&mut self, index: usize) -> Result<usize, Failure>;
 
-    /// How far the flow over a component of a mixture is from linear, at the snapshot reached; NaN if not known.
-    fn disagreement(&self) -> f64 {
-        f64::NAN
+    /// What the snapshot that has been reached says of itself, where that is not the same for all; `planned` is what
+    /// [`Propagator::begin`] said.
+    fn content(&self, planned: Content) -> Content {
+        planned
     }
 
     /// The probability that the eccentricity has ever reached its critical value by each of `times` \[yr\].
@@ -87,25 +89,22 @@ impl Passage {
     }
 }
 
-/// What a propagator's snapshots look like; see the fields of the same names in [`SnapshotHeader`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// What a propagator's snapshots look like.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Form {
-    /// What the columns are, see [`messages::layout::kind`].
-    pub kind: u32,
+    /// What they are, with the fields that their kind has; [`messages::content`] says which kinds there are.
+    pub content: Content,
     /// The most rows that a snapshot of the scenario can have; of a shard, those of that shard.
     pub most_rows: usize,
-    /// Shards only: rows that all shards together have in each snapshot.
+    /// Rows that all shards together have in each snapshot.
     pub total_rows: usize,
-    /// How to estimate the density from characteristics, see [`messages::layout::treatment`].
-    pub treatment: u32,
-    /// Interpolation points an axis of a hull mesh, or 0.
-    pub resolution: u32,
-    /// Points a side of a square lattice, or 0.
-    pub lattice: u32,
-    /// Degree of interpolation on a lattice, or 0.
-    pub degree: u32,
-    /// Independent groups that the samples were drawn in, or 0.
-    pub replicates: u32,
+}
+
+impl Form {
+    /// Of a case that is not split into shards.
+    pub fn whole(content: impl Into<Content>, most_rows: usize) -> Self {
+        Self { content: content.into(), most_rows, total_rows: most_rows }
+    }
 }
 
 /// The `main` of a propagator: serves the run that started the process until it ends.
@@ -171,16 +170,16 @@ fn serve_one(
         propagator.take_shard(shard)?;
     }
     let form = propagator.begin(assignment)?;
-    let content = Content::of(session, &form, assignment)?;
+    let drafting = Drafting::of(session, &form, assignment)?;
     // An outlet a scenario: no reader can then have more unread than its buffer holds, not even one that has yet to connect,
     // for which iceoryx2 would drop what does not fit. The last one's memory is freed before.
     drop(way_out.snapshots.take());
-    let outlet = way_out.snapshots.insert(session.domain.outlet::<Snapshot>(content.most_numbers)?);
+    let outlet = way_out.snapshots.insert(session.domain.outlet::<Snapshot>(drafting.most_numbers)?);
     let count = assignment.problem.times.len();
     for (index, &time) in assignment.problem.times.iter().enumerate() {
         session.check_stop()?;
         let rows = propagator.advance(index)?;
-        let (mut draft, rows) = content.draft(outlet, propagator, rows, assignment, index)?;
+        let (mut draft, rows) = drafting.draft(outlet, propagator, rows, assignment, index)?;
         let header = SnapshotHeader {
             run_id: assignment.run_id,
             time,
@@ -188,31 +187,24 @@ fn serve_one(
             scenario: assignment.scenario,
             index: index as u32,
             count: count as u32,
-            kind: content.kind,
             rows: rows as u32,
-            columns: content.columns,
-            treatment: form.treatment,
-            resolution: form.resolution,
-            lattice: form.lattice,
-            degree: form.degree,
-            replicates: form.replicates,
             attempt: session.attempt,
-            disagreement: propagator.disagreement(),
             total: if shard.is_whole() { 0 } else { form.total_rows as u64 },
             shard: shard.index,
             shards: shard.count,
             most_rows: form.most_rows as u32,
-            reserved: 0,
             label: pack(&session.label),
+            ..SnapshotHeader::default()
         };
+        let content = drafting.content(propagator)?;
         if index + 1 == count {
             // Before the last snapshot, so that whoever has that snapshot's density can have the passages too.
             send_passage(session, propagator, assignment, &way_out.passages)?;
         }
-        if let Some(breach) = snapshot_rules::in_numbers(content.kind, rows, draft.items_mut()) {
+        if let Some(breach) = kind::of(&content).breach(rows, draft.items_mut()) {
             return Err(Failure::Refused(format!("snapshot {index}: {breach}")));
         }
-        outlet.send(draft, header)?;
+        outlet.send(draft, header.with(content))?;
         clock = EffortClock::start();
         session.working(assignment.scenario, index + 1, count)?;
     }
@@ -220,27 +212,36 @@ fn serve_one(
 }
 
 /// What snapshots are made of what a propagator writes.
-struct Content {
-    kind: u32,
-    columns: u32,
+struct Drafting {
+    content: Content,
     most_numbers: usize,
-    /// Whether its samples are reduced first.
-    reduces: bool,
+    /// Samples that are reduced first, if they are.
+    reduces: Option<Content>,
 }
 
-impl Content {
+impl Drafting {
     fn of(session: &Session, form: &Form, assignment: &Assignment) -> Result<Self, Failure> {
-        let columns = columns(form.kind)
-            .ok_or_else(|| Failure::Refused(format!("snapshots of kind {} are unknown to this version", form.kind)))?;
+        let Form { content, most_rows, .. } = *form;
         if !session.reduce {
-            let most_numbers = form.most_rows * columns as usize;
-            return Ok(Self { kind: form.kind, columns, most_numbers, reduces: false });
+            let most_numbers = most_rows * content.columns().len();
+            return Ok(Self { content, most_numbers, reduces: None });
         }
-        if form.kind != kind::SAMPLES || form.replicates > 1 {
+        if !kind::of(&content).may_be_reduced() {
             return Err(Failure::Refused("only independent samples can be reduced; leave out `reduce`".into()));
         }
         let most_bins = assignment.grids.iter().map(Grid::len).max().unwrap_or(0);
-        Ok(Self { kind: kind::REDUCED, columns: 1, most_numbers: reduced::most_numbers(most_bins), reduces: true })
+        let most_numbers = reduced::most_numbers(most_bins);
+        Ok(Self { content: Reduced.into(), most_numbers, reduces: Some(content) })
+    }
+
+    /// What the snapshot that `propagator` has reached says of itself.
+    fn content(&self, propagator: &impl Propagator) -> Result<Content, Failure> {
+        let content = if self.reduces.is_some() { self.content } else { propagator.content(self.content) };
+        if content.code() != self.content.code() {
+            let planned = self.content;
+            return Err(Failure::Refused(format!("a snapshot is {content:?} where {planned:?} was announced")));
+        }
+        Ok(content)
     }
 
     /// The message on the snapshot that `propagator` has reached, and how many rows it has.
@@ -252,15 +253,15 @@ impl Content {
         assignment: &Assignment,
         index: usize,
     ) -> Result<(Draft<Snapshot>, usize), Failure> {
-        if !self.reduces {
-            let mut draft = outlet.draft(rows * self.columns as usize)?;
+        let Some(samples_content) = self.reduces else {
+            let mut draft = outlet.draft(rows * self.content.columns().len())?;
             propagator.write(draft.items_mut());
             return Ok((draft, rows));
-        }
+        };
         let refused = |why: &dyn std::fmt::Display| Failure::Refused(format!("snapshot {index}: {why}"));
         let mut samples = vec![0.0; 2 * rows];
         propagator.write(&mut samples);
-        if let Some(breach) = snapshot_rules::in_numbers(kind::SAMPLES, rows, &samples) {
+        if let Some(breach) = kind::of(&samples_content).breach(rows, &samples) {
             return Err(refused(&breach));
         }
         let (phi, e) = samples.split_at(rows);

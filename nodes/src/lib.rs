@@ -25,6 +25,7 @@ pub mod gmm_ut;
 mod hostile;
 pub mod input;
 mod key_path;
+pub mod kind;
 pub mod kit;
 pub mod log;
 pub mod mc;

@@ -7,7 +7,8 @@ use density::flow::Passages;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling::{Draws, Plan};
-use messages::layout::{PASSAGE_TIMES, kind};
+use messages::content::Samples;
+use messages::layout::PASSAGE_TIMES;
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
@@ -131,7 +132,7 @@ impl Propagator for MonteCarlo {
         let (points, curve_times) = (vec![PENDING; most_rows], assignment.passage_times());
         self.sample = Some(Sample { first, orbits, points, curve_times, problem: problem.clone() });
         let replicates = if replicates > 1 { replicates as u32 } else { 0 };
-        Ok(Form { kind: kind::SAMPLES, most_rows, total_rows: samples, replicates, ..Form::default() })
+        Ok(Form { content: Samples { replicates }.into(), most_rows, total_rows: samples })
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
@@ -146,7 +147,7 @@ impl Propagator for MonteCarlo {
 
     fn write(&self, columns: &mut [f64]) {
         if let Some(Sample { orbits, .. }) = &self.sample {
-            let (phi, e) = columns.split_at_mut(orbits.len());
+            let [phi, e] = Samples::columns(columns);
             orbits.read_out(phi, e);
         }
     }

@@ -3,7 +3,9 @@
 //! The recorder does not use a curve that breaks a rule ([`breach`]), and tells [`doubts`]; `phasecloud check` reports both.
 
 use density::problem::Problem;
-use messages::layout::{DensityHeader, PASSAGE_COLUMNS, diagnostic, kind};
+use messages::layout::{DensityHeader, PASSAGE_COLUMNS, diagnostic};
+
+use crate::kind::counted_samples;
 
 /// Sums of many probabilities may miss 0, 1 or one another by rounding.
 const ROUNDING: f64 = 1e-6;
@@ -159,9 +161,8 @@ fn not_a_count(rows: &[Row], samples: u64) -> Option<String> {
 
 /// A curve cannot be counted from more samples than the case has.
 fn more_than_there_are(samples: u64, snapshots: &[&DensityHeader]) -> Option<String> {
-    let of_samples = snapshots.iter().find(|snapshot| snapshot.kind == kind::SAMPLES)?;
-    (samples > u64::from(of_samples.rows)).then(|| {
-        let rows = of_samples.rows;
+    let rows = snapshots.iter().find_map(|snapshot| counted_samples(snapshot))?;
+    (samples > u64::from(rows)).then(|| {
         format!("its first-passage curve is said to be counted from {samples} samples, but its snapshots have {rows}")
     })
 }
@@ -234,6 +235,7 @@ pub fn allowance(probability: f64, samples: u64, width: f64) -> f64 {
 mod tests {
     use density::dynamics::Force;
     use density::problem::InitialGaussian;
+    use messages::content::kind;
 
     use super::*;
 

@@ -5,9 +5,10 @@
 
 use std::fmt;
 
-use messages::layout::{DENSITY_HEAD, SnapshotHeader, columns, kind, treatment};
+use messages::layout::SnapshotHeader;
 
 use crate::assignment::Assignment;
+use crate::kind::{self, Snapshot};
 
 /// A rule about snapshots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,9 +44,37 @@ impl fmt::Display for Breach {
     }
 }
 
+/// The snapshot that should be number `expected` of the scenario, decoded.
+///
+/// # Errors
+/// The gravest rule that it breaks.
+pub fn decode<'a>(
+    header: &'a SnapshotHeader,
+    items: &'a [f64],
+    assignment: &Assignment,
+    expected: usize,
+) -> Result<Snapshot<'a>, Breach> {
+    let (snapshot, breaches) = judge(header, items, assignment, expected);
+    match (snapshot, breaches.into_iter().next()) {
+        (Ok(snapshot), None) => Ok(snapshot),
+        (_, Some(breach)) => Err(breach),
+        (Err(what), None) => Err(Breach { rule: Rule::Shape, what }),
+    }
+}
+
 /// All rules that a snapshot breaks which should be number `expected` of the scenario; the gravest comes first. Numbers are
 /// looked at only if their shape is right.
 pub fn breaches(header: &SnapshotHeader, items: &[f64], assignment: &Assignment, expected: usize) -> Vec<Breach> {
+    judge(header, items, assignment, expected).1
+}
+
+/// The snapshot, if it can be decoded, and all rules that it breaks.
+fn judge<'a>(
+    header: &'a SnapshotHeader,
+    items: &'a [f64],
+    assignment: &Assignment,
+    expected: usize,
+) -> (Result<Snapshot<'a>, String>, Vec<Breach>) {
     let times = &assignment.problem.times;
     let mut found = Vec::new();
     let mut breach = |rule, what| found.push(Breach { rule, what });
@@ -68,11 +97,12 @@ pub fn breaches(header: &SnapshotHeader, items: &[f64], assignment: &Assignment,
     {
         breach(Rule::Time, format!("its time is {} yr instead of {time} yr", header.time));
     }
-    match shape(header, items).and_then(|()| resolution(header, assignment)) {
+    let snapshot = header.content().map(|content| Snapshot { header, content, items });
+    match snapshot.as_ref().map_err(Clone::clone).and_then(|snapshot| shape(snapshot, assignment)) {
         Err(what) => breach(Rule::Shape, what),
-        Ok(()) => found.extend(in_numbers(header.kind, header.rows as usize, items)),
+        Ok(()) => found.extend(snapshot.iter().find_map(|s| kind::of(&s.content).breach(header.rows as usize, items))),
     }
-    found
+    (snapshot, found)
 }
 
 /// What is wrong with number `sent` where number `expected` of so many is due; they are counted from 0.
@@ -87,89 +117,17 @@ fn out_of_order(sent: u32, expected: usize, count: usize) -> Option<String> {
     }
 }
 
-/// Most interpolation points an axis of a hull mesh: four times the paper's. Each triangle may cost as many steps.
-pub const MOST_RESOLUTION: usize = 20_000;
-
-fn shape(header: &SnapshotHeader, items: &[f64]) -> Result<(), String> {
-    let Some(column_count) = columns(header.kind) else {
-        return Err(format!("its kind {} is unknown to this version", header.kind));
-    };
+/// Whether the snapshot holds as many numbers as it says, and can be read out on the comparison grid.
+fn shape(Snapshot { header, content, items }: &Snapshot, assignment: &Assignment) -> Result<(), String> {
+    let column_count = content.columns().len() as u32;
     if header.columns != column_count || header.rows == 0 {
         return Err(format!("it has {} rows of {} columns, its kind has {column_count}", header.rows, header.columns));
     }
     if items.len() as u64 != u64::from(header.rows) * u64::from(column_count) {
         return Err(format!("it holds {} numbers instead of {} x {column_count}", items.len(), header.rows));
     }
-    if header.resolution as usize > MOST_RESOLUTION {
-        return Err(format!("its resolution is {}, at most {MOST_RESOLUTION} are interpolated", header.resolution));
-    }
-    Ok(())
-}
-
-/// A hull mesh that is interpolated more coarsely than the grid is fine would leave bins without any value.
-fn resolution(header: &SnapshotHeader, assignment: &Assignment) -> Result<(), String> {
-    let is_hull = header.kind == kind::CHARACTERISTICS
-        && [treatment::HULL_MESH, treatment::HULL_MESH_AS_PRINTED].contains(&header.treatment);
-    let bins = assignment.grids.first().map_or(0, |grid| grid.phi.bins.max(grid.e.bins));
-    if is_hull && (header.resolution as usize) < bins {
-        return Err(format!(
-            "its resolution is {}, less than the {bins} bins of the comparison grid",
-            header.resolution
-        ));
-    }
-    Ok(())
-}
-
-/// The first number that cannot be right in columns of a kind, `rows` long each.
-pub fn in_numbers(kind: u32, rows: usize, items: &[f64]) -> Option<Breach> {
-    if kind == kind::DENSITY
-        && let Some((head, joint)) = items.split_at_checked(DENSITY_HEAD)
-    {
-        return in_density(head, joint).map(|what| Breach { rule: Rule::Finite, what });
-    }
-    if let Some(position) = items.iter().position(|value| !value.is_finite()) {
-        let (column, row) = (position / rows, position % rows);
-        return Some(Breach {
-            rule: Rule::Finite,
-            what: format!("row {row} of column {column} is {}", items[position]),
-        });
-    }
-    if kind != kind::SAMPLES && kind != kind::CHARACTERISTICS {
-        return None;
-    }
-    let e = items.get(rows..2 * rows)?;
-    let row = e.iter().position(|e| !(0.0..1.0).contains(e))?;
-    let what = format!("row {row} has e = {}, outside [0, 1)", e[row]);
-    Some(Breach { rule: Rule::Eccentricity, what })
-}
-
-/// Numbers before the error estimates in the head of a density.
-const STATED: usize = DENSITY_HEAD - 4;
-
-/// A method withholds what it does not stand behind, by NaN, and says how far it came, by its error estimates.
-fn in_density(head: &[f64], joint: &[f64]) -> Option<String> {
-    let (stated, estimates) = head.split_at(STATED);
-    if let Some(row) = stated.iter().position(|value| value.is_infinite()) {
-        return Some(format!(
-            "row {row} of column 0 is {}; a moment is finite, or NaN where it is withheld",
-            stated[row]
-        ));
-    }
-    if let Some(place) = estimates.iter().position(|estimate| estimate.is_nan() || *estimate < 0.0) {
-        let (row, estimate) = (STATED + place, estimates[place]);
-        return Some(format!(
-            "row {row} of column 0 is {estimate}; an error estimate is 0 or more, infinite if unknown"
-        ));
-    }
-    let bad = joint.iter().position(|value| !value.is_finite())?;
-    let row = DENSITY_HEAD + bad;
-    match joint.iter().find(|value| !value.is_nan()) {
-        None => None,
-        Some(_) if joint[bad].is_infinite() => Some(format!("row {row} of column 0 is {}", joint[bad])),
-        Some(other) => Some(format!(
-            "row {row} of column 0 is NaN beside {other}; a joint density is withheld as a whole or not at all"
-        )),
-    }
+    let bins = assignment.grids.first().map_or((0, 0), |grid| (grid.phi.bins, grid.e.bins));
+    kind::of(content).check_grid(bins)
 }
 
 #[cfg(test)]
@@ -178,6 +136,7 @@ mod tests {
     use density::dynamics::Force;
     use density::grid::{Axis, Grid};
     use density::problem::{InitialGaussian, Problem};
+    use messages::content::{Characteristics, Samples};
 
     fn assignment() -> Assignment {
         Assignment {
@@ -198,30 +157,11 @@ mod tests {
         }
     }
 
-    const GOOD: SnapshotHeader = SnapshotHeader {
-        run_id: 7,
-        time: 0.5,
-        seconds: 0.0,
-        disagreement: f64::NAN,
-        total: 0,
-        scenario: 1,
-        index: 1,
-        count: 2,
-        kind: kind::SAMPLES,
-        rows: 2,
-        columns: 2,
-        treatment: 0,
-        resolution: 0,
-        lattice: 0,
-        degree: 0,
-        replicates: 0,
-        attempt: 0,
-        shard: 0,
-        shards: 0,
-        most_rows: 2,
-        reserved: 0,
-        label: [0; 32],
-    };
+    fn good() -> SnapshotHeader {
+        let unset = SnapshotHeader::default();
+        SnapshotHeader { run_id: 7, time: 0.5, scenario: 1, index: 1, count: 2, rows: 2, most_rows: 2, ..unset }
+            .with(Samples::INDEPENDENT)
+    }
 
     fn rules(header: SnapshotHeader, items: &[f64]) -> Vec<Rule> {
         breaches(&header, items, &assignment(), 1).into_iter().map(|breach| breach.rule).collect()
@@ -229,30 +169,27 @@ mod tests {
 
     #[test]
     fn every_breach_is_told_under_its_rule() {
+        let usual = good();
         let items = [0.1, 0.2, 0.3, 0.4];
-        assert_eq!(rules(GOOD, &items), []);
-        assert_eq!(rules(SnapshotHeader { run_id: 8, ..GOOD }, &items), [Rule::Identity]);
-        assert_eq!(rules(SnapshotHeader { scenario: 0, ..GOOD }, &items), [Rule::Identity]);
-        assert_eq!(rules(SnapshotHeader { count: 3, ..GOOD }, &items), [Rule::Count]);
-        assert_eq!(rules(SnapshotHeader { index: 0, time: 0.0, ..GOOD }, &items), [Rule::Order]);
-        assert_eq!(rules(SnapshotHeader { time: 0.5f64.next_up(), ..GOOD }, &items), [Rule::Time]);
-        assert_eq!(rules(SnapshotHeader { kind: 99, ..GOOD }, &items), [Rule::Shape]);
-        assert_eq!(rules(SnapshotHeader { columns: 3, ..GOOD }, &items), [Rule::Shape]);
-        assert_eq!(rules(SnapshotHeader { resolution: 20_001, ..GOOD }, &items), [Rule::Shape]);
-        assert_eq!(rules(GOOD, &items[1..]), [Rule::Shape]);
-        let hull = |resolution| SnapshotHeader {
-            kind: kind::CHARACTERISTICS,
-            columns: 3,
-            treatment: treatment::HULL_MESH,
-            resolution,
-            ..GOOD
-        };
+        assert_eq!(rules(usual, &items), []);
+        assert_eq!(rules(SnapshotHeader { run_id: 8, ..usual }, &items), [Rule::Identity]);
+        assert_eq!(rules(SnapshotHeader { scenario: 0, ..usual }, &items), [Rule::Identity]);
+        assert_eq!(rules(SnapshotHeader { count: 3, ..usual }, &items), [Rule::Count]);
+        assert_eq!(rules(SnapshotHeader { index: 0, time: 0.0, ..usual }, &items), [Rule::Order]);
+        assert_eq!(rules(SnapshotHeader { time: 0.5f64.next_up(), ..usual }, &items), [Rule::Time]);
+        assert_eq!(rules(SnapshotHeader { kind: 99, ..usual }, &items), [Rule::Shape]);
+        assert_eq!(rules(SnapshotHeader { columns: 3, ..usual }, &items), [Rule::Shape]);
+        assert_eq!(rules(usual, &items[1..]), [Rule::Shape]);
+        let hull = |resolution| good().with(Characteristics::HullMesh { resolution, as_printed: false });
         let columns = [0.1, 0.2, 0.3, 0.4, 1.0, 1.0];
-        assert_eq!((rules(hull(19), &columns), rules(hull(20), &columns)), (vec![Rule::Shape], vec![]));
-        assert_eq!(rules(GOOD, &[0.1, f64::NAN, 0.3, 0.4]), [Rule::Finite]);
-        assert_eq!(rules(GOOD, &[0.1, 0.2, 0.3, 1.0]), [Rule::Eccentricity]);
-        assert_eq!(rules(GOOD, &[0.1, 0.2, -0.3, 0.0]), [Rule::Eccentricity]);
-        assert_eq!(rules(SnapshotHeader { index: 2, count: 3, ..GOOD }, &items), [Rule::Count, Rule::Order]);
+        assert_eq!(
+            [19, 20, 20_001].map(|resolution| rules(hull(resolution), &columns)),
+            [vec![Rule::Shape], vec![], vec![Rule::Shape]]
+        );
+        assert_eq!(rules(usual, &[0.1, f64::NAN, 0.3, 0.4]), [Rule::Finite]);
+        assert_eq!(rules(usual, &[0.1, 0.2, 0.3, 1.0]), [Rule::Eccentricity]);
+        assert_eq!(rules(usual, &[0.1, 0.2, -0.3, 0.0]), [Rule::Eccentricity]);
+        assert_eq!(rules(SnapshotHeader { index: 2, count: 3, ..usual }, &items), [Rule::Count, Rule::Order]);
     }
 
     #[test]
@@ -262,32 +199,6 @@ mod tests {
         assert_eq!(out_of_order(2, 1, 5).as_deref(), Some(swapped));
         for sent in [0, 4, 5] {
             assert_eq!(out_of_order(sent, 5, 5).as_deref(), Some("it is one too many, all 5 have been sent"));
-        }
-    }
-
-    #[test]
-    fn a_density_may_withhold_moments_and_the_whole_joint_but_no_part_of_it_and_no_estimate() {
-        let density = |changes: &[(usize, f64)]| {
-            let mut numbers = [0.5; DENSITY_HEAD + 4];
-            changes.iter().for_each(|&(at, value)| numbers[at] = value);
-            in_numbers(kind::DENSITY, numbers.len(), &numbers).map(|breach| (breach.rule, breach.what))
-        };
-        let (nan, infinite) = (f64::NAN, f64::INFINITY);
-        let joint: Vec<(usize, f64)> = (DENSITY_HEAD..DENSITY_HEAD + 4).map(|at| (at, nan)).collect();
-        assert_eq!(density(&[]), None);
-        assert_eq!(density(&[(0, nan), (5, nan), (7, nan)]), None);
-        assert_eq!(density(&joint), None);
-        assert_eq!(density(&[(8, infinite), (11, infinite)]), None, "nobody knows how far off it is");
-        for (changes, words) in [
-            (&[(0, infinite)][..], "row 0 of column 0 is inf; a moment is finite"),
-            (&[(8, nan)], "row 8 of column 0 is NaN; an error estimate is 0 or more"),
-            (&[(11, -1e-3)], "row 11 of column 0 is -0.001; an error estimate"),
-            (&[(13, nan)], "row 13 of column 0 is NaN beside 0.5; a joint density is withheld as a whole"),
-            (&[(12, nan), (13, infinite)], "NaN beside"),
-            (&[(14, infinite)], "row 14 of column 0 is inf"),
-        ] {
-            let (rule, what) = density(changes).unwrap();
-            assert!(rule == Rule::Finite && what.contains(words), "{what}");
         }
     }
 }

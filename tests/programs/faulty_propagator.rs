@@ -7,7 +7,8 @@ use std::time::Duration;
 use density::flow::Flow;
 use density::orbits::Orbits;
 use density::sampling::{Draws, Plan};
-use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, kind};
+use messages::content::Samples;
+use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
 use messages::port::Outlet;
 use messages::text::pack;
 use messages::topic::{Passage, Scenario, Snapshot};
@@ -133,17 +134,17 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
             scenario: assignment.scenario,
             index: index as u32,
             count: problem.times.len() as u32,
-            kind: kind::SAMPLES,
             rows: SAMPLES as u32,
             attempt: session.attempt,
-            columns: if fault == "shape" && index > 0 { 3 } else { 2 },
             total,
             shard: if total > 0 { session.shard.index } else { 0 },
             shards: if total > 0 { session.shard.count } else { 0 },
             label: pack(&session.label),
             ..SnapshotHeader::default()
         };
-        outlet.send(draft, header)?;
+        let header = header.with(Samples::INDEPENDENT);
+        let columns = if fault == "shape" && index > 0 { 3 } else { header.columns };
+        outlet.send(draft, SnapshotHeader { columns, ..header })?;
         match session.check_stop() {
             Err(Failure::Stopped) if fault == "deaf" => {}
             other => other?,

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use messages::layout::{DENSITY_HEAD, kind};
+use messages::content::{Content, Density};
 use nodes::assignment::Assignment;
 use nodes::exact::{ExactDensity, Settings};
 use nodes::failure::Failure;
@@ -22,7 +22,7 @@ fn main() -> ExitCode {
 impl Propagator for Liar {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let form = self.exact.begin(assignment)?;
-        assert_eq!(form.kind, kind::DENSITY);
+        assert_eq!(form.content, Content::Density(Density));
         Ok(form)
     }
 
@@ -33,7 +33,7 @@ impl Propagator for Liar {
 
     fn write(&self, columns: &mut [f64]) {
         self.exact.write(columns);
-        let (head, joint) = columns.split_at_mut(DENSITY_HEAD);
+        let (head, joint) = Density::parts(columns);
         let sigma_e = head[3];
         match self.lie.as_str() {
             _ if self.index == 0 => {}

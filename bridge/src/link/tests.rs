@@ -7,8 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::thread::{JoinHandle, spawn};
 use std::time::{Duration, Instant};
 
+use messages::content::Samples;
 use messages::domain::{HeldDomain, Place};
-use messages::layout::{SnapshotHeader, kind};
+use messages::layout::SnapshotHeader;
 use messages::port::{Inlet, Outlet};
 use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Snapshot, Topic};
@@ -188,12 +189,11 @@ fn send(outlet: &Outlet<Snapshot>, label: &str, index: u32) {
         index,
         count: 40,
         rows: rows(index),
-        columns: 2,
-        kind: kind::SAMPLES,
         most_rows: 200_000,
         label: pack(label),
         ..SnapshotHeader::default()
     };
+    let header = header.with(Samples::INDEPENDENT);
     outlet.send_items(header, &numbers(index, rows(index))).unwrap();
 }
 

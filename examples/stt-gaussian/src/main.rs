@@ -2,7 +2,7 @@
 //! with one component. Where the flow takes `u` standard deviations from the initial mean to `m + A u + ½ uᵀ B u`, the mean is
 //! `m_i + ½ tr B_i` and the covariance `A_i·A_j + ½ tr(B_i B_j)`, exact for a flow that is quadratic.
 use density::dynamics::{Force, SUN_MEAN_MOTION};
-use messages::layout::kind;
+use messages::content::Mixture;
 use nodes::kit::{self, Form, Propagator};
 use nodes::{assignment::Assignment, failure::Failure};
 use num_dual::{DualNum, HyperDual64};
@@ -35,7 +35,7 @@ impl Propagator for SttGaussian {
             [e * phi.sin(), e * phi.cos()]
         });
         self.0 = Some((assignment.clone(), states));
-        Ok(Form { kind: kind::MIXTURE, most_rows: 1, ..Form::default() })
+        Ok(Form::whole(Mixture::UNJUDGED, 1))
     }
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
         let (Assignment { problem, .. }, states) = self.0.as_mut().ok_or_else(Failure::no_scenario)?;

@@ -10,10 +10,11 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 use density::angle::nearest;
-use messages::layout::{DensityHeader, diagnostic, kind};
+use messages::layout::{DensityHeader, diagnostic};
 
 use super::RecordedDensity;
 use super::cloud::{Cloud, Marginals};
+use crate::kind::counted_samples;
 use crate::passage_rules::{INDEPENDENT, Row, divergence, rows};
 
 /// Probability of an alarm in a run in which all methods are right.
@@ -215,7 +216,7 @@ fn variation(exact: &RecordedDensity, sampled: &RecordedDensity, samples: f64) -
     let bins = (a.phi_bins as usize).checked_mul(a.e_bins as usize)?;
     let same = a.grid == b.grid && (a.phi_bins, a.e_bins) == (b.phi_bins, b.e_bins);
     let (p, q) = (exact.values.get(..bins)?, sampled.values.get(..bins)?);
-    if !same || b.kind != kind::SAMPLES {
+    if !same || counted_samples(b).is_none() {
         return None;
     }
     let area = (a.grid[1] - a.grid[0]) * (a.grid[3] - a.grid[2]) / bins as f64;

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 
 use density::grid::Axis;
 use density::standard_errors::of_density;
-use messages::layout::kind;
 use ndarray::ArrayView;
 use ndarray_npy::NpzWriter;
 
 use super::RecordedDensity;
 use crate::failure::Failure;
+use crate::kind::counted_samples;
 
 /// The open archive.
 pub(super) struct Densities {
@@ -43,8 +43,8 @@ impl Densities {
         let group = format!("{scenario}/{method}/{}", header.index);
         let plane = [phi_bins, e_bins];
         self.array(&format!("{group}/joint"), &plane, joint)?;
-        if header.kind == kind::SAMPLES {
-            let errors = of_density(joint, header.rows as usize, phi.width() * e.width());
+        if let Some(samples) = counted_samples(header) {
+            let errors = of_density(joint, samples as usize, phi.width() * e.width());
             self.array(&format!("{group}/joint_standard_error"), &plane, &errors)?;
         }
         self.array(&format!("{group}/marginal_phi"), &plane[..1], marginal_phi)?;

@@ -1,6 +1,6 @@
 //! The rows of the tables of a results folder, and how messages become rows.
 
-use messages::layout::{DISTANCE_COLUMNS, DensityHeader, ERROR_COLUMNS, PASSAGE_COLUMNS, diagnostic, kind};
+use messages::layout::{DISTANCE_COLUMNS, DensityHeader, ERROR_COLUMNS, PASSAGE_COLUMNS, diagnostic};
 use messages::text::unpack;
 use serde::Serialize;
 
@@ -154,16 +154,6 @@ pub(super) fn distances<'a>(scenario: &'a str, method: &'a str, recorded: &Recor
     });
     let missing = recorded.values.get(DENSITIES.len() * DISTANCE_COLUMNS).copied().unwrap_or(f64::NAN);
     distances.chain([row("joint", "mass_outside_grid", missing)]).collect()
-}
-
-/// Trajectories behind a density: its samples or characteristics, or the five sigma points of each component of a mixture
-/// (shared ones counted for each); NaN of a method that follows none.
-pub(super) fn trajectories(header: &DensityHeader) -> f64 {
-    match header.kind {
-        kind::SAMPLES | kind::CHARACTERISTICS => f64::from(header.rows),
-        kind::MIXTURE => 5.0 * f64::from(header.rows),
-        _ => f64::NAN,
-    }
 }
 
 pub(super) fn effort<'a>(

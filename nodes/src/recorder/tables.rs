@@ -11,6 +11,7 @@ use super::densities::Densities;
 use super::{Judgement, RecordedComparison, Recording, SCENARIO, judgement, rows};
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::kind::trajectories_behind;
 use crate::roster::Roster;
 use crate::scenario_file;
 
@@ -107,7 +108,7 @@ impl Tables {
         for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
             let Some(case) = recording.case(method) else { continue };
             // Mixtures may have other numbers of components later; what was propagated are those of the first snapshot.
-            let trajectories = case.first().map_or(f64::NAN, |first| rows::trajectories(&first.header));
+            let trajectories = case.first().map_or(f64::NAN, |first| trajectories_behind(&first.header));
             for density in case {
                 self.moments.write([rows::moments(scenario, method, &density.header)])?;
                 self.diagnostics.write(rows::diagnostics(scenario, method, &density.header))?;

@@ -6,11 +6,12 @@
 
 use density::estimate::Moments;
 use density::trust::{self, Kind, Verdict};
-use messages::layout::{DensityHeader, diagnostic, kind};
+use messages::layout::{DensityHeader, diagnostic};
 use serde::Serialize;
 
 use super::{RecordedDensity, Recording};
 use crate::comparator::{distance_of_joints, errors};
+use crate::kind::counted_samples;
 use crate::roster::Roster;
 use crate::yardstick::{Quantity, stand_for};
 
@@ -219,7 +220,7 @@ fn judge_density(
         let estimate = 0.5 * Quantity::Densities.error_estimate(header);
         return judged(graded(estimate, 0.0, tolerance), estimate, 0.0, ITSELF);
     }
-    if header.kind == kind::SAMPLES {
+    if counted_samples(header).is_some() {
         let noise = counting_noise(own);
         return judged(
             if noise <= tolerance { Grade::Good } else { Grade::AsSampled },
@@ -271,10 +272,10 @@ fn noise_of(header: &DensityHeader, place: usize) -> f64 {
 fn counting_noise(recorded: &RecordedDensity) -> f64 {
     let header = &recorded.header;
     let bins = (header.phi_bins as usize).saturating_mul(header.e_bins as usize);
-    match recorded.values.get(..bins) {
-        Some(joint) if header.kind == kind::SAMPLES => {
+    match (recorded.values.get(..bins), counted_samples(header)) {
+        (Some(joint), Some(samples)) => {
             let area = (header.grid[1] - header.grid[0]) * (header.grid[3] - header.grid[2]) / bins as f64;
-            trust::counting_noise(joint, area, f64::from(header.rows))
+            trust::counting_noise(joint, area, f64::from(samples))
         }
         _ => 0.0,
     }

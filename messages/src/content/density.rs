@@ -1,0 +1,31 @@
+//! Densities that come ready.
+
+use super::{Kind, NoDetails, kind};
+
+/// Numbers before the joint density in a snapshot of kind [`kind::DENSITY`].
+pub const DENSITY_HEAD: usize = 12;
+
+/// A density on the comparison grid, with its moments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Density;
+
+impl Density {
+    /// What is to be written: the head of [`DENSITY_HEAD`] numbers, and the joint density.
+    pub fn parts(items: &mut [f64]) -> (&mut [f64], &mut [f64]) {
+        items.split_at_mut(DENSITY_HEAD.min(items.len()))
+    }
+}
+
+impl Kind for Density {
+    const CODE: u32 = kind::DENSITY;
+    const COLUMNS: &'static [&'static str] = &["moments, error estimates, joint density [1/rad]"];
+    type Details = NoDetails;
+
+    fn to_details(self) -> NoDetails {
+        NoDetails::default()
+    }
+
+    fn from_details(_: NoDetails) -> Result<Self, String> {
+        Ok(Self)
+    }
+}

@@ -1,0 +1,51 @@
+//! Gaussian mixtures.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::{Kind, kind, split};
+use crate::describe::{Described, Field, FieldType, header};
+
+header! {
+    /// The details of a mixture.
+    #[type_name("phasecloud/SnapshotHeader/3/Mixture")]
+    pub struct MixtureDetails {
+        /// How far the flow over a component is from linear, weighted mean; NaN if not known.
+        pub disagreement: f64,
+    }
+}
+
+/// A Gaussian mixture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mixture {
+    /// How far the flow over a component is from linear, weighted mean; NaN if not known.
+    pub disagreement: f64,
+}
+
+impl Mixture {
+    /// A mixture of which nobody knows how far the flow over a component is from linear.
+    pub const UNJUDGED: Self = Self { disagreement: f64::NAN };
+
+    /// Writes a component into its row: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\],
+    /// variance of `e`.
+    pub fn write_row(items: &mut [f64], row: usize, component: [f64; 6]) {
+        for (column, value) in split::<6>(items).into_iter().zip(component) {
+            column[row] = value;
+        }
+    }
+}
+
+impl Kind for Mixture {
+    const CODE: u32 = kind::MIXTURE;
+    const COLUMNS: &'static [&'static str] =
+        &["weight", "mean phi [rad]", "mean e", "variance of phi [rad²]", "covariance [rad]", "variance of e"];
+    type Details = MixtureDetails;
+
+    fn to_details(self) -> MixtureDetails {
+        MixtureDetails { disagreement: self.disagreement }
+    }
+
+    fn from_details(MixtureDetails { disagreement }: MixtureDetails) -> Result<Self, String> {
+        Ok(Self { disagreement })
+    }
+}

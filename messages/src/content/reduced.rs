@@ -1,0 +1,21 @@
+//! Samples that were reduced where they are.
+
+use super::{Kind, NoDetails, kind};
+
+/// Samples that were reduced where they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reduced;
+
+impl Kind for Reduced {
+    const CODE: u32 = kind::REDUCED;
+    const COLUMNS: &'static [&'static str] = &["counts and sums of samples"];
+    type Details = NoDetails;
+
+    fn to_details(self) -> NoDetails {
+        NoDetails::default()
+    }
+
+    fn from_details(_: NoDetails) -> Result<Self, String> {
+        Ok(Self)
+    }
+}

@@ -1,0 +1,49 @@
+//! Equally weighted samples.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::{Kind, kind, split};
+use crate::describe::{Described, Field, FieldType, header};
+
+header! {
+    /// The details of samples.
+    #[type_name("phasecloud/SnapshotHeader/3/Samples")]
+    pub struct SamplesDetails {
+        /// Independent groups the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
+        pub replicates: u32,
+        /// 0.
+        pub reserved: u32,
+    }
+}
+
+/// Equally weighted samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Samples {
+    /// Independent groups that the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
+    pub replicates: u32,
+}
+
+impl Samples {
+    /// Samples that do not depend on one another.
+    pub const INDEPENDENT: Self = Self { replicates: 0 };
+
+    /// The columns to write: `phi` \[rad\] and `e`.
+    pub fn columns(items: &mut [f64]) -> [&mut [f64]; 2] {
+        split(items)
+    }
+}
+
+impl Kind for Samples {
+    const CODE: u32 = kind::SAMPLES;
+    const COLUMNS: &'static [&'static str] = &["phi [rad]", "e"];
+    type Details = SamplesDetails;
+
+    fn to_details(self) -> SamplesDetails {
+        SamplesDetails { replicates: self.replicates, reserved: 0 }
+    }
+
+    fn from_details(SamplesDetails { replicates, .. }: SamplesDetails) -> Result<Self, String> {
+        Ok(Self { replicates })
+    }
+}

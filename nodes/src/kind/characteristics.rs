@@ -1,0 +1,81 @@
+//! Characteristics: points that carry a density along, on a mesh that they carry or on the hull of where they are.
+
+use density::angle::nearest;
+use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate, unfold};
+use messages::content::{Characteristics, Content, Lattice};
+use messages::layout::diagnostic;
+
+use super::{Estimated, Kind, Memory, Place, Snapshot, Trajectories, not_of_trajectories};
+use crate::carried_density::CarriedDensity;
+use crate::snapshot_rules::Breach;
+
+impl Kind for Characteristics {
+    fn breach(&self, rows: usize, items: &[f64]) -> Option<Breach> {
+        not_of_trajectories(rows, items)
+    }
+
+    /// A hull mesh that is interpolated more coarsely than the grid is fine would leave bins without any value.
+    fn check_grid(&self, bins: (usize, usize)) -> Result<(), String> {
+        let bins = bins.0.max(bins.1);
+        match *self {
+            Self::HullMesh { resolution, .. } if (resolution as usize) < bins => {
+                Err(format!("its resolution is {resolution}, less than the {bins} bins of the comparison grid"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn estimate(&self, snapshot: &Snapshot, memory: &mut Memory, at: &Place) -> Result<Estimated, String> {
+        let [phi, e, n] = snapshot.columns()?;
+        match *self {
+            Self::CarriedMesh { lattice } => carried(lattice, [phi, e, n], memory, at),
+            Self::HullMesh { resolution, as_printed } => {
+                let branch = if as_printed { Branch::AsPrinted } else { Branch::Grid };
+                let critical_e = at.assignment.problem.critical_e;
+                let estimate = hull_estimate(phi, e, n, &at.grid, resolution as usize, branch, critical_e);
+                estimate.map(Into::into).map_err(|e| e.to_string())
+            }
+        }
+    }
+
+    fn of_all_shards(&self) -> Result<Content, String> {
+        Ok((*self).into())
+    }
+
+    fn trajectories(&self) -> Trajectories {
+        Trajectories::Ordered
+    }
+}
+
+/// The points of the first snapshot, at `t = 0`, make the mesh that all later ones move.
+fn carried(
+    lattice: Option<Lattice>,
+    [phi, e, n]: [&[f64]; 3],
+    memory: &mut Memory,
+    Place { assignment, grid }: &Place,
+) -> Result<Estimated, String> {
+    let initial = &assignment.problem.initial;
+    let mesh = match memory.mesh.take() {
+        Some(mesh) => mesh,
+        None => {
+            let (side, degree) = (lattice.map(|lattice| lattice.side as usize), lattice.map_or(1, |l| l.degree));
+            let phi0 = match side {
+                Some(side) => unfold(initial, phi, side),
+                None => phi.iter().map(|&phi| nearest(phi, initial.mean_phi)).collect(),
+            };
+            CarriedMesh::new(initial, &phi0, e, side, degree as usize).map_err(|e| e.to_string())?
+        }
+    };
+    let (estimate, mesh_says) =
+        mesh.estimate(phi, e, grid, assignment.problem.critical_e).map_err(|e| e.to_string())?;
+    memory.mesh = Some(mesh);
+    let start = memory.carried.get_or_insert_with(|| CarriedDensity::begin(initial, phi, e, n));
+    let carried_density_error = start.error_of(phi, e, n);
+    let MeshDiagnostics { measure_defect, flipped_mass, truncated_mass, misplaced_mass, .. } = mesh_says;
+    Ok(Estimated {
+        diagnostic: diagnostic::MESH,
+        diagnostics: [measure_defect, flipped_mass, truncated_mass, misplaced_mass],
+        carried_density_error,
+        ..estimate.into()
+    })
+}
