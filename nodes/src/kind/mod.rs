@@ -1,7 +1,7 @@
 //! What the processes know of each kind of snapshot: the registry.
 //!
 //! A kind is one file here, with an `impl` of [`Kind`] for its content, and one line of [`of`]. Its columns and its fields are
-//! declared in [`messages::content`]. Nothing else asks which kind a snapshot is of.
+//! declared in [`messages::content`]. Beyond these files only `phasecloud check` asks which kind a snapshot is of, for rules of its own.
 
 mod characteristics;
 mod mixture;
