@@ -25,8 +25,7 @@ pub(super) fn joint(
     tolerance: f64,
     most_orbits: usize,
 ) -> Joint {
-    let initial = &family.measure.gaussian;
-    let noise = Noise::after(years, family).over(initial.sigma_e, initial.sigma_phi, initial.mean_e);
+    let noise = Noise::of_probabilities(years, family);
     let joint = without_noise(family, grid, years, tolerance.max(noise), most_orbits);
     Joint { error: joint.error + noise, ..joint }
 }

@@ -101,12 +101,18 @@ pub(super) fn smooth_moments(
 
 /// How good states are, absolute: what no number of orbits improves.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Noise(f64);
+pub(crate) struct Noise(f64);
 
 impl Noise {
     /// An orbit's error grows about linearly with time; the accuracy is that after two years.
     pub(super) fn after(years: f64, family: &Family<'_, impl PlanarHamiltonian>) -> Self {
         Self(ROUNDING + 0.5 * years * family.flow.accuracy.largest_error())
+    }
+
+    /// As a share of the deviations of the initial Gaussian: what probabilities are good to.
+    pub(crate) fn of_probabilities(years: f64, family: &Family<'_, impl PlanarHamiltonian>) -> f64 {
+        let initial = &family.measure.gaussian;
+        Self::after(years, family).over(initial.sigma_e, initial.sigma_phi, initial.mean_e)
     }
 
     /// As a share of one deviation.
@@ -280,7 +286,11 @@ pub(super) fn probability_above(
         let above = rises.map_or(0.0, |theta| orbit.share.between(contour, theta - t, contour.period() - theta - t));
         vec![orbit.share.total(), above]
     };
-    let tolerances = |values: &[f64], _: &[f64]| vec![tolerance, super::probability_tolerance(values[1], tolerance)];
+    let noise = Noise::of_probabilities(years, family);
+    let tolerances = |values: &[f64], _: &[f64]| {
+        let of_share = super::probability_tolerance(values[1], tolerance).max(0.3 * noise * values[1]);
+        vec![tolerance.max(0.3 * noise), of_share]
+    };
     let found = family.integrate(family.first_intervals(), 2, above, tolerances, most_orbits);
     let missing = (1.0 - found.values[0]).abs();
     // What is missing of the whole may be above.

@@ -14,7 +14,7 @@
 
 use crate::exact::family::{Family, Orbit};
 use crate::exact::measure::Measure;
-use crate::exact::moments::touching;
+use crate::exact::moments::{Noise, touching};
 use crate::exact::{Error, Estimated, PROBABILITY_ERROR, is_possible, probability_tolerance};
 use crate::flow::Flow;
 use crate::model::PlanarHamiltonian;
@@ -48,14 +48,16 @@ pub fn curve<M: PlanarHamiltonian>(
     is_possible(&flow.model)?;
     let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
     let passed = |orbit: &Orbit| passed(orbit, problem.critical_e, times);
-    let tolerances = |values: &[f64], _: &[f64]| {
-        values.iter().map(|&value| probability_tolerance(value, PROBABILITY_ERROR)).collect()
-    };
+    let noise = Noise::of_probabilities(times.last().copied().unwrap_or(0.0), &family);
+    let tolerance = |&value: &f64| probability_tolerance(value, PROBABILITY_ERROR).max(0.3 * noise * value);
+    let tolerances = |values: &[f64], _: &[f64]| values.iter().map(tolerance).collect();
     let found = family.integrate(family.first_intervals(), times.len() + 1, passed, tolerances, most_orbits);
     let missing: f64 = (1.0 - found.values[times.len()]).abs();
     let at_start = Estimated { value: problem.initial.probability_above(problem.critical_e), error: f64::EPSILON };
+    // Who has passed at the start, which is known best, has passed.
+    let least = if times.first() == Some(&0.0) { at_start.value } else { 0.0 };
     let estimated = |k: usize| Estimated {
-        value: found.values[k].clamp(0.0, 1.0),
+        value: found.values[k].clamp(least, 1.0),
         error: found.errors[k]
             + touching(found.values[k])
             + if missing > 1e-12 { missing } else { missing * found.values[k] },

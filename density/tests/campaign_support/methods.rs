@@ -94,8 +94,8 @@ pub struct Distrust {
 }
 
 impl Distrust {
-    fn of(kind: Kind, diagnostics: [f64; 4]) -> Self {
-        let verdict = trust(kind, diagnostics, TOLERANCE);
+    fn of(kind: Kind, diagnostics: [f64; 4], resultant: f64) -> Self {
+        let verdict = trust(kind, diagnostics, resultant, TOLERANCE);
         Self { moments: !verdict.moments(), density: !verdict.density() }
     }
 
@@ -213,7 +213,13 @@ fn mesh(problem: &Problem, grids: &[Grid], points: usize) -> Result<Parts, Strin
         let found = mesh.estimate(&phi, &e, grid, *critical_e).map_err(text);
         snapshots.push(found.map(|(estimate, says)| {
             let says = [says.measure_defect, says.flipped_mass, says.truncated_mass, says.misplaced_mass];
-            Shown { estimate, claim: UNSAID, says, distrusted: Distrust::of(Kind::Mesh, says), mass_outside: None }
+            Shown {
+                distrusted: Distrust::of(Kind::Mesh, says, estimate.circular.resultant),
+                estimate,
+                claim: UNSAID,
+                says,
+                mass_outside: None,
+            }
         }));
     }
     let curve = mesh_curve(problem, &flow, &start, DEGREE);
@@ -240,7 +246,8 @@ fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> 
         let beyond = problem.initial.mass_beyond_one();
         let says = [mixture.disagreement(), mixture::mass_below_zero(&mixture.components), 1.0, beyond];
         let estimate = mixture::estimate(&mixture.components, grid, problem.critical_e).map_err(text)?;
-        Ok(Shown { estimate, claim: UNSAID, says, distrusted: Distrust::of(Kind::Mixture, says), mass_outside: None })
+        let distrusted = Distrust::of(Kind::Mixture, says, estimate.circular.resultant);
+        Ok(Shown { estimate, claim: UNSAID, says, distrusted, mass_outside: None })
     };
     Ok((problem.times.iter().zip(grids).map(|(&time, grid)| snapshot(time, grid)).collect(), None))
 }

@@ -249,7 +249,7 @@ fn graded(error: f64, noise: f64, tolerance: f64) -> Grade {
 }
 
 fn trusted(header: &DensityHeader, tolerance: f64) -> Verdict {
-    trust::trust(Kind::of_code(header.diagnostic), header.diagnostics, tolerance)
+    trust::trust(Kind::of_code(header.diagnostic), header.diagnostics, header.resultant, tolerance)
 }
 
 /// What the error of a moment is measured in: the deviation of its variable, or 1 for a probability.
