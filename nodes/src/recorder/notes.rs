@@ -195,14 +195,33 @@ fn off_the_grid(header: &DensityHeader) -> String {
     let (phi, e) = (header.moments[0], header.moments[2]);
     let phi_on_branch = nearest(phi, 0.5 * (phi_low + phi_high));
     let is_off = |value: f64, low: f64, high: f64| value.is_finite() && !(low..=high).contains(&value);
-    match (is_off(phi_on_branch, phi_low, phi_high), is_off(e, e_low, e_high)) {
-        (_, true) => format!("its mean eccentricity {e:.5} is outside the grid, which is {e_low:.5} to {e_high:.5}"),
-        (true, _) => format!(
+    if is_off(e, e_low, e_high) {
+        return format!("its mean eccentricity {e:.5} is outside the grid, which is {e_low:.5} to {e_high:.5}");
+    }
+    if is_off(phi_on_branch, phi_low, phi_high) {
+        return format!(
             "its mean solar angle {phi:.5} is outside the grid, which is {phi_low:.5} to {phi_high:.5} rad; are its angles in \
              radians?"
-        ),
-        (false, false) => "it is centred on the grid, but wider than it".into(),
+        );
     }
+    let (of_phi, of_e) = (2.0 * header.moments[1], 2.0 * header.moments[3]);
+    let reaches =
+        |value: f64, by: f64, low: f64, high: f64| is_off(value - by, low, high) || is_off(value + by, low, high);
+    if reaches(e, of_e, e_low, e_high) {
+        return format!(
+            "two deviations about its mean eccentricity, {:.5} to {:.5}, reach beyond the grid, which is {e_low:.5} to {e_high:.5}",
+            e - of_e,
+            e + of_e
+        );
+    }
+    if reaches(phi_on_branch, of_phi, phi_low, phi_high) {
+        return format!(
+            "two deviations about its mean solar angle, {:.5} to {:.5}, reach beyond the grid, which is {phi_low:.5} to {phi_high:.5} rad",
+            phi_on_branch - of_phi,
+            phi_on_branch + of_phi
+        );
+    }
+    "its moments lie well on the grid: its density is not that of its moments, or too narrow to be told".into()
 }
 
 /// Whether a number is known, and not above a limit.
@@ -295,7 +314,9 @@ mod tests {
         assert!(
             off(0.2, 0.5).contains("its mean eccentricity 0.50000 is outside the grid, which is 0.10000 to 0.30000")
         );
-        assert!(off(0.2, 0.2).contains("wider than it"), "the same angle on another branch: {}", off(0.2, 0.2));
+        assert!(off(0.2, 0.2).contains("lie well on the grid"), "the same angle on another branch: {}", off(0.2, 0.2));
+        assert!(off(0.2, 0.29).contains("mean eccentricity, 0.27000 to 0.31000, reach beyond"), "{}", off(0.2, 0.29));
+        assert!(off(6.9, 0.2).contains("mean solar angle, 6.70000 to 7.10000, reach beyond"), "{}", off(6.9, 0.2));
         let header = DensityHeader { mass_on_grid: 1.05, ..DensityHeader::default() };
         assert!(of_density(&header)[0].contains("a mass of 1.0500"));
         let header = DensityHeader {
