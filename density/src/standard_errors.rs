@@ -27,7 +27,7 @@ use crate::estimate::{Moments, ordered_sum};
 use crate::sampling::group;
 
 /// What the cut of the branch of `phi`, which follows the sample's circular mean, does to a sample's influence on moments: see
-/// [`crate::partial`]. All zero for a cloud that does not reach round the circle.
+/// [`crate::sample_sums`]. All zero for a cloud that does not reach round the circle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cut {
     /// Density of `phi` at the cut \[1/rad\].
