@@ -153,8 +153,8 @@ const EDGE: f64 = 4.0;
 /// Disagreement, in tolerances, up to which a mixture is good for moments.
 const MIXTURE_MOMENTS: f64 = 10.0;
 /// The same where the cloud reaches round the circle, so that what lies beside the branch cut of the solar angle counts with a whole
-/// turn. Of the campaign's seed 1, indices 285 and 289 have resultant lengths of about 0.4 and 0.5: their means of `phi` were off by 2.4 %
-/// and 1.7 %, their covariances by 3.4 % and 5.2 %, at disagreements of 0.057 and 0.063.
+/// turn. Of the campaign's seed 1, indices 285 and 289 are such clouds: their means of `phi` were off by 2.4 % and 1.7 % of a deviation,
+/// their covariances by 3.4 % and 5.2 %, at disagreements of 0.057 and 0.063.
 const MIXTURE_ROUND: f64 = 1.0;
 /// Mean resultant length below which a cloud counts as one that reaches round the circle: a deviation of about 0.85 rad.
 const ROUND: f64 = 0.7;

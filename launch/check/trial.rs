@@ -20,8 +20,7 @@ use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 use super::answer::{Answer, Heard, LABEL, Outcome, Ready, Received, Stop, end_of, is_from};
 use super::scenarios::Scenario;
 use crate::crew::supervisor::Supervisor;
-use crate::domain::OwnDomain;
-use crate::domain::fresh_run_id;
+use crate::domain::{OwnDomain, fresh_run_id};
 
 /// Scenarios that one process is given at most.
 const SCENARIOS: usize = 2;

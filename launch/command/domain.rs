@@ -19,8 +19,7 @@ use nodes::session::RUN_VARIABLE;
 use nodes::shard::label_of_member;
 
 use crate::crew::report_line;
-use crate::domain;
-use crate::domain::OwnDomain;
+use crate::domain::{self, OwnDomain};
 use crate::exit::BAD_INPUT;
 use clap::Args;
 use nodes::input::{PLAIN_NAME, is_plain_name};

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use crate::exit::BAD_INPUT;
-use crate::plan::cases::Case;
-use crate::plan::cases::Runs;
+use crate::plan::cases::{Case, Runs};
 use crate::plan::launch_file::Launch;
 use messages::service::Service;
 

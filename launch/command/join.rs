@@ -9,11 +9,9 @@ use bridge::plan::{Plan, Program};
 use messages::wait::Signals;
 
 use crate::command::cli::JoinArguments;
-use crate::crew::share;
-use crate::crew::share::Ending;
+use crate::crew::share::{self, Ending};
 use crate::domain;
-use crate::exit::BAD_INPUT;
-use crate::exit::INTERRUPTED;
+use crate::exit::{BAD_INPUT, INTERRUPTED};
 use crate::shown::Shown;
 
 /// Pause between two knocks at a door behind which nobody is at home yet.

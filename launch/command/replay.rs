@@ -15,8 +15,7 @@ use crate::exit::BAD_INPUT;
 use crate::plan::cases::Runs;
 use crate::plan::launch_file::Launch;
 use crate::results::recording::About;
-use crate::shown::Logged;
-use crate::shown::Shown;
+use crate::shown::{Logged, Shown};
 
 /// Processes other than cases that a recording can stand in for.
 const SERVICES: [&str; 2] = [Service::Estimator.name(), Service::Comparator.name()];

@@ -8,8 +8,7 @@ use figures::scene::Scenario;
 use nodes::scenario_file;
 
 use crate::exit::BAD_INPUT;
-use crate::results::checksums;
-use crate::results::manifest;
+use crate::results::{checksums, manifest};
 use clap::Args;
 
 /// Arguments of `phasecloud report`.

@@ -14,12 +14,9 @@ use nodes::assignment::request;
 use nodes::scenario_file::{self, ScenarioFile};
 
 use crate::command::serve::folder_name;
-use crate::domain;
-use crate::domain::attach;
-use crate::domain::attach::LiveRun;
-use crate::domain::attach::Target;
-use crate::exit::BAD_INPUT;
-use crate::exit::INTERRUPTED;
+use crate::domain::attach::{self, LiveRun, Target};
+use crate::domain::{self};
+use crate::exit::{BAD_INPUT, INTERRUPTED};
 use crate::results::manifest;
 use clap::Args;
 use std::path::PathBuf;

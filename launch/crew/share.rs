@@ -16,22 +16,14 @@ use messages::wait::Signals;
 use nodes::session::ANY_SCENARIO;
 use nodes::shard::Shard;
 
-use crate::crew::commands::Identity;
-use crate::crew::commands::Part;
-use crate::crew::commands::own_command;
-use crate::crew::commands::own_program;
-use crate::crew::ending;
-use crate::crew::log_sink::LogSink;
-use crate::crew::log_sink::start_log;
+use crate::crew::commands::{Identity, Part, own_command, own_program};
+use crate::crew::log_sink::{LogSink, start_log};
 use crate::crew::member::Member;
 use crate::crew::report_line::describe;
-use crate::crew::shares;
-use crate::crew::supervisor::Ended;
-use crate::crew::supervisor::Supervisor;
-use crate::domain;
-use crate::domain::OwnDomain;
-use crate::shown::Logged;
-use crate::shown::Shown;
+use crate::crew::supervisor::{Ended, Supervisor};
+use crate::crew::{ending, shares};
+use crate::domain::{self, OwnDomain};
+use crate::shown::{Logged, Shown};
 
 /// The processes are looked after at least this often.
 const TICK: Duration = Duration::from_millis(500);

@@ -5,11 +5,9 @@ use std::path::{Path, PathBuf};
 
 use bridge::plan::{Plan, Post, Program, Share};
 
-use crate::plan::cases::Case;
-use crate::plan::cases::Runs;
+use crate::plan::cases::{Case, Runs};
 use crate::plan::hosts::Hosts;
-use crate::plan::launch_file::Launch;
-use crate::plan::launch_file::Restart;
+use crate::plan::launch_file::{Launch, Restart};
 
 /// The bridge's file, in the domain's folder.
 const FILE: &str = "bridge.json";

@@ -14,8 +14,7 @@ use std::time::Duration;
 
 use rustix::fs::{AtFlags, CWD, Timespec, Timestamps, UTIME_NOW, utimensat};
 
-use crate::domain::lock::LOCK;
-use crate::domain::lock::lock_in;
+use crate::domain::lock::{LOCK, lock_in};
 
 /// The file in a domain's folder in which the launcher says what it runs.
 pub const NOTICE: &str = "run.json";

@@ -15,8 +15,7 @@ use messages::topic::{Topic, Visitor};
 use serde_json::{Map, json};
 
 use super::{End, follow, with_topic};
-use crate::domain::attach;
-use crate::domain::attach::Target;
+use crate::domain::attach::{self, Target};
 use crate::output;
 
 /// Rows of a payload that are shown.

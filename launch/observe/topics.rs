@@ -8,9 +8,7 @@ use messages::payload::Item;
 use messages::port::PortError;
 use messages::topic::{Topic, Visitor, for_each};
 
-use crate::domain::attach;
-use crate::domain::attach::LiveRun;
-use crate::domain::attach::Target;
+use crate::domain::attach::{self, LiveRun, Target};
 use crate::report::new_table;
 
 /// Prints the topics of one run, or of all.

@@ -15,17 +15,12 @@ use messages::wait::Signals;
 use nodes::shard::{MOST_SHARDS, Shard};
 
 use super::{End, INTERRUPTED, TICK};
-use crate::domain;
-use crate::domain::attach;
-use crate::domain::attach::LiveRun;
-use crate::domain::attach::Target;
-use crate::live::View;
-use crate::live::json;
-use crate::live::model::Model;
-use crate::live::model::Stage;
+use crate::domain::attach::{self, LiveRun, Target};
+use crate::domain::{self};
+use crate::live::model::{Model, Stage};
+use crate::live::{View, json};
 use crate::report;
-use crate::results::manifest;
-use crate::results::manifest::Recorded;
+use crate::results::manifest::{self, Recorded};
 use crate::shown::Shown;
 
 /// Reports that arrive so soon after attaching had been sent before.

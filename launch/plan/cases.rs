@@ -14,10 +14,8 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
-use crate::plan::checks::check_name;
-use crate::plan::checks::checked_seconds;
-use crate::plan::hosts;
-use crate::plan::hosts::Hosts;
+use crate::plan::checks::{check_name, checked_seconds};
+use crate::plan::hosts::{self, Hosts};
 
 /// One case: a propagator under a label.
 #[derive(Debug, Clone)]

@@ -20,12 +20,8 @@ use toml::de::Deserializer;
 
 use super::checks::{check_name, checked_seconds};
 use super::programs;
-use crate::plan::cases;
-use crate::plan::cases::Case;
-use crate::plan::cases::Runs;
-use crate::plan::hosts::Hosts;
-use crate::plan::hosts::RawHosts;
-use crate::plan::hosts::WITHOUT_HOSTS;
+use crate::plan::cases::{self, Case, Runs};
+use crate::plan::hosts::{Hosts, RawHosts, WITHOUT_HOSTS};
 
 /// The launch file that `phasecloud run` takes when none is named, and the scenario it names.
 const DEFAULT: (&str, &str) = (include_str!("../scenario-1.toml"), include_str!("../scenarios/scenario-1.toml"));

@@ -7,8 +7,7 @@ use messages::topic::{Capacity, Density, Snapshot};
 use nodes::reduced;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-use crate::plan::cases::Case;
-use crate::plan::cases::Runs;
+use crate::plan::cases::{Case, Runs};
 use crate::plan::launch_file::Launch;
 
 /// Where iceoryx2 keeps messages.

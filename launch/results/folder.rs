@@ -11,11 +11,9 @@ use std::path::{Path, PathBuf};
 use nodes::clock;
 use nodes::recorder::is_part;
 
-use crate::plan::launch_file::Launch;
-use crate::plan::launch_file::ScenarioInput;
+use crate::plan::launch_file::{Launch, ScenarioInput};
 use crate::plan::preflight::check_path;
-use crate::results::checksums::LOST_AND_FOUND;
-use crate::results::checksums::MANIFEST;
+use crate::results::checksums::{LOST_AND_FOUND, MANIFEST};
 
 /// A results folder in the making.
 #[derive(Debug)]

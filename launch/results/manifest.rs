@@ -5,11 +5,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::plan::cases::Case;
-use crate::plan::cases::Runs;
+use crate::plan::cases::{Case, Runs};
 use crate::plan::launch_file::Launch;
-use crate::results::checksums;
-use crate::results::checksums::FileRecord;
+use crate::results::checksums::{self, FileRecord};
 use crate::results::recording;
 
 /// The manifest.

@@ -24,14 +24,11 @@ use nodes::screen::{Refusal, screen};
 use crate::crew::commands::Commands;
 use crate::crew::log_sink::LogSink;
 use crate::crew::member::Member;
-use crate::crew::supervisor::Ended;
-use crate::crew::supervisor::Supervisor;
+use crate::crew::supervisor::{Ended, Supervisor};
 use crate::live::View;
-use crate::live::model::Model;
-use crate::live::model::Stage;
+use crate::live::model::{Model, Stage};
 use crate::plan::cases::Case;
-use crate::plan::launch_file::Launch;
-use crate::plan::launch_file::ScenarioInput;
+use crate::plan::launch_file::{Launch, ScenarioInput};
 use crate::shown::Shown;
 
 /// The launcher looks around at least this often.

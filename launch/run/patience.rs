@@ -5,8 +5,7 @@ use std::time::{Duration, Instant};
 use messages::service::Service;
 
 use super::{Abort, Run};
-use crate::crew::member::Member;
-use crate::crew::member::STARTUP;
+use crate::crew::member::{Member, STARTUP};
 use crate::plan::cases::Case;
 use crate::plan::launch_file::Restart;
 
