@@ -4,6 +4,7 @@
 
 use std::path::Path;
 
+use density::model::PlanarHamiltonian;
 use launch::plan::launch_file::Launch;
 use nodes::input::{InputError, InputFile, is_plain_name};
 use nodes::scenario_file;
@@ -19,10 +20,11 @@ pub fn scenario_file(bytes: &[u8]) {
         Ok(scenario) => {
             assert!(is_plain_name(&scenario.name));
             let problem = scenario.problem;
-            let numbers = [problem.model.radiation, problem.model.oblateness, problem.initial.mean_phi];
+            let parameters = problem.model.parameters().into_iter().map(|(_, value)| value);
+            let numbers: Vec<f64> = parameters.chain([problem.initial.mean_phi]).collect();
             assert!(numbers.iter().all(|number| number.is_finite()), "{numbers:?}");
             assert!(problem.initial.sigma_phi > 0.0 && problem.initial.sigma_e > 0.0);
-            assert!(problem.times.len() <= 64 && problem.times.is_sorted_by(|a, b| a < b));
+            assert!(problem.times.len() <= 4096 && problem.times.is_sorted_by(|a, b| a < b));
         }
         Err(error) => check(path, bytes, &error),
     }

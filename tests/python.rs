@@ -16,7 +16,8 @@ use common::processes::{Said, end_of, of_runs_below, signal, wait_for};
 use common::{Bench, text};
 use messages::content::kind;
 use messages::domain::{HeldDomain, Place};
-use messages::layout::{ScenarioHeader, SnapshotHeader, event};
+use messages::layout::{SnapshotHeader, event};
+use messages::scenario::{Description, Moment, Parameter, Projection, Range, Variable};
 use messages::text::pack;
 use messages::topic::{Capacity, Scenario, Snapshot, Status};
 use rustix::process::{Pid, Signal, kill_process};
@@ -302,24 +303,31 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
         let place = &removed.0;
         let held = HeldDomain::create(place, &Capacity { propagators: 1, cases: 1, snapshots: 2, hosts: 0 }).unwrap();
         let reports = held.domain.inlet::<Status>().unwrap();
-        let scenario = held.domain.outlet::<Scenario>(10).unwrap();
+        let scenario = held.domain.outlet::<Scenario>(Description::numbers(2, 2, 2)).unwrap();
         let snapshots = held.domain.inlet::<Snapshot>().unwrap();
-        let header = ScenarioHeader {
+        let parameter = |name: &str, value| Parameter { name: name.into(), symbol: "x".into(), value };
+        let variable =
+            |symbol: &str, range| Variable { name: symbol.into(), symbol: symbol.into(), unit: String::new(), range };
+        let at = |time| Moment { time, ends: vec![[0.0, 6.0], [0.0, 1.0]] };
+        let said = Description {
             run_id: 7,
-            radiation: 0.15,
-            oblateness: 0.40921,
-            mean_phi: 2.2,
-            mean_e: 0.145,
-            sigma_phi: 0.2,
-            sigma_e: 0.025,
-            snapshots: 2,
-            phi_bins: 1,
-            e_bins: 1,
-            ..ScenarioHeader::default()
-        };
-        if computing {
+            scenario: 0,
+            scenarios: 0,
+            name: "mine".into(),
+            model: "planar".into(),
+            parameters: vec![parameter("radiation", 0.15), parameter("oblateness", 0.40921)],
+            variables: vec![variable("phi", Range::Circle), variable("e", Range::Interval { low: 0.0, high: 1.0 })],
+            reentry: 1,
+            critical: 0.6,
+            mean: vec![2.2, 0.145],
+            covariance: vec![0.04, 0.0, 0.000625],
+            projections: vec![Projection { first: (0, 1), second: Some((1, 1)) }],
             // Far more years than it can compute before it is stopped.
-            scenario.send_items(header, &[0.0, 0.0, 6.0, 0.0, 1.0, 1e6, 0.0, 6.0, 0.0, 1.0]).unwrap();
+            snapshots: vec![at(0.0), at(1e6)],
+        };
+        let (header, items) = said.encode().unwrap();
+        if computing {
+            scenario.send_items(header, &items).unwrap();
         }
         let before = files(place);
         let command = Command::new(python)

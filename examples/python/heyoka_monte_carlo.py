@@ -44,7 +44,8 @@ def advance(taylor, states, start, end):
 
 
 def monte_carlo(taylor, problem, run, samples, seed):
-    taylor.pars[0], taylor.pars[1] = problem.radiation, problem.oblateness
+    problem.require("planar")
+    taylor.pars[0], taylor.pars[1] = problem.parameters["radiation"], problem.parameters["oblateness"]
     rows = run.share(samples)
     states, now = draw(problem, samples, seed)[:, rows.start : rows.stop].copy(), 0.0
     for time in problem.times:

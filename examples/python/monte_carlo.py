@@ -30,7 +30,7 @@ def rate(_time, state, radiation, oblateness):
 def advance(problem, states, start, end):
     """Moves states (2, samples) in place from one time to another [yr]."""
     for block in np.array_split(states, range(BLOCK, states.shape[1], BLOCK), axis=1):
-        arguments = (problem.radiation, problem.oblateness)
+        arguments = (problem.parameters["radiation"], problem.parameters["oblateness"])
         solution = solve_ivp(
             rate, (start, end), block.ravel(), "DOP853", [end], rtol=RELATIVE, atol=ABSOLUTE, args=arguments
         )
@@ -42,14 +42,15 @@ def advance(problem, states, start, end):
 def draw(problem, samples, seed):
     """The initial Gaussian, cut to 0 < e < 1 by drawing again."""
     random = np.random.default_rng(seed)
-    phi = random.normal(problem.mean_phi, problem.sigma_phi, samples)
-    e = random.normal(problem.mean_e, problem.sigma_e, samples)
+    phi, e = random.multivariate_normal(problem.mean, problem.covariance, samples).T
     while (outside := (e <= 0.0) | (e >= 1.0)).any():
-        e[outside] = random.normal(problem.mean_e, problem.sigma_e, outside.sum())
+        again = random.multivariate_normal(problem.mean, problem.covariance, outside.sum())
+        phi[outside], e[outside] = again.T
     return np.stack([e * np.sin(phi), e * np.cos(phi)])
 
 
 def monte_carlo(problem, run, samples, seed):
+    problem.require("planar")
     # All of them, or this shard's part. Blocks share step sizes: shards agree within the tolerances, not to the last bit.
     rows = run.share(samples)
     states, now = draw(problem, samples, seed)[:, rows.start : rows.stop].copy(), 0.0

@@ -52,27 +52,54 @@ class Stopped(BaseException):
     """The process was asked to stop. Not an Exception, so that a propagator's `except Exception` lets it through."""
 
 
+class Variable:
+    """A variable in which orbits are given and read out."""
+
+    def __init__(self, entry):
+        self.name, self.symbol = _unpack(entry.name), _unpack(entry.symbol)  #: "solar angle", "phi"
+        self.unit = _unpack(entry.unit)  #: "rad"; empty for a pure number
+        self.is_circle = entry.range == layout.CIRCLE  #: an angle without a beginning
+        self.bounds = (-np.inf, np.inf) if self.is_circle else (entry.low, entry.high)  #: values lie between them
+
+
 class Problem:
     """What to propagate. Arrays are read-only views of shared memory: copy what you keep beyond the scenario."""
 
     def __init__(self, sample):
-        header = sample.user_header().contents
-        rows = _view(sample)
-        if header.snapshots == 0 or rows.size != header.snapshots * layout.SCENARIO_COLUMNS:
-            raise ValueError(f"scenario: {rows.size} numbers for {header.snapshots} snapshots")
-        rows = rows.reshape(-1, layout.SCENARIO_COLUMNS)
+        header, numbers = sample.user_header().contents, _view(sample)
         self.run_id, self.scenario = header.run_id, header.scenario
         self.name = _unpack(header.name)
-        self.radiation = header.radiation  #: radiation parameter C
-        self.oblateness = header.oblateness  #: oblateness parameter W
-        self.mean_phi, self.sigma_phi = header.mean_phi, header.sigma_phi  #: initial Gaussian, solar angle [rad]
-        self.mean_e, self.sigma_e = header.mean_e, header.sigma_e  #: initial Gaussian, eccentricity, cut to 0 < e < 1
-        self.critical_e = header.critical_e  #: eccentricity at which the satellite re-enters
-        self.bins = (header.phi_bins, header.e_bins)  #: of the comparison grid
+        self.model = _unpack(header.model)  #: the model's name: "planar"
+        parameters = header.parameters[: header.parameter_count]
+        self.parameters = {_unpack(entry.name): entry.value for entry in parameters}  #: those of the model, by name
+        self.variables = [Variable(entry) for entry in header.variables[: header.variable_count]]
+        #: which of the variables grows to its critical value when the satellite re-enters, and that value
+        self.reentry, self.critical = header.reentry, header.critical
+        #: what densities are compared in, each a list of pairs: position of a variable, bins of its axis
+        self.projections = [_axes(entry) for entry in header.projections[: header.projection_count]]
+        count, axes = len(self.variables), sum(map(len, self.projections))
+        head, columns = count + count * (count + 1) // 2, 1 + 2 * axes
+        if header.snapshots == 0 or numbers.size != head + header.snapshots * columns:
+            raise ValueError(f"scenario: {numbers.size} numbers for {header.snapshots} snapshots")
+        self.mean = numbers[:count]  #: mean of the initial Gaussian, which is cut to the variables' bounds
+        self.covariance = np.zeros((count, count))  #: its covariance
+        self.covariance[np.triu_indices(count)] = numbers[count:head]
+        self.covariance[np.tril_indices(count)] = self.covariance.T[np.tril_indices(count)]
+        rows = numbers[head:].reshape(-1, columns)
         self.times = rows[:, 0]  #: times of the snapshots [yr]
-        self.grids = rows[:, 1:]  #: extent of each snapshot's comparison grid: phi low, high [rad], e low, high
+        self.grids = rows[:, 1:].reshape(-1, axes, 2)  #: lowest and highest value of each snapshot's axes, projection by projection
         #: times of a first-passage curve [yr]
         self.passage_times = np.linspace(0.0, float(self.times[-1]), layout.PASSAGE_TIMES)
+
+    def require(self, *models):
+        """Refuses the scenario if its model is none of these: its equations of motion are others."""
+        if self.model not in models:
+            raise ValueError(f"this propagator moves orbits of the model {' or '.join(models)}, not of {self.model}")
+
+
+def _axes(entry):
+    axes = [(entry.first, entry.first_bins), (entry.second, entry.second_bins)]
+    return axes[: entry.dimensions]
 
 
 class Run:

@@ -26,7 +26,6 @@ CARRIED_MESH, HULL_MESH = 0, 1
 # How a node is doing.
 READY, PROGRESS, DONE, FAILED = 1, 2, 3, 4
 
-SCENARIO_COLUMNS = 5  # time [yr], lowest and highest phi [rad], lowest and highest e of the comparison grid
 # Time [yr], probability, lower and upper end of its interval (NaN without one). Probabilities do not
 # fall; one that is NaN between two ends is withheld.
 PASSAGE_COLUMNS = 4
@@ -36,30 +35,80 @@ PASSAGE_TIMES = 65
 SENT, JOINED = 1, 2
 
 
-class ScenarioHeader(ctypes.Structure):
-    """The problem. Payload: SCENARIO_COLUMNS numbers a snapshot."""
+# Which values a variable takes.
+CIRCLE, INTERVAL = 1, 2  # an angle [rad] without a beginning; numbers between two bounds
+
+
+class VariableEntry(ctypes.Structure):
+    """A variable in which orbits are given and read out."""
 
     _fields_ = [
-        ("run_id", c_uint64),
-        ("radiation", c_double),
-        ("oblateness", c_double),
-        ("mean_phi", c_double),
-        ("mean_e", c_double),
-        ("sigma_phi", c_double),
-        ("sigma_e", c_double),
-        ("critical_e", c_double),
-        ("scenario", c_uint32),
-        ("scenarios", c_uint32),
-        ("snapshots", c_uint32),
+        ("low", c_double),
+        ("high", c_double),
+        ("range", c_uint32),
         ("reserved", c_uint32),
-        ("phi_bins", c_uint32),
-        ("e_bins", c_uint32),
         ("name", Label),
+        ("symbol", c_uint8 * 16),
+        ("unit", c_uint8 * 16),
     ]
 
     @staticmethod
     def type_name():
-        return "phasecloud/ScenarioHeader/1"
+        return "phasecloud/ScenarioHeader/2/Variable"
+
+
+class ParameterEntry(ctypes.Structure):
+    """A parameter of the model."""
+
+    _fields_ = [("value", c_double), ("name", Label), ("symbol", c_uint8 * 16)]
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/ScenarioHeader/2/Parameter"
+
+
+class ProjectionEntry(ctypes.Structure):
+    """One variable or two, in which densities are compared."""
+
+    _fields_ = [
+        ("dimensions", c_uint32),
+        ("first", c_uint32),
+        ("second", c_uint32),
+        ("first_bins", c_uint32),
+        ("second_bins", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/ScenarioHeader/2/Projection"
+
+
+class ScenarioHeader(ctypes.Structure):
+    """The problem. Payload: mean and upper triangle of the covariance of the initial Gaussian, then one row per snapshot: time [yr], and
+    the lowest and highest value of every axis of every projection."""
+
+    _fields_ = [
+        ("run_id", c_uint64),
+        ("critical", c_double),
+        ("scenario", c_uint32),
+        ("scenarios", c_uint32),
+        ("snapshots", c_uint32),
+        ("reentry", c_uint32),
+        ("variable_count", c_uint32),
+        ("parameter_count", c_uint32),
+        ("projection_count", c_uint32),
+        ("reserved", c_uint32),
+        ("name", Label),
+        ("model", Label),
+        ("variables", VariableEntry * 8),
+        ("parameters", ParameterEntry * 16),
+        ("projections", ProjectionEntry * 16),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "phasecloud/ScenarioHeader/2"
 
 
 class SamplesDetails(ctypes.Structure):

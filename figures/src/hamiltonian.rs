@@ -1,18 +1,13 @@
 //! Contours of the Hamiltonian in the `(phi, e)` plane, and its stationary points.
 //!
-//! On a contour `H = h` the solar angle follows from the eccentricity in closed form,
-//!
-//! ```text
-//! cos(phi) = (h - s - (W/3)/s³) / (C e)      s = sqrt(1 - e²)
-//! ```
-//!
-//! so contours are drawn piece by piece between the eccentricities where the right side passes ±1, with points that crowd
-//! where the curve turns.
+//! At a given eccentricity the Hamiltonian of every planar model here is `h0 + h1 cos(phi) + h2 cos²(phi)`; `h2` is the Sun's gravity. So on a
+//! contour `H = h` the solar angle follows from the eccentricity in closed form, and contours are drawn piece by piece between the
+//! eccentricities where the right side passes ±1 or ceases to be real, with points that crowd where the curve turns.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
-use density::dynamics::{Force, State};
 use density::model::PlanarHamiltonian;
+use density::model::plane::{State, zero_between};
 
 use crate::elements::Point;
 
@@ -23,27 +18,45 @@ const POINTS: usize = 40;
 /// Eccentricities drawn at most.
 const HIGHEST: f64 = 0.995;
 
-/// Radiation parameters below this leave the eccentricity as it is.
-pub const STILL: f64 = 1e-9;
+/// A pull below this leaves the eccentricity as it is.
+const STILL: f64 = 1e-9;
+
+/// Whether the eccentricity of every orbit stays as it is.
+pub fn is_still<M: PlanarHamiltonian>(model: M) -> bool {
+    model.pull() < STILL
+}
 
 /// The Hamiltonian at `(phi, e)`.
-pub fn at(force: Force, phi: f64, e: f64) -> f64 {
-    force.hamiltonian(State::from_polar(phi, e))
+pub fn at<M: PlanarHamiltonian>(model: M, phi: f64, e: f64) -> f64 {
+    model.hamiltonian(State::from_polar(phi, e))
+}
+
+/// The cosines of the solar angle at which a contour meets the circle of eccentricity `e`: on the branch that is there without `h2`, and on
+/// the other. NaN where there is none.
+fn cosines<M: PlanarHamiltonian>(model: M, level: f64, e: f64) -> [f64; 2] {
+    let [ahead, aside, behind] = [0.0, FRAC_PI_2, PI].map(|phi| at(model, phi, e));
+    let (h0, h1, h2) = (aside - level, 0.5 * (ahead - behind), 0.5 * (ahead + behind) - aside);
+    if h2.abs() < 8.0 * f64::EPSILON * aside.abs() {
+        return [-h0 / h1, f64::NAN];
+    }
+    let q = -0.5 * (h1 + (h1 * h1 - 4.0 * h2 * h0).sqrt());
+    [h0 / q, q / h2]
 }
 
 /// The pieces of the contour `H = level` with `phi` in `[0, π]`; its mirror images in `phi` belong to it too.
-pub fn contour(force: Force, level: f64) -> Vec<Vec<Point>> {
-    if force.radiation < STILL {
-        return level_circles(force, level);
+pub fn contour<M: PlanarHamiltonian>(model: M, level: f64) -> Vec<Vec<Point>> {
+    if is_still(model) {
+        return level_circles(model, level);
     }
-    let cosine = |e: f64| {
-        let s = (1.0 - e * e).sqrt();
-        (level - s - force.oblateness / (3.0 * s.powi(3))) / (force.radiation * e)
-    };
+    (0..2).flat_map(|branch| pieces(model, level, |e| cosines(model, level, e)[branch])).collect()
+}
+
+/// The pieces of a contour on which its solar angle has this cosine.
+fn pieces<M: PlanarHamiltonian>(model: M, level: f64, cosine: impl Fn(f64) -> f64) -> Vec<Vec<Point>> {
     let is_on = |e: f64| cosine(e).abs() <= 1.0;
     let mut nodes: Vec<f64> = (0..=NODES).map(|i| 1e-6 + (HIGHEST - 1e-6) * i as f64 / NODES as f64).collect();
     // Contours turn sharply in a saddle; a piece ends there.
-    let stationary = stationary_points(force);
+    let stationary = stationary_points(model);
     let corners: Vec<f64> = stationary.iter().filter(|p| (p.level - level).abs() < 1e-9).map(|p| p.e).collect();
     nodes.retain(|e| corners.iter().all(|corner| (e - corner).abs() > 1e-5));
     nodes.extend(corners.iter().flat_map(|corner| [corner - 1e-6, *corner, corner + 1e-6]));
@@ -84,9 +97,9 @@ pub(crate) fn border(is_on: impl Fn(f64) -> bool, outside: f64, inside: f64) -> 
     inside
 }
 
-/// Without radiation pressure contours are circles of constant eccentricity.
-fn level_circles(force: Force, level: f64) -> Vec<Vec<Point>> {
-    let excess = |e: f64| at(force, 0.0, e) - level;
+/// Where nothing pulls, contours are circles of constant eccentricity.
+fn level_circles<M: PlanarHamiltonian>(model: M, level: f64) -> Vec<Vec<Point>> {
+    let excess = |e: f64| at(model, 0.0, e) - level;
     let node = |i: usize| HIGHEST * i as f64 / NODES as f64;
     let crossings = (0..NODES).filter(|&i| excess(node(i)) * excess(node(i + 1)) <= 0.0);
     crossings.map(|i| 0.5 * (node(i) + node(i + 1))).map(|e| vec![(0.0, e), (PI, e)]).collect()
@@ -95,7 +108,7 @@ fn level_circles(force: Force, level: f64) -> Vec<Vec<Point>> {
 /// A stationary point of the flow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stationary {
-    /// Solar angle: 0 or π \[rad\].
+    /// Solar angle \[rad\].
     pub phi: f64,
     /// Eccentricity.
     pub e: f64,
@@ -105,40 +118,50 @@ pub struct Stationary {
     pub level: f64,
 }
 
-/// Without radiation pressure: the eccentricity of the circle on which every point stands still, if there is one.
-pub fn still_circle(force: Force) -> Option<f64> {
-    let s = force.oblateness.sqrt().sqrt();
-    let e = (1.0 - s * s).sqrt();
-    (force.radiation < STILL && e > 0.0 && e < HIGHEST).then_some(e)
+impl Stationary {
+    /// Whether it lies on the axis `phi = 0` or `π`.
+    pub fn is_on_axis(&self) -> bool {
+        (self.e * self.phi.sin()).abs() < 1e-9
+    }
 }
 
-/// The single stationary points of the flow; without radiation pressure that is `e = 0` alone.
-pub fn stationary_points(force: Force) -> Vec<Stationary> {
-    let is_single = |state: &State| force.radiation >= STILL || state.eccentricity() < 1e-6;
+/// Where nothing pulls: the eccentricity of the circle on which every point stands still, if there is one.
+pub fn still_circle<M: PlanarHamiltonian>(model: M) -> Option<f64> {
+    if !is_still(model) {
+        return None;
+    }
+    let turning = |e: f64| model.polar_rates(0.0, e).0;
+    let node = |i: usize| 1e-6 + (HIGHEST - 1e-6) * i as f64 / NODES as f64;
+    let change = (0..NODES).find(|&i| turning(node(i)).signum() != turning(node(i + 1)).signum())?;
+    Some(zero_between(turning, node(change), node(change + 1)))
+}
+
+/// The single stationary points of the flow; where nothing pulls that is `e = 0` alone.
+pub fn stationary_points<M: PlanarHamiltonian>(model: M) -> Vec<Stationary> {
+    let is_single = |state: &State| !is_still(model) || state.eccentricity() < 1e-6;
     let point = |state: State| {
-        let curvature = |x1: f64, x2: f64| {
-            let h = 1e-4;
-            let moved = |sign: f64| {
-                let moved = State { x1: state.x1 + sign * h * x1, x2: state.x2 + sign * h * x2 };
-                force.hamiltonian(moved)
-            };
-            (moved(1.0) - 2.0 * moved(0.0) + moved(-1.0)) / (h * h)
-        };
+        const H: f64 = 1e-4;
+        let moved = |x1: f64, x2: f64| model.hamiltonian(State { x1: state.x1 + H * x1, x2: state.x2 + H * x2 });
+        let curvature = |x1: f64, x2: f64| (moved(x1, x2) - 2.0 * moved(0.0, 0.0) + moved(-x1, -x2)) / (H * H);
+        let (along_x1, along_x2) = (curvature(1.0, 0.0), curvature(0.0, 1.0));
+        let mixed = 0.25 * (curvature(1.0, 1.0) - curvature(1.0, -1.0));
         Stationary {
             phi: state.solar_angle(),
             e: state.eccentricity(),
-            // The Hamiltonian is even in x1, so its second derivatives do not mix.
-            is_centre: curvature(1.0, 0.0) * curvature(0.0, 1.0) > 0.0,
-            level: force.hamiltonian(state),
+            is_centre: along_x1 * along_x2 > mixed * mixed,
+            level: model.hamiltonian(state),
         }
     };
-    let states = force.stationary_points().into_iter().filter(is_single);
+    let all = [model.stationary_points(), model.stationary_points_off_axis()].concat();
+    let states = all.into_iter().filter(is_single);
     states.filter(|state| state.eccentricity() < HIGHEST).map(point).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use density::model::planar::Force;
+    use density::model::sun_moon::SunMoon;
 
     const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
 
@@ -151,6 +174,23 @@ mod tests {
                 assert!((at(PAPER, phi, e) - level).abs() < 1e-9, "{level} {phi} {e}");
             }
         }
+    }
+
+    #[test]
+    fn contours_with_the_suns_gravity_have_their_level_on_both_branches_and_points_off_the_axis_are_found() {
+        let weak = SunMoon { force: Force { radiation: 0.02, oblateness: 0.40921 }, sun: 0.01, moon: 0.02 };
+        let points = stationary_points(weak);
+        let off_axis: Vec<_> = points.iter().filter(|point| !point.is_on_axis()).collect();
+        assert_eq!(off_axis.len(), 2, "{points:?}");
+        for level in off_axis.iter().map(|point| point.level).flat_map(|level| [level - 1e-4, level, level + 1e-4]) {
+            for &(phi, e) in contour(weak, level).iter().flatten() {
+                assert!((at(weak, phi, e) - level).abs() < 1e-9, "{level} {phi} {e}");
+            }
+        }
+        let near = |level: f64| {
+            contour(weak, level).concat().iter().any(|&(phi, e)| (phi - off_axis[0].phi).hypot(e - off_axis[0].e) < 0.1)
+        };
+        assert!(near(off_axis[0].level + 1e-4) || near(off_axis[0].level - 1e-4), "no contour goes round {off_axis:?}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use density::model::registry::Planar;
 use density::problem::Problem;
 
 use crate::branch;
@@ -15,7 +16,7 @@ pub struct Scenario {
     /// Its name.
     pub name: String,
     /// Its science.
-    pub problem: Problem,
+    pub problem: Problem<Planar>,
 }
 
 /// A case in a scenario.
@@ -57,7 +58,7 @@ pub struct Scene<'a> {
     /// What the names of its figures start with.
     pub prefix: String,
     /// Its science.
-    pub problem: &'a Problem,
+    pub problem: &'a Problem<Planar>,
     /// All cases that have results here.
     pub methods: Vec<Method<'a>>,
     /// Label of the case that all are compared with.

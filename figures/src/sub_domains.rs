@@ -1,7 +1,8 @@
 //! Sub-domains of the phase portrait: what the solar angle does along a contour of the Hamiltonian, and where that changes.
 //!
-//! The Hamiltonian is even in `phi`, so a closed contour meets the axis `sin(phi) = 0` twice. Between the stationary points,
-//! all of which lie on that axis, the Hamiltonian is monotone along it, so where a contour ends is found without a scan.
+//! The Hamiltonian is even in `phi`, so a closed contour meets the axis `sin(phi) = 0` twice. Between the stationary points, where all of
+//! them lie on that axis, the Hamiltonian is monotone along it, so where a contour ends is found without a scan. Where gravity of the Sun
+//! outweighs the radiation pressure some lie off the axis; the sub-domains of such a portrait have no numbers.
 //!
 //! Sun et al. (2022) number the three sub-domains of their portrait, which is of type III (Krivov & Getino 1997), between the
 //! levels of its stationary points. What lies in each is one kind of motion, and by that the numbers go for all portraits:
@@ -10,11 +11,11 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-use density::dynamics::{Force, State};
 use density::model::PlanarHamiltonian;
+use density::model::plane::State;
 
 use crate::elements::Point;
-use crate::hamiltonian::{self, STILL, Stationary};
+use crate::hamiltonian::{self, Stationary, is_still};
 
 /// What the solar angle does along a contour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -29,6 +30,8 @@ pub enum Motion {
     Beyond,
     /// The contour leads to `e = 1`.
     Open,
+    /// Nobody says: there are stationary points off the axis.
+    Unsorted,
 }
 
 impl Motion {
@@ -38,7 +41,7 @@ impl Motion {
             Self::AboutPi => Some(1),
             Self::Round => Some(2),
             Self::AboutZero => Some(3),
-            Self::Beyond | Self::Open => None,
+            Self::Beyond | Self::Open | Self::Unsorted => None,
         }
     }
 
@@ -50,17 +53,21 @@ impl Motion {
             Self::AboutZero => "φ swings about 0",
             Self::Beyond => "φ goes round outside of the saddle, towards e = 1",
             Self::Open => "the contours end at e = 1",
+            Self::Unsorted => "stationary points lie off the axis, and the sub-domains are not numbered",
         }
     }
 }
 
 /// The motion along the contour through `(phi, e)`.
-pub fn motion(force: Force, points: &[Stationary], phi: f64, e: f64) -> Motion {
-    if force.radiation < STILL {
+pub fn motion<M: PlanarHamiltonian>(model: M, points: &[Stationary], phi: f64, e: f64) -> Motion {
+    if is_still(model) {
         return Motion::Round;
     }
-    let level = hamiltonian::at(force, phi, e);
-    let signed = |x2: f64| force.hamiltonian(State { x1: 0.0, x2 }) - level;
+    if !model.eccentricity_follows_x1() {
+        return Motion::Unsorted;
+    }
+    let level = hamiltonian::at(model, phi, e);
+    let signed = |x2: f64| model.hamiltonian(State { x1: 0.0, x2 }) - level;
     // On the contour the Hamiltonian at phi = 0 is at least the level, at phi = π at most.
     let is_on = |e: f64| signed(e) >= 0.0 && signed(-e) <= 0.0;
     let mut turns: Vec<f64> = points.iter().map(|point| point.e).filter(|e| *e > 0.0).collect();
@@ -97,16 +104,16 @@ fn end_of(is_on: impl Fn(f64) -> bool, start: f64, nodes: impl Iterator<Item = f
 
 /// The contours that divide sub-domains, with `phi` in `[0, π]`: the one through `e = 0`, where the `(phi, e)` plane has a
 /// kink, and those through the saddles. A level may have parts elsewhere; they divide nothing.
-pub fn borders(force: Force, points: &[Stationary]) -> Vec<Vec<Point>> {
-    if force.radiation < STILL {
+pub fn borders<M: PlanarHamiltonian>(model: M, points: &[Stationary]) -> Vec<Vec<Point>> {
+    if is_still(model) {
         return Vec::new();
     }
-    let through_zero = hamiltonian::contour(force, hamiltonian::at(force, 0.0, 0.0));
+    let through_zero = hamiltonian::contour(model, hamiltonian::at(model, 0.0, 0.0));
     let mut borders: Vec<Vec<Point>> =
         through_zero.into_iter().filter(|piece| piece.first().is_some_and(|(_, e)| *e < 1e-4)).collect();
     for saddle in points.iter().filter(|point| !point.is_centre) {
         let meets = |&(phi, e): &Point| (e - saddle.e).abs() < 1e-4 && (phi - saddle.phi).abs() < 0.1;
-        let pieces = hamiltonian::contour(force, saddle.level);
+        let pieces = hamiltonian::contour(model, saddle.level);
         borders.extend(
             pieces.into_iter().filter(|piece| piece.first().is_some_and(meets) || piece.last().is_some_and(meets)),
         );
@@ -115,19 +122,21 @@ pub fn borders(force: Force, points: &[Stationary]) -> Vec<Vec<Point>> {
 }
 
 /// The motions that the portrait has up to the eccentricity `highest`.
-pub fn present(force: Force, points: &[Stationary], highest: f64) -> BTreeSet<Motion> {
+pub fn present<M: PlanarHamiltonian>(model: M, points: &[Stationary], highest: f64) -> BTreeSet<Motion> {
     const SIDE: usize = 40;
     let middle = |i: usize| (i as f64 + 0.5) / SIDE as f64;
-    let lattice = (0..SIDE * SIDE).map(|k| motion(force, points, PI * middle(k / SIDE), highest * middle(k % SIDE)));
+    let lattice = (0..SIDE * SIDE).map(|k| motion(model, points, PI * middle(k / SIDE), highest * middle(k % SIDE)));
     let is_shown = |point: &&Stationary| point.is_centre && point.e > 1e-9 && point.e < highest;
     let about = |point: &Stationary| if point.phi.cos() > 0.0 { Motion::AboutZero } else { Motion::AboutPi };
-    let centres = points.iter().filter(is_shown).filter(|_| force.radiation >= STILL).map(about);
+    let centres =
+        points.iter().filter(is_shown).filter(|_| !is_still(model) && model.eccentricity_follows_x1()).map(about);
     lattice.chain(centres).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use density::model::planar::Force;
 
     fn force(radiation: f64, oblateness: f64) -> Force {
         Force { radiation, oblateness }

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use density::dynamics::Force;
 use density::grid::{Axis, Grid};
+use density::model::planar::Force;
 use density::problem::{InitialGaussian, Problem};
 use figures::atlas;
 use figures::densities::{Densities, Density};
@@ -83,7 +83,7 @@ impl Run {
         let rows = |method: &'static str| times.iter().map(move |&t| row(method, t, 0.5)).collect::<Vec<_>>();
         let moments = [rows("exact"), rows("mc")].concat();
         let problem = Problem {
-            model: Force { radiation: 0.15, oblateness: 0.40921 },
+            model: Force { radiation: 0.15, oblateness: 0.40921 }.into(),
             initial: InitialGaussian { mean_phi: 2.2, mean_e: 0.2, sigma_phi: 0.2, sigma_e: 0.02 },
             times,
             critical_e: 0.6,
@@ -104,7 +104,7 @@ impl Run {
     }
 
     fn of(mut self, radiation: f64, oblateness: f64) -> Self {
-        self.scenario.problem.model = Force { radiation, oblateness };
+        self.scenario.problem.model = Force { radiation, oblateness }.into();
         self
     }
 

@@ -2,7 +2,7 @@
 #![no_main]
 
 use bytemuck::{Pod, bytes_of_mut};
-use density::dynamics::Force;
+use density::model::planar::Force;
 use density::grid::{Axis, Grid};
 use density::problem::{InitialGaussian, Problem};
 use messages::content::{Characteristics, Content, Density as Ready, Lattice, Mixture, Reduced, Samples};
@@ -56,7 +56,7 @@ where
 }
 
 fn scenario(changes: &[u8], items: &[f64]) {
-    let (header, mut good) = assignment().to_parts();
+    let (header, mut good) = assignment().to_parts().expect("it fits");
     for (good, bad) in good.iter_mut().zip(items) {
         *good = *bad;
     }
@@ -103,7 +103,7 @@ fn assignment() -> Assignment {
         scenario: 0,
         scenarios: 1,
         problem: Problem {
-            model: Force { radiation: 0.15, oblateness: 0.4 },
+            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
             initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
             times: vec![0.0, 0.5],
             critical_e: 0.6,

@@ -6,12 +6,12 @@
 
 use std::f64::consts::TAU;
 
-use density::dynamics::Force;
 use density::flow::Flow;
 use density::grid::{Axis, Grid, comparison_grids};
+use density::model::planar::Force;
+use density::model::registry::Planar;
 use density::orbits::LostOrbit;
 use density::problem::{InitialGaussian, Problem};
-use messages::layout::MOST_SNAPSHOTS;
 
 /// Bins of the comparison grids, in `phi` and `e`.
 const BINS: (usize, usize) = (40, 30);
@@ -22,7 +22,7 @@ pub struct Scenario {
     /// Its name.
     pub name: &'static str,
     /// The problem.
-    pub problem: Problem,
+    pub problem: Problem<Planar>,
     /// The comparison grid of each snapshot.
     pub grids: Vec<Grid>,
 }
@@ -37,9 +37,12 @@ pub fn known() -> [Result<Scenario, LostOrbit>; 2] {
     ]
 }
 
-/// As the first, with as many snapshots as a message holds.
+/// Snapshots of the longest scenario.
+pub const LONGEST: usize = 64;
+
+/// As the first, with far more snapshots.
 pub fn long() -> Result<Scenario, LostOrbit> {
-    let times = (0..MOST_SNAPSHOTS as u32).map(|k| 0.5 * f64::from(k)).collect();
+    let times = (0..LONGEST as u32).map(|k| 0.5 * f64::from(k)).collect();
     bounded("check-long", Force { radiation: 0.15, oblateness: 0.40921 }, cloud(2.2069, 0.145, 0.005, 0.0008), times)
 }
 
@@ -47,7 +50,7 @@ pub fn long() -> Result<Scenario, LostOrbit> {
 /// coordinate's, once in `1/sqrt(1 + C²)` yr. Here that is 71.6 degrees and 0.32 yr: the whole cloud leaves `e < 1`.
 pub fn impossible() -> Result<Scenario, LostOrbit> {
     let problem = Problem {
-        model: Force { radiation: 3.0, oblateness: 0.0 },
+        model: Force { radiation: 3.0, oblateness: 0.0 }.into(),
         initial: cloud(0.5, 0.1, 0.01, 0.002),
         times: vec![0.0, 0.2, 0.4],
         critical_e: 0.6,
@@ -62,7 +65,7 @@ fn cloud(mean_phi: f64, mean_e: f64, sigma_phi: f64, sigma_e: f64) -> InitialGau
 }
 
 fn bounded(name: &'static str, force: Force, initial: InitialGaussian, times: Vec<f64>) -> Result<Scenario, LostOrbit> {
-    let problem = Problem { model: force, initial, times, critical_e: 0.5 };
-    let grids = comparison_grids(&problem, &Flow::new(force), BINS.0, BINS.1)?;
+    let problem = Problem { model: Planar::from(force), initial, times, critical_e: 0.5 };
+    let grids = comparison_grids(&problem, &Flow::new(problem.model), BINS.0, BINS.1)?;
     Ok(Scenario { name, problem, grids })
 }

@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 
 use density::orbits::LostOrbit;
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, Place, ROOT_VARIABLE};
-use messages::layout::{MOST_SNAPSHOTS, SCENARIO_COLUMNS};
 use messages::patience::Watch;
 use messages::port::{Inlet, Outlet, PortError};
 use messages::report::{Event, Report};
@@ -18,7 +17,7 @@ use nodes::session::{GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_V
 use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 
 use super::answer::{Answer, Heard, LABEL, Outcome, Ready, Received, Stop, end_of, is_from};
-use super::scenarios::Scenario;
+use super::scenarios::{LONGEST, Scenario};
 use crate::crew::supervisor::Supervisor;
 use crate::domain::{OwnDomain, fresh_run_id};
 
@@ -92,13 +91,13 @@ impl<'a> Trial<'a> {
     pub fn start(command: &[String], signals: &'a Signals, limits: &Limits) -> Result<Self, Abort> {
         let run_id = fresh_run_id();
         let own = OwnDomain::claim(run_id).map_err(Abort::NotStarted)?;
-        let capacity = Capacity { propagators: 1, cases: 1, snapshots: MOST_SNAPSHOTS, hosts: 0 };
+        let capacity = Capacity { propagators: 1, cases: 1, snapshots: LONGEST, hosts: 0 };
         let held = HeldDomain::create(&own.place, &capacity)?;
         let ports = Ports {
             reports: held.domain.inlet()?,
             snapshots: held.domain.inlet()?,
             passages: held.domain.inlet()?,
-            scenarios: held.domain.outlet(MOST_SNAPSHOTS * SCENARIO_COLUMNS)?,
+            scenarios: held.domain.outlet(Assignment::numbers(LONGEST))?,
         };
         let files_before = files_of(&own.place);
         let (program, words) = command.split_first().ok_or_else(|| Abort::NotStarted("there is no command".into()))?;
@@ -163,7 +162,7 @@ impl<'a> Trial<'a> {
             grids,
         };
         self.asked += 1;
-        let (header, items) = assignment.to_parts();
+        let (header, items) = assignment.to_parts().map_err(|error| Abort::Fatal(error.to_string()))?;
         if let Some(ports) = &self.ports {
             ports.scenarios.send_items(header, &items)?;
         }

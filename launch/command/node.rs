@@ -158,7 +158,7 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
 #[cfg(feature = "hosts")]
 use bridge::run as bridge;
 use clap::Args;
-use messages::layout::MOST_SNAPSHOTS;
+use messages::scenario::MOST_SNAPSHOTS;
 use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 use std::path::PathBuf;
 

@@ -4,13 +4,12 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use messages::domain::{Domain, Place};
-use messages::layout::MOST_SNAPSHOTS;
 use messages::port::{Inlet, Outlet, PortError};
 use messages::report::{Event, Report};
 use messages::text::printable;
 use messages::topic::{Request, Status};
 use messages::wait::Signals;
-use nodes::assignment::request;
+use nodes::assignment::{Assignment, request};
 use nodes::scenario_file::{self, ScenarioFile};
 
 use crate::command::serve::folder_name;
@@ -114,7 +113,9 @@ fn submit(scenarios: &[ScenarioFile], target: &Target, tally: &mut Tally) -> Res
 fn ask(scenarios: &[ScenarioFile], place: &Place, results: Option<PathBuf>, tally: &mut Tally) -> Result<(), Trouble> {
     let signals = Signals::catch(&[]).map_err(|e| Trouble::NoService(format!("cannot catch signals: {e}")))?;
     let domain = Domain::enter(place, &format!("submit-{}", std::process::id()))?;
-    let (reports, requests) = (domain.inlet()?, domain.outlet(MOST_SNAPSHOTS)?);
+    let longest = scenarios.iter().map(|scenario| scenario.problem.times.len()).max().unwrap_or(1);
+    let longest = Assignment::numbers(longest);
+    let (reports, requests) = (domain.inlet()?, domain.outlet(longest)?);
     let office = Office { signals, place, results, reports, requests };
     while office.reports.receive()?.is_some() {}
     for scenario in scenarios {
@@ -142,8 +143,11 @@ impl Office<'_> {
     /// Asks for a scenario and waits for its position, or why it was refused.
     fn have_done(&self, scenario: &ScenarioFile) -> Result<Result<u32, String>, Trouble> {
         let number = number_of_a_request();
-        let (header, times) = request(scenario, number);
-        self.requests.send_items(header, &times)?;
+        let (header, items) = match request(scenario, number) {
+            Ok(parts) => parts,
+            Err(why) => return Ok(Err(why.to_string())),
+        };
+        self.requests.send_items(header, &items)?;
         let asked = Instant::now();
         let (mut position, mut told) = (None, false);
         loop {

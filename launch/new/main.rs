@@ -6,6 +6,7 @@ use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
 use density::flow::Flow;
+use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::sampling::{Draws, Plan};
 use messages::content::Samples;
@@ -18,11 +19,11 @@ const SAMPLES: usize = 2000;
 /// What the method remembers of the scenario that it works on.
 #[derive(Default)]
 struct Mine {
-    work: Option<(Orbits, Vec<f64>)>,
+    work: Option<(Orbits<Planar>, Vec<f64>)>,
 }
 
 impl Propagator for Mine {
-    /// A new scenario: `assignment.problem` has the force, the initial Gaussian, the times and the critical eccentricity.
+    /// A new scenario: `assignment.problem` has the model, the initial Gaussian, the times and the critical eccentricity.
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.problem;
         let plan = Plan { draws: Draws::Independent, seed: 1, replicates: NonZeroUsize::MIN };

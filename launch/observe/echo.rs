@@ -56,7 +56,7 @@ struct Echo<'a> {
 /// A message taken apart.
 struct Shown {
     topic: &'static str,
-    header: Vec<(Field, Value)>,
+    header: Vec<(String, Field, Value)>,
     items: usize,
     shape: Shape,
     rows: Vec<Vec<Value>>,
@@ -102,7 +102,7 @@ fn take_apart<T: Topic>(message: &Message<T>, most: usize, missed: usize) -> Sho
     let header = T::values(message.header());
     let (shape, items) = (T::shape(message.header()), message.items());
     let rows = if T::Item::FIELDS.is_empty() {
-        number_rows(bytemuck::cast_slice(bytemuck::cast_slice::<_, u8>(items)), shape, most)
+        number_rows(bytemuck::cast_slice(bytemuck::cast_slice::<_, u8>(items)), &shape, most)
     } else {
         let fields =
             |item: &T::Item| T::Item::FIELDS.iter().filter_map(|field| field.value(bytemuck::bytes_of(item))).collect();
@@ -111,14 +111,16 @@ fn take_apart<T: Topic>(message: &Message<T>, most: usize, missed: usize) -> Sho
     Shown { topic: T::NAME, header, items: items.len(), shape, rows, missed }
 }
 
-/// The first rows of a payload of numbers.
-fn number_rows(numbers: &[f64], shape: Shape, most: usize) -> Vec<Vec<Value>> {
+/// The numbers before the table of a payload, if it has any, as a row of their own, and the first rows of the table.
+fn number_rows(numbers: &[f64], shape: &Shape, most: usize) -> Vec<Vec<Value>> {
+    let (head, numbers) = numbers.split_at(shape.head.min(numbers.len()));
+    let head = (!head.is_empty()).then(|| head.iter().map(|&x| Value::Real(vec![x])).collect());
     let columns = shape.columns.len().max(1);
     let count = numbers.len().div_ceil(columns);
     let at = |row: usize, column: usize| if shape.by_column { column * count + row } else { row * columns + column };
     let row =
         |row| (0..columns).filter_map(|column| numbers.get(at(row, column))).map(|&x| Value::Real(vec![x])).collect();
-    (0..count.min(most)).map(row).collect()
+    head.into_iter().chain((0..count.min(most)).map(row)).collect()
 }
 
 /// Prints what comes; says why it ended before the messages did, if so.
@@ -143,9 +145,9 @@ fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Shown>>) -> O
 /// A message in lines: a field each, then rows of the payload.
 fn block(shown: &Shown) -> String {
     let mut text = format!("{}\n", shown.topic);
-    for (field, value) in &shown.header {
+    for (name, field, value) in &shown.header {
         let unit = field.unit().map_or(String::new(), |unit| format!(" {unit}"));
-        text += &format!("  {:20} {}{unit}{}\n", field.name, words(field, value), code(field, value));
+        text += &format!("  {name:20} {}{unit}{}\n", words(field, value), code(field, value));
     }
     text += &format!("  payload              {} items", shown.items);
     if !shown.shape.columns.is_empty() {
@@ -194,9 +196,9 @@ fn json_line(shown: &Shown) -> String {
         Value::Real(numbers) => json!(numbers),
         Value::Text(text) => json!(text),
     };
-    let field = |(field, field_value): &(Field, Value)| {
+    let field = |(name, field, field_value): &(String, Field, Value)| {
         let shown = if is_run(field) { json!(words(field, field_value)) } else { value(field_value) };
-        (field.name.to_owned(), shown)
+        (name.clone(), shown)
     };
     let header: Map<_, _> = shown.header.iter().map(field).collect();
     let rows: Vec<Vec<_>> = shown.rows.iter().map(|row| row.iter().map(value).collect()).collect();
@@ -214,7 +216,7 @@ mod tests {
 
     fn shown<T: Topic>(header: &T::Header) -> Shown {
         let header = T::values(header);
-        let shape = Shape { columns: &[], by_column: false };
+        let shape = Shape { head: 0, columns: Vec::new(), by_column: false };
         Shown { topic: "x", header, items: 0, shape, rows: Vec::new(), missed: 0 }
     }
 

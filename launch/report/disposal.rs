@@ -1,5 +1,6 @@
 //! What a disposal designer asks: how probable is it that the critical eccentricity is exceeded now, and ever was reached.
 
+use density::model::registry::Planar;
 use density::problem::Problem;
 use serde::Deserialize;
 
@@ -27,7 +28,7 @@ impl OfScenario for Row {
 }
 
 /// Prints the probability of being above the critical eccentricity at each snapshot, and of ever having reached it by the end.
-pub fn print(scenario: &str, problem: &Problem, rows: &[&moments::Row], passages: &[&Row]) {
+pub fn print(scenario: &str, problem: &Problem<Planar>, rows: &[&moments::Row], passages: &[&Row]) {
     let times = moments::times(rows);
     let end = times.last().copied().unwrap_or(0.0);
     let heads = [format!("ever by {end} yr"), "interval".into()];

@@ -5,15 +5,15 @@
 use std::fmt::Write;
 
 use messages::content::{self, DENSITY_HEAD, KINDS, KindTable, kind};
-use messages::describe::{Codes, Described, Field, plain};
+use messages::describe::{Codes, Described, Entries, Field, FieldKind, plain};
 use messages::domain::MOST_HELD;
 use messages::domain::PATIENCE;
 use messages::layout::{
-    ALL_CODES, DISTANCE_COLUMNS, EFFORT_COLUMNS, ERROR_COLUMNS, MOST_SNAPSHOTS, PASSAGE_COLUMNS, PASSAGE_TIMES,
-    RosterEntry, SCENARIO_COLUMNS,
+    ALL_CODES, DISTANCE_COLUMNS, EFFORT_COLUMNS, ERROR_COLUMNS, PASSAGE_COLUMNS, PASSAGE_TIMES, RosterEntry,
 };
 use messages::payload::{self, Item};
 use messages::port::{JOINED, OBSERVER, READER, SENT};
+use messages::scenario::{MOST_SNAPSHOTS, ScenarioHeader};
 use messages::topic::{Capacity, Status, Topic, Visitor, for_each};
 
 /// A run without propagators.
@@ -41,7 +41,6 @@ pub fn document() -> String {
         ("{details}", KINDS.iter().map(details).collect()),
         ("{codes}", ALL_CODES.map(codes).concat()),
         ("{payloads}", payloads()),
-        ("`SCENARIO_COLUMNS`", SCENARIO_COLUMNS.to_string()),
         ("`PASSAGE_COLUMNS`", PASSAGE_COLUMNS.to_string()),
         ("`ERROR_COLUMNS`", ERROR_COLUMNS.to_string()),
         ("`DISTANCE_COLUMNS`", DISTANCE_COLUMNS.to_string()),
@@ -73,7 +72,18 @@ fn headers() -> String {
             layout::<T::Header>(&format!("`{}`, items `{}`", T::NAME, T::Item::NAME))
         }
     }
-    for_each(&mut Section).concat() + &layout::<RosterEntry>("an item of `phasecloud/roster`")
+    let lists = ScenarioHeader::FIELDS.iter().filter_map(|field| match field.kind {
+        FieldKind::Entries(entries) => Some(entry(field.name, entries)),
+        _ => None,
+    });
+    for_each(&mut Section).concat()
+        + &lists.collect::<String>()
+        + &layout::<RosterEntry>("an item of `phasecloud/roster`")
+}
+
+/// One of the structures in a list of a scenario's header.
+fn entry(list: &str, Entries { name, size, doc, fields: said, .. }: Entries) -> String {
+    format!("### {name}\n\nOne of the `{list}` of a scenario, {size} bytes. {}\n\n", plain(doc)) + &fields(said)
 }
 
 fn layout<T: Described>(of: &str) -> String {
@@ -112,15 +122,18 @@ fn payloads() -> String {
     let mut row = |name: &str, order: &str, columns: &[&str]| {
         let _ = writeln!(text, "| {name} | {order} | {} |", columns.join(", "));
     };
-    row("scenario", "a row a snapshot", &payload::SCENARIO);
+    let gaussian = "mean and upper triangle of the covariance of the initial Gaussian, then rows";
+    let row_of_scenario = ["time [yr]", "lowest and highest value of every axis of every projection"];
+    row("scenario", &format!("{gaussian}, one per snapshot"), &row_of_scenario);
+    row("request", &format!("{gaussian}, one per snapshot"), &row_of_scenario[..1]);
     for code in kind::CODES.codes {
         let columns = content::table(code.value).map_or(&[][..], |kind| kind.columns);
         row(&format!("snapshot of kind `{}`", code.name), "column after column", columns);
     }
-    row("passage", &format!("a row a time, {PASSAGE_TIMES} times"), &payload::PASSAGE);
+    row("passage", &format!("one row per time, {PASSAGE_TIMES} times"), &payload::PASSAGE);
     row("density", "`phi` outermost", &["joint density [1/rad], marginal of phi [1/rad], marginal of e"]);
-    row("comparison of moments", "a row a quantity", &payload::ERRORS);
-    row("comparison of densities", "a row each for joint, phi, e", &payload::DISTANCES);
+    row("comparison of moments", "one row per quantity", &payload::ERRORS);
+    row("comparison of densities", "one row each for joint, phi, e", &payload::DISTANCES);
     row("comparison of effort", "one row", &payload::EFFORT);
     row("status", "one row", &payload::STATUS);
     let _ = writeln!(text, "\nA snapshot of kind `DENSITY` has {DENSITY_HEAD} numbers before its joint density.");

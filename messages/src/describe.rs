@@ -46,6 +46,23 @@ pub enum FieldKind {
     Text(usize),
     /// So many 64-bit words, whose meaning depends on another field.
     Words(usize),
+    /// So many structures of one kind, of which the first are in use.
+    Entries(Entries),
+}
+
+/// A list of structures in a header.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Entries {
+    /// The structure's name.
+    pub name: &'static str,
+    /// How many there are.
+    pub count: usize,
+    /// How long one is, in bytes.
+    pub size: usize,
+    /// Its doc comment, line by line.
+    pub doc: &'static [&'static str],
+    /// Its fields, with offsets from its beginning.
+    pub fields: &'static [Field],
 }
 
 impl fmt::Display for FieldKind {
@@ -57,6 +74,7 @@ impl fmt::Display for FieldKind {
             Self::F64s(count) => write!(f, "f64 x {count}"),
             Self::Text(bytes) => write!(f, "text, {bytes} bytes"),
             Self::Words(count) => write!(f, "{} bytes", 8 * count),
+            Self::Entries(Entries { name, count, .. }) => write!(f, "{count} x {name}"),
         }
     }
 }
@@ -85,6 +103,15 @@ impl<const N: usize> FieldType for [u8; N] {
 impl<const N: usize> FieldType for [u64; N] {
     const KIND: FieldKind = FieldKind::Words(N);
 }
+impl<T: Described, const N: usize> FieldType for [T; N] {
+    const KIND: FieldKind = FieldKind::Entries(Entries {
+        name: T::TYPE_NAME,
+        count: N,
+        size: size_of::<T>(),
+        doc: T::DOC,
+        fields: T::FIELDS,
+    });
+}
 
 /// The value of a field.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,7 +125,8 @@ pub enum Value {
 }
 
 impl Field {
-    /// The field's value in a header of these bytes; `None` if they are too few, or are words, which other fields explain.
+    /// The field's value in a header of these bytes; `None` if they are too few, or if the field is
+    /// a list or words, which have fields of their own.
     pub fn value(&self, header: &[u8]) -> Option<Value> {
         let bytes = header.get(self.offset..)?;
         let real = |chunk: &[u8]| chunk.try_into().ok().map(f64::from_ne_bytes);
@@ -108,7 +136,7 @@ impl Field {
             FieldKind::F64 => Value::Real(vec![f64::from_ne_bytes(*bytes.first_chunk()?)]),
             FieldKind::F64s(count) => Value::Real(bytes.get(..8 * count)?.chunks_exact(8).filter_map(real).collect()),
             FieldKind::Text(count) => Value::Text(crate::text::unpack(bytes.get(..count)?)),
-            FieldKind::Words(_) => return None,
+            FieldKind::Words(_) | FieldKind::Entries(_) => return None,
         })
     }
 
@@ -266,6 +294,7 @@ mod tests {
                     FieldKind::F64s(count) => 8 * count,
                     FieldKind::Text(bytes) => bytes,
                     FieldKind::Words(count) => 8 * count,
+                    FieldKind::Entries(entries) => entries.count * entries.size,
                 };
             }
             assert_eq!(end, size_of::<T>());
@@ -297,11 +326,11 @@ mod tests {
     fn the_details_of_a_header_are_told_by_the_names_that_its_kind_has() {
         let header = SnapshotHeader::default().with(crate::content::Samples { replicates: 5 });
         let told =
-            |header| Snapshot::values(header).into_iter().map(|(field, value)| (field.name, value)).collect::<Vec<_>>();
-        assert!(told(&header).contains(&("replicates", Value::Whole(5))));
+            |header| Snapshot::values(header).into_iter().map(|(name, _, value)| (name, value)).collect::<Vec<_>>();
+        assert!(told(&header).contains(&("replicates".into(), Value::Whole(5))));
         let header = header.with(crate::content::Mixture { disagreement: 0.25 });
-        assert!(told(&header).contains(&("disagreement", Value::Real(vec![0.25]))));
-        assert!(told(&header).iter().all(|(name, _)| *name != "replicates" && *name != "details"));
+        assert!(told(&header).contains(&("disagreement".into(), Value::Real(vec![0.25]))));
+        assert!(told(&header).iter().all(|(name, _)| name != "replicates" && name != "details"));
     }
 
     #[test]

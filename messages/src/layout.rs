@@ -11,55 +11,12 @@ use iceoryx2::prelude::ZeroCopySend;
 use crate::content::{Details, kind, treatment};
 use crate::describe::{Codes, Described, Field, FieldType, codes, header};
 use crate::payload;
+use crate::scenario::range;
 use crate::text::Label;
 
 /// All codes.
-pub const ALL_CODES: [&Codes; 5] =
-    [&kind::CODES, &treatment::CODES, &diagnostic::CODES, &comparison::CODES, &event::CODES];
-
-header! {
-    /// The problem. Payload: one row a snapshot, [`SCENARIO_COLUMNS`] numbers each: time \[yr\], then the comparison grid's
-    /// lowest and highest `phi` \[rad\], lowest and highest `e`.
-    #[type_name("phasecloud/ScenarioHeader/1")]
-    pub struct ScenarioHeader {
-        /// Names the run; every message carries it.
-        pub run_id: u64,
-        /// Radiation parameter `C`.
-        pub radiation: f64,
-        /// Oblateness parameter `W`.
-        pub oblateness: f64,
-        /// Mean solar angle at `t = 0` \[rad\].
-        pub mean_phi: f64,
-        /// Mean eccentricity at `t = 0`.
-        pub mean_e: f64,
-        /// Standard deviation of the solar angle at `t = 0` \[rad\].
-        pub sigma_phi: f64,
-        /// Standard deviation of the eccentricity at `t = 0`.
-        pub sigma_e: f64,
-        /// Eccentricity at which the satellite re-enters.
-        pub critical_e: f64,
-        /// Position of the scenario in the run, from 0; of a request, a number by which its sender knows the answer.
-        pub scenario: u32,
-        /// Scenarios in the run; 0 if nobody knows, as in a service.
-        pub scenarios: u32,
-        /// Snapshots in the scenario.
-        pub snapshots: u32,
-        /// 0.
-        pub reserved: u32,
-        /// Bins of the comparison grids in `phi`.
-        pub phi_bins: u32,
-        /// Bins of the comparison grids in `e`.
-        pub e_bins: u32,
-        /// The scenario's name.
-        pub name: Label,
-    }
-}
-
-/// The most snapshots that a scenario message holds.
-pub const MOST_SNAPSHOTS: usize = 64;
-
-/// Numbers in a row of a scenario's payload.
-pub const SCENARIO_COLUMNS: usize = payload::SCENARIO.len();
+pub const ALL_CODES: [&Codes; 6] =
+    [&range::CODES, &kind::CODES, &treatment::CODES, &diagnostic::CODES, &comparison::CODES, &event::CODES];
 
 header! {
     /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
@@ -341,7 +298,7 @@ mod tests {
 
     #[test]
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
-        assert_eq!(size_of::<ScenarioHeader>(), 120);
+        assert_eq!(size_of::<crate::scenario::ScenarioHeader>(), 2096);
         assert_eq!(size_of::<SnapshotHeader>(), 168);
         assert_eq!(size_of::<DensityHeader>(), 288);
         assert_eq!(size_of::<ComparisonHeader>(), 96);

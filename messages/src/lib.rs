@@ -20,6 +20,7 @@
 //! - [`report`]: what a node reports of itself, as a value;
 //! - [`service`]: the processes that a run has besides its propagators;
 //! - [`wait`]: sleeping until a message or a signal to stop arrives;
+//! - [`scenario`]: the problem, and what it says of its space;
 //! - [`text`]: text in fixed fields.
 
 #![forbid(unsafe_code)]
@@ -37,6 +38,7 @@ pub mod payload;
 pub mod port;
 pub mod recording;
 pub mod report;
+pub mod scenario;
 pub mod service;
 pub mod text;
 pub mod topic;

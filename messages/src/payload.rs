@@ -23,23 +23,25 @@ impl Item for RosterEntry {
 }
 
 /// How the numbers of a payload form a table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shape {
+    /// Numbers before the table.
+    pub head: usize,
     /// Names of the columns, with units.
-    pub columns: &'static [&'static str],
+    pub columns: Vec<String>,
     /// Whether a column lies in one piece, instead of a row.
     pub by_column: bool,
 }
 
 /// Row by row.
-pub const fn rows(columns: &'static [&'static str]) -> Shape {
-    Shape { columns, by_column: false }
+pub fn rows(columns: &[&str]) -> Shape {
+    table(columns, false)
 }
 
-/// A scenario: one row a snapshot.
-pub const SCENARIO: [&str; 5] = ["time [yr]", "lowest phi [rad]", "highest phi [rad]", "lowest e", "highest e"];
-/// A request: one row a snapshot.
-pub const REQUEST: [&str; 1] = ["time [yr]"];
+fn table(columns: &[&str], by_column: bool) -> Shape {
+    Shape { head: 0, columns: columns.iter().map(|&column| column.to_owned()).collect(), by_column }
+}
+
 /// A first-passage curve: one row a time.
 pub const PASSAGE: [&str; 4] = ["time [yr]", "probability", "low", "high"];
 /// Errors of the moments: one row a moment.
@@ -53,7 +55,7 @@ pub const STATUS: [&str; 2] = ["units done", "units in all"];
 
 /// A snapshot: the columns of its kind, one after the other.
 pub fn snapshot(header: &SnapshotHeader) -> Shape {
-    Shape { columns: content::table(header.kind).map_or(&[], |kind| kind.columns), by_column: true }
+    table(content::table(header.kind).map_or(&[][..], |kind| kind.columns), true)
 }
 
 /// A comparison: by its kind.

@@ -12,10 +12,10 @@ use iceoryx2::prelude::ZeroCopySend;
 use crate::content;
 use crate::describe::{Described, Field, Value};
 use crate::layout::{
-    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, ScenarioHeader, SnapshotHeader,
-    StatusHeader,
+    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader, StatusHeader,
 };
 use crate::payload::{self, Item, Shape, rows};
+use crate::scenario::{self, ScenarioHeader};
 
 /// A topic of the contract.
 pub trait Topic: 'static {
@@ -41,16 +41,18 @@ pub trait Topic: 'static {
     fn depth(capacity: &Capacity) -> usize;
     /// How the payload forms a table; a topic of entries has none.
     fn shape(header: &Self::Header) -> Shape;
-    /// The fields that a header has because of its kind, with offsets from its beginning.
-    fn details(_header: &Self::Header) -> Vec<Field> {
+    /// The fields that a header has because of what others say, its kind or the length of a list, by name and with offsets from its
+    /// beginning.
+    fn details(_header: &Self::Header) -> Vec<(String, Field)> {
         Vec::new()
     }
 
-    /// All fields of a header by name, also those that it has because of its kind, with their values.
-    fn values(header: &Self::Header) -> Vec<(Field, Value)> {
+    /// All fields of a header by name, also [`Topic::details`], with their values.
+    fn values(header: &Self::Header) -> Vec<(String, Field, Value)> {
         let bytes = bytemuck::bytes_of(header);
-        let fields = Self::Header::FIELDS.iter().copied().chain(Self::details(header));
-        fields.filter_map(|field| Some((field, field.value(bytes)?))).collect()
+        let fields = Self::Header::FIELDS.iter().map(|field| (field.name.to_owned(), *field));
+        let with_value = |(name, field): (String, Field)| Some((name, field, field.value(bytes)?));
+        fields.chain(Self::details(header)).filter_map(with_value).collect()
     }
 }
 
@@ -106,7 +108,7 @@ macro_rules! topic {
             fn shape($shaped: &Self::Header) -> Shape {
                 $shape
             }
-            $(fn details(header: &Self::Header) -> Vec<Field> {
+            $(fn details(header: &Self::Header) -> Vec<(String, Field)> {
                 $details(header)
             })?
         }
@@ -116,7 +118,7 @@ macro_rules! topic {
 topic!(
     /// From the scenario node to all others: the problem to work on now.
     Scenario, "phasecloud/scenario", ScenarioHeader, [f64], latched: true,
-    |_capacity| 16, |_header| rows(&payload::SCENARIO)
+    |_capacity| 16, |header| scenario::shape(header), details: scenario::fields
 );
 topic!(
     /// From the propagators to the estimator.
@@ -151,7 +153,7 @@ topic!(
 topic!(
     /// From whoever wants a problem worked on to the scenario node of a service, which gives it a position.
     Request, "phasecloud/request", ScenarioHeader, [f64], latched: false,
-    |_capacity| 64, |_header| rows(&payload::REQUEST)
+    |_capacity| 64, |header| scenario::shape(header), details: scenario::fields
 );
 
 /// Something done with a topic that is known only at run time.

@@ -6,11 +6,9 @@ use std::path::Path;
 use std::process::Command;
 
 use messages::content::{Characteristics, DETAIL_WORDS, Kind, Mixture, Samples, table, treatment};
-use messages::describe::{Described, Field, FieldKind};
-use messages::layout::{
-    PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SCENARIO_COLUMNS, ScenarioHeader, SnapshotHeader, StatusHeader,
-    event,
-};
+use messages::describe::{Described, Entries, Field, FieldKind};
+use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, StatusHeader, event};
+use messages::scenario::{ParameterEntry, ProjectionEntry, ScenarioHeader, VariableEntry, range};
 
 /// Set to 1 to fail where Python is missing, instead of skipping.
 const REQUIRE: &str = "PHASECLOUD_REQUIRE_PYTHON";
@@ -20,8 +18,11 @@ const PYTHON_SAYS: &str = r#"
 import ctypes, phasecloud_layout as layout
 names = {ctypes.c_uint64: "u64", ctypes.c_double: "f64", ctypes.c_uint32: "u32", ctypes.c_uint8: "u8"}
 def rust_name(kind):
-    return names[kind] if kind in names else f"[{names[kind._type_]}; {kind._length_}]"
-for header in (layout.ScenarioHeader, layout.SnapshotHeader, layout.SamplesDetails, layout.CharacteristicsDetails,
+    if kind in names:
+        return names[kind]
+    item = names[kind._type_] if kind._type_ in names else kind._type_.type_name()
+    return f"[{item}; {kind._length_}]"
+for header in (layout.VariableEntry, layout.ParameterEntry, layout.ProjectionEntry, layout.ScenarioHeader, layout.SnapshotHeader, layout.SamplesDetails, layout.CharacteristicsDetails,
                layout.MixtureDetails, layout.PassageHeader, layout.StatusHeader):
     print(header.type_name(), ctypes.sizeof(header), ctypes.alignment(header))
     for name, kind in header._fields_:
@@ -30,7 +31,7 @@ for name in ("SAMPLES", "CHARACTERISTICS", "MIXTURE"):
     kind = getattr(layout, name)
     print(name, kind, layout.COLUMNS[kind], layout.DETAILS[kind].type_name())
 for name in ("CARRIED_MESH", "HULL_MESH", "READY", "PROGRESS", "DONE", "FAILED",
-             "DETAIL_WORDS", "SCENARIO_COLUMNS", "PASSAGE_COLUMNS", "PASSAGE_TIMES"):
+             "DETAIL_WORDS", "CIRCLE", "INTERVAL", "PASSAGE_COLUMNS", "PASSAGE_TIMES"):
     print(name, getattr(layout, name))
 "#;
 
@@ -45,6 +46,7 @@ fn describe<T: Described>(lines: &mut String) {
             FieldKind::F64s(count) => format!("[f64; {count}]"),
             FieldKind::Text(bytes) => format!("[u8; {bytes}]"),
             FieldKind::Words(count) => format!("[u64; {count}]"),
+            FieldKind::Entries(Entries { name, count, .. }) => format!("[{name}; {count}]"),
         };
         writeln!(lines, "{name} {kind} {offset}").unwrap();
     }
@@ -52,6 +54,9 @@ fn describe<T: Described>(lines: &mut String) {
 
 fn rust_says() -> String {
     let mut lines = String::new();
+    describe::<VariableEntry>(&mut lines);
+    describe::<ParameterEntry>(&mut lines);
+    describe::<ProjectionEntry>(&mut lines);
     describe::<ScenarioHeader>(&mut lines);
     describe::<SnapshotHeader>(&mut lines);
     describe::<<Samples as Kind>::Details>(&mut lines);
@@ -93,7 +98,8 @@ fn codes() -> String {
         ("DONE", event::DONE as usize),
         ("FAILED", event::FAILED as usize),
         ("DETAIL_WORDS", DETAIL_WORDS),
-        ("SCENARIO_COLUMNS", SCENARIO_COLUMNS),
+        ("CIRCLE", range::CIRCLE as usize),
+        ("INTERVAL", range::INTERVAL as usize),
         ("PASSAGE_COLUMNS", PASSAGE_COLUMNS),
         ("PASSAGE_TIMES", PASSAGE_TIMES),
     ];

@@ -1,7 +1,7 @@
 //! How accurately a case propagates, as a launch file says it: by the largest error.
 
-use density::dynamics::Force;
 use density::flow::{Accuracy, Flow};
+use density::model::registry::Planar;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -10,9 +10,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub struct AccuracySetting(pub Accuracy);
 
 impl AccuracySetting {
-    /// The flow of `force` at the accuracy set, or at the default one.
-    pub(crate) fn flow(setting: Option<Self>, force: Force) -> Flow<Force> {
-        Flow { model: force, accuracy: setting.unwrap_or_default().0 }
+    /// The flow of `model` at the accuracy set, or at the default one.
+    pub(crate) fn flow(setting: Option<Self>, model: Planar) -> Flow<Planar> {
+        Flow { model, accuracy: setting.unwrap_or_default().0 }
     }
 }
 

@@ -1,12 +1,14 @@
 //! The problem as it arrives on the scenario topic, checked and in the terms of science; and the way back.
 
-use density::dynamics::Force;
 use density::first_passage::curve_times;
 use density::grid::{Axis, Grid};
+use density::model::plane::VARIABLES;
+use density::model::registry::{ModelError, Planar};
+use density::model::{Kind, Model, PlanarHamiltonian, Variable};
 use density::problem::{InitialGaussian, Problem};
-use messages::layout::{MOST_SNAPSHOTS, PASSAGE_TIMES, SCENARIO_COLUMNS, ScenarioHeader};
+use messages::layout::PASSAGE_TIMES;
 use messages::port::Message;
-use messages::text::{pack, unpack};
+use messages::scenario::{self, Description, MOST_SNAPSHOTS, Moment, Parameter, Projection, Range, ScenarioHeader};
 use messages::topic::Scenario;
 
 use crate::failure::Failure;
@@ -26,12 +28,17 @@ pub struct Assignment {
     /// Scenarios in the run.
     pub scenarios: u32,
     /// The problem.
-    pub problem: Problem,
+    pub problem: Problem<Planar>,
     /// The common comparison grid of each snapshot.
     pub grids: Vec<Grid>,
 }
 
 impl Assignment {
+    /// Numbers in the payload of a scenario in the plane with so many snapshots.
+    pub const fn numbers(snapshots: usize) -> usize {
+        Description::numbers(VARIABLES.len(), AXES, snapshots)
+    }
+
     /// Reads a message.
     ///
     /// # Errors
@@ -50,115 +57,182 @@ impl Assignment {
     /// # Errors
     /// Which field is wrong.
     pub(crate) fn from_parts(header: &ScenarioHeader, items: &[f64]) -> Result<Self, String> {
-        let snapshots = header.snapshots as usize;
-        if !(1..=MOST_SNAPSHOTS).contains(&snapshots) || items.len() != snapshots * SCENARIO_COLUMNS {
-            return Err(format!("{} numbers for {snapshots} snapshots of at most {MOST_SNAPSHOTS}", items.len()));
-        }
-        if ![header.phi_bins, header.e_bins].iter().all(|bins| (1..=MOST_BINS).contains(&(*bins as usize))) {
-            return Err(format!("a grid of {} x {} bins", header.phi_bins, header.e_bins));
-        }
-        if header.scenarios > 0 && header.scenario >= header.scenarios {
-            return Err(format!("scenario {} of {}", header.scenario, header.scenarios));
-        }
-        if !items.iter().all(|value| value.is_finite()) {
-            return Err("a number that is not finite".into());
-        }
-        let rows = || items.chunks_exact(SCENARIO_COLUMNS);
-        let grid = |row: &[f64]| Grid {
-            phi: Axis { low: row[1], high: row[2], bins: header.phi_bins as usize },
-            e: Axis { low: row[3], high: row[4], bins: header.e_bins as usize },
-        };
-        if !rows().all(|row| row[1] < row[2] && row[3] < row[4]) {
-            return Err("grids without extent".into());
-        }
-        Ok(Self {
-            run_id: header.run_id,
-            name: unpack(&header.name),
-            scenario: header.scenario,
-            scenarios: header.scenarios,
-            problem: problem(header, rows().map(|row| row[0]).collect())?,
-            grids: rows().map(grid).collect(),
-        })
+        let said = Description::decode(header, items)?;
+        let bins = bins(&said.projections)?;
+        let grids = said.snapshots.iter().map(|moment| grid(moment, bins)).collect::<Result<_, _>>()?;
+        let problem = problem(&said)?;
+        let Description { run_id, name, scenario, scenarios, .. } = said;
+        Ok(Self { run_id, name, scenario, scenarios, problem, grids })
     }
 
     /// The message's header and items.
-    pub fn to_parts(&self) -> (ScenarioHeader, Vec<f64>) {
-        let Problem { model: force, initial, times, critical_e } = &self.problem;
-        let header = ScenarioHeader {
+    ///
+    /// # Errors
+    /// If there is more of something than a message holds.
+    pub fn to_parts(&self) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
+        let bins = self.grids.first().map(|grid| (grid.phi.bins, grid.e.bins));
+        let ends = |grid: &Grid| {
+            let (phi, e) = ([grid.phi.low, grid.phi.high], [grid.e.low, grid.e.high]);
+            vec![phi, e, phi, e]
+        };
+        let described = described(&self.name, &self.problem, |index| self.grids.get(index).map_or(Vec::new(), ends));
+        let said = Description {
             run_id: self.run_id,
-            radiation: force.radiation,
-            oblateness: force.oblateness,
-            mean_phi: initial.mean_phi,
-            mean_e: initial.mean_e,
-            sigma_phi: initial.sigma_phi,
-            sigma_e: initial.sigma_e,
-            critical_e: *critical_e,
             scenario: self.scenario,
             scenarios: self.scenarios,
-            snapshots: times.len() as u32,
-            reserved: 0,
-            phi_bins: self.grids.first().map_or(0, |grid| grid.phi.bins as u32),
-            e_bins: self.grids.first().map_or(0, |grid| grid.e.bins as u32),
-            name: pack(&self.name),
+            projections: bins.map_or(Vec::new(), projections),
+            ..described
         };
-        let items = times
-            .iter()
-            .zip(&self.grids)
-            .flat_map(|(&time, grid)| [time, grid.phi.low, grid.phi.high, grid.e.low, grid.e.high])
-            .collect();
-        (header, items)
+        said.encode().map_err(Failure::Refused)
     }
 }
 
-/// The problem that a header states, with snapshots at `times`.
+/// Axes of the projections on which densities in the plane are compared.
+const AXES: usize = 4;
+
+/// In the plane the joint density, and the density of each variable by itself.
+fn projections((phi, e): (usize, usize)) -> Vec<Projection> {
+    let one = |position, bins| Projection { first: (position, bins), second: None };
+    vec![Projection { first: (0, phi), second: Some((1, e)) }, one(0, phi), one(1, e)]
+}
+
+/// The bins of the comparison grids in `phi` and `e`.
+fn bins(said: &[Projection]) -> Result<(usize, usize), String> {
+    let bins = match said.first() {
+        Some(&Projection { first: (0, phi), second: Some((1, e)) }) => (phi, e),
+        _ => return Err("projections: the first must be phi and e".into()),
+    };
+    if said != projections(bins) {
+        return Err(format!("projections: it has {said:?}, a planar model is compared in {:?}", projections(bins)));
+    }
+    if [bins.0, bins.1].iter().any(|bins| *bins > MOST_BINS) {
+        return Err(format!(
+            "projections: a grid of {} x {} bins, at most {MOST_BINS} an axis are allowed",
+            bins.0, bins.1
+        ));
+    }
+    Ok(bins)
+}
+
+/// The grid of a snapshot. The densities of single variables are read off the joint one, so their axes are the same.
+fn grid(Moment { time, ends }: &Moment, (phi_bins, e_bins): (usize, usize)) -> Result<Grid, String> {
+    match ends[..] {
+        [phi, e, phi_alone, e_alone] if (phi, e) == (phi_alone, e_alone) => Ok(Grid {
+            phi: Axis { low: phi[0], high: phi[1], bins: phi_bins },
+            e: Axis { low: e[0], high: e[1], bins: e_bins },
+        }),
+        _ => Err(format!("projections: at {time} yr phi and e have other axes alone than together")),
+    }
+}
+
+/// What a message says of a problem, without the projections.
+fn described(name: &str, problem: &Problem<Planar>, ends: impl Fn(usize) -> Vec<[f64; 2]>) -> Description {
+    let Problem { model, initial, times, critical_e } = problem;
+    let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = *initial;
+    let variable = |variable: &Variable| scenario::Variable {
+        name: variable.name.into(),
+        symbol: variable.symbol.into(),
+        unit: variable.unit.into(),
+        range: match variable.kind {
+            Kind::Circle => Range::Circle,
+            Kind::Interval { low, high } => Range::Interval { low, high },
+        },
+    };
+    let parameter = |(parameter, value): (density::model::parameter::Parameter, f64)| Parameter {
+        name: parameter.name.into(),
+        symbol: parameter.symbol.into(),
+        value,
+    };
+    Description {
+        run_id: 0,
+        scenario: 0,
+        scenarios: 0,
+        name: name.into(),
+        model: model.name().into(),
+        parameters: model.parameters().into_iter().map(parameter).collect(),
+        variables: VARIABLES.iter().map(variable).collect(),
+        reentry: Planar::REENTRY,
+        critical: *critical_e,
+        mean: vec![mean_phi, mean_e],
+        covariance: vec![sigma_phi * sigma_phi, 0.0, sigma_e * sigma_e],
+        projections: Vec::new(),
+        snapshots: times.iter().enumerate().map(|(index, &time)| Moment { time, ends: ends(index) }).collect(),
+    }
+}
+
+/// The problem that a message states.
 ///
 /// # Errors
 /// What is wrong, by the key that a scenario file has for it.
-fn problem(header: &ScenarioHeader, times: Vec<f64>) -> Result<Problem, String> {
-    let force = Force { radiation: header.radiation, oblateness: header.oblateness };
-    let initial = InitialGaussian {
-        mean_phi: header.mean_phi,
-        mean_e: header.mean_e,
-        sigma_phi: header.sigma_phi,
-        sigma_e: header.sigma_e,
+fn problem(said: &Description) -> Result<Problem<Planar>, String> {
+    let given: Vec<(&str, f64)> = said.parameters.iter().map(|given| (given.name.as_str(), given.value)).collect();
+    let model = Planar::by_name(&said.model, &given).map_err(|error| match error {
+        ModelError::Unknown { .. } => format!("model.name: {error}"),
+        ModelError::Missing { .. } | ModelError::Superfluous { .. } => format!("orbit: {error}"),
+    })?;
+    let ours = described("", &Problem { model, initial: NOWHERE, times: Vec::new(), critical_e: 0.0 }, |_| Vec::new());
+    if (&said.variables, said.reentry) != (&ours.variables, ours.reentry) {
+        return Err(format!(
+            "variables: they are not those of the model \"{}\": solar angle phi and eccentricity e",
+            said.model
+        ));
+    }
+    let (&[mean_phi, mean_e], &[phi_phi, phi_e, e_e]) = (&said.mean[..], &said.covariance[..]) else {
+        return Err("initial: a planar cloud has two means and three covariances".into());
     };
-    let problem = Problem::new(force, initial, times, header.critical_e);
+    if phi_e != 0.0 {
+        return Err(format!(
+            "initial: the covariance of phi and e is {phi_e}, it must be 0: they are drawn independently"
+        ));
+    }
+    // The root of a square is the number itself, to the last bit.
+    let initial = InitialGaussian { mean_phi, mean_e, sigma_phi: phi_phi.sqrt(), sigma_e: e_e.sqrt() };
+    let times = said.snapshots.iter().map(|moment| moment.time).collect();
+    let problem = Problem::new(model, initial, times, said.critical);
     problem.map_err(|error| format!("{}: {}", scenario_file::key(error.field), error.problem()))
 }
+
+/// A cloud of which nothing is asked.
+const NOWHERE: InitialGaussian = InitialGaussian { mean_phi: 0.0, mean_e: 0.0, sigma_phi: 0.0, sigma_e: 0.0 };
 
 /// The problem that a request is about.
 ///
 /// # Errors
 /// [`Failure::Refused`] says what is wrong.
-pub fn read_request(header: &ScenarioHeader, times: &[f64]) -> Result<ScenarioFile, Failure> {
-    let name = unpack(&header.name);
+pub fn read_request(header: &ScenarioHeader, items: &[f64]) -> Result<ScenarioFile, Failure> {
+    let name = messages::text::unpack(&header.name);
     if !is_plain_name(&name) {
         return Err(Failure::Refused(format!("a request's name must be plain: {PLAIN_NAME}")));
     }
     let refused = |why: &str| Failure::Refused(format!("request {name}: {why}"));
-    if !scenario_file::is_right_number_of_times(times.len()) {
+    if !scenario_file::is_right_number_of_times(header.snapshots as usize) {
         return Err(refused(&format!("times.at: must be 2 to {MOST_SNAPSHOTS} times")));
     }
-    let problem = problem(header, times.to_vec()).map_err(|why| refused(&why))?;
+    let said = Description::decode(header, items).map_err(|why| refused(&why))?;
+    if !said.projections.is_empty() {
+        return Err(refused("projections: a request has none, the service chooses them"));
+    }
+    let problem = problem(&said).map_err(|why| refused(&why))?;
     Ok(ScenarioFile { name, problem })
 }
 
-/// The header and the times of a request to work on a scenario; `number` is what the answer will carry.
-pub fn request(ScenarioFile { name, problem }: &ScenarioFile, number: u32) -> (ScenarioHeader, Vec<f64>) {
-    let assignment = Assignment {
-        run_id: 0,
-        name: name.clone(),
-        scenario: number,
-        scenarios: 0,
-        problem: problem.clone(),
-        grids: Vec::new(),
-    };
-    (assignment.to_parts().0, problem.times.clone())
+/// The header and the numbers of a request to work on a scenario; `number` is what the answer will carry.
+///
+/// # Errors
+/// If there is more of something than a message holds.
+pub fn request(
+    ScenarioFile { name, problem }: &ScenarioFile,
+    number: u32,
+) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
+    let said = Description { scenario: number, ..described(name, problem, |_| Vec::new()) };
+    said.encode().map_err(Failure::Refused)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use density::model::planar::Force;
+    use messages::text::pack;
 
     fn example() -> Assignment {
         Assignment {
@@ -167,7 +241,7 @@ mod tests {
             scenario: 0,
             scenarios: 1,
             problem: Problem {
-                model: Force { radiation: 0.15, oblateness: 0.4 },
+                model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
                 initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
                 times: vec![0.0, 0.5],
                 critical_e: 0.6,
@@ -181,34 +255,77 @@ mod tests {
 
     #[test]
     fn a_scenario_survives_the_way_through_a_message() {
-        let (header, items) = example().to_parts();
+        let (header, items) = example().to_parts().unwrap();
         assert_eq!(Assignment::from_parts(&header, &items), Ok(example()));
+        let many = (0..MOST_SNAPSHOTS).map(|k| 0.001 * k as f64).collect();
+        let grids = vec![example().grids[0]; MOST_SNAPSHOTS];
+        let long = Assignment { problem: Problem { times: many, ..example().problem }, grids, ..example() };
+        let (header, items) = long.to_parts().unwrap();
+        assert_eq!(Assignment::from_parts(&header, &items), Ok(long));
+    }
+
+    #[test]
+    fn another_model_survives_it_too() {
+        let force = Force { radiation: 0.15, oblateness: 0.4 };
+        let model = density::model::sun_moon::SunMoon { force, sun: 4.8e-4, moon: 1e-3 }.into();
+        let other = Assignment { problem: Problem { model, ..example().problem }, ..example() };
+        let (header, items) = other.to_parts().unwrap();
+        assert_eq!(Assignment::from_parts(&header, &items), Ok(other));
     }
 
     #[test]
     fn a_request_is_checked_as_a_file_is() {
         let Assignment { name, problem, .. } = example();
         let scenario = ScenarioFile { name, problem };
-        let (header, times) = request(&scenario, 3);
-        assert_eq!(read_request(&header, &times).unwrap(), scenario);
-        let refused = |header, times: &[f64], words: &str| {
-            let error = read_request(&header, times).unwrap_err().to_string();
+        let (header, items) = request(&scenario, 3).unwrap();
+        assert_eq!(read_request(&header, &items).unwrap(), scenario);
+        let refused = |header: ScenarioHeader, items: &[f64], words: &str| {
+            let error = read_request(&header, items).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         };
-        refused(ScenarioHeader { mean_e: 1.5, ..header }, &times, "initial.e");
-        refused(ScenarioHeader { radiation: f64::NAN, ..header }, &times, "orbit.radiation");
-        refused(ScenarioHeader { name: pack("../x"), ..header }, &times, "plain");
-        refused(header, &[0.0], "times.at");
+        let with = |index: usize, value: f64| {
+            let mut items = items.clone();
+            items[index] = value;
+            items
+        };
+        refused(header, &with(1, 1.5), "initial.e");
+        refused(header, &with(1, f64::NAN), "not finite");
+        refused(header, &with(3, 1e-4), "covariance of phi and e");
+        let mut unset = header;
+        unset.parameters[0].value = f64::NAN;
+        refused(unset, &items, "radiation");
+        unset.parameters[0].value = -1.0;
+        refused(unset, &items, "orbit.radiation");
+        unset.parameters[0].name = pack("drag");
+        refused(unset, &items, "has no parameter \"drag\"");
+        refused(ScenarioHeader { model: pack("kepler"), ..header }, &items, "no planar model \"kepler\"");
+        refused(ScenarioHeader { reentry: 0, ..header }, &items, "variables");
+        refused(ScenarioHeader { name: pack("../x"), ..header }, &items, "plain");
+        refused(ScenarioHeader { snapshots: 1, ..header }, &items, "times.at");
     }
 
     #[test]
     fn a_message_that_cannot_be_right_is_refused() {
-        let (header, items) = example().to_parts();
-        assert!(Assignment::from_parts(&header, &items[1..]).is_err());
-        assert!(Assignment::from_parts(&ScenarioHeader { sigma_e: 0.0, ..header }, &items).is_err());
-        assert!(Assignment::from_parts(&ScenarioHeader { radiation: f64::NAN, ..header }, &items).is_err());
-        assert!(Assignment::from_parts(&ScenarioHeader { phi_bins: 0, ..header }, &items).is_err());
-        let backwards: Vec<f64> = items.chunks(SCENARIO_COLUMNS).rev().flatten().copied().collect();
-        assert!(Assignment::from_parts(&header, &backwards).is_err());
+        let (header, items) = example().to_parts().unwrap();
+        let refused = |change: fn(&mut ScenarioHeader), words: &str| {
+            let mut header = header;
+            change(&mut header);
+            let why = Assignment::from_parts(&header, &items).unwrap_err();
+            assert!(why.contains(words), "{why}");
+        };
+        assert!(Assignment::from_parts(&header, &items[1..]).unwrap_err().contains("snapshots"));
+        refused(|header| header.variables[0].range = 7, "variable 0: its range 7 is unknown");
+        refused(|header| header.variables[1].high = 2.0, "variables");
+        refused(|header| header.variable_count = 9, "variables: it has 9, a message holds 1 to 8");
+        refused(|header| header.projections[0].first_bins = 0, "no bins");
+        refused(|header| header.projections[0].first_bins = 9000, "at most 2000");
+        refused(|header| header.projections[1].first = 7, "there is no variable 7");
+        refused(|header| header.projections[0].dimensions = 3, "it must have 1 or 2");
+        refused(|header| header.projection_count = 0, "projections");
+        refused(|header| header.scenario = 3, "number 3 of 1");
+        let gaussian = 5;
+        let rows: Vec<f64> = items[gaussian..].chunks(1 + 2 * AXES).rev().flatten().copied().collect();
+        let backwards = [&items[..gaussian], &rows].concat();
+        assert!(Assignment::from_parts(&header, &backwards).unwrap_err().contains("times.at"));
     }
 }

@@ -1,5 +1,6 @@
 //! Orbits on their way through the snapshots of a scenario.
 
+use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::Problem;
 
@@ -9,14 +10,14 @@ use crate::failure::Failure;
 #[derive(Debug)]
 pub struct Course {
     /// The orbits.
-    pub orbits: Orbits,
+    pub orbits: Orbits<Planar>,
     first: usize,
     times: Vec<f64>,
 }
 
 impl Course {
     /// The course of `orbits`, numbered from `first`, through the snapshots of `problem`.
-    pub fn new(orbits: Orbits, first: usize, problem: &Problem) -> Self {
+    pub fn new(orbits: Orbits<Planar>, first: usize, problem: &Problem<Planar>) -> Self {
         Self { orbits, first, times: problem.times.clone() }
     }
 

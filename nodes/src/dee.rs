@@ -7,6 +7,7 @@ use density::first_passage::passage_times;
 use density::mesh::lattice::MOST_DEGREE;
 use density::mesh::passage::{PassageCurve, passage_curve};
 use density::mesh::{Placement, Points, characteristic_densities, initial_points};
+use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use messages::content::{Characteristics, Lattice, MOST_RESOLUTION};
@@ -221,7 +222,7 @@ pub struct DensityEvolution {
 /// Characteristics on their way.
 #[derive(Debug)]
 struct Work {
-    problem: Problem,
+    problem: Problem<Planar>,
     /// All of the case.
     start: Points,
     /// Those that are propagated here.

@@ -146,7 +146,7 @@ fn put_together((first, content): (SnapshotHeader, Content), parts: Vec<(Snapsho
 #[cfg(test)]
 mod tests {
     use super::*;
-    use density::dynamics::Force;
+    use density::model::planar::Force;
     use density::problem::{InitialGaussian, Problem};
     use messages::content::Samples;
 
@@ -157,7 +157,7 @@ mod tests {
             scenario: 0,
             scenarios: 1,
             problem: Problem {
-                model: Force { radiation: 0.15, oblateness: 0.4 },
+                model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
                 initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
                 times: vec![0.0, 0.5],
                 critical_e: 0.6,

@@ -6,6 +6,7 @@ use density::mixture::plan::{Adaptive, LEAST_POINTS};
 use density::mixture::split::Direction;
 use density::mixture::unscented::Unscented;
 use density::mixture::{self, Mixture, Split};
+use density::model::registry::Planar;
 use messages::content::{self, Content};
 use serde::{Deserialize, Serialize};
 
@@ -183,7 +184,7 @@ pub struct GaussianMixture {
 /// A mixture on its way.
 #[derive(Debug)]
 struct Course {
-    propagator: mixture::Propagator,
+    propagator: mixture::Propagator<Planar>,
     times: Vec<f64>,
     mixture: Option<Mixture>,
     disagreement: f64,

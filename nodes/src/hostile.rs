@@ -1,16 +1,16 @@
 //! Messages with arbitrary bytes, fed to everything that reads headers: none may panic or take what it must not.
 
 use bytemuck::{Pod, bytes_of_mut, cast_slice_mut};
-use density::dynamics::Force;
 use density::grid::{Axis, Grid};
+use density::model::planar::Force;
 use density::problem::{InitialGaussian, Problem};
 use messages::content::{
     Characteristics, Content, DENSITY_HEAD, Density as Ready, Lattice, Mixture, Reduced, Samples, kind,
 };
 use messages::layout::{
-    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, ScenarioHeader, SnapshotHeader,
-    comparison,
+    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader, comparison,
 };
+use messages::scenario::ScenarioHeader;
 use messages::text::pack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
 use proptest::collection::vec;
@@ -62,7 +62,7 @@ pub(crate) fn example() -> Assignment {
         scenario: 0,
         scenarios: 1,
         problem: Problem {
-            model: Force { radiation: 0.15, oblateness: 0.4 },
+            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
             initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
             times: vec![0.0, 0.5],
             critical_e: 0.6,
@@ -162,7 +162,7 @@ proptest! {
 
     #[test]
     fn a_scenario_that_passes_is_one_that_can_be_worked_on(changed in changes(), item in any::<Index>(), value in number()) {
-        let (header, mut items) = example().to_parts();
+        let (header, mut items) = example().to_parts().unwrap();
         let at = item.index(items.len());
         items[at] = value;
         let header = change(header, &changed);

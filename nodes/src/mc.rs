@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_points, point};
 use density::flow::Passages;
+use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling::{Draws, Plan};
@@ -98,11 +99,11 @@ pub struct MonteCarlo {
 struct Sample {
     /// Number of the first.
     first: usize,
-    orbits: Orbits,
+    orbits: Orbits<Planar>,
     /// At which time of the curve each orbit had passed, or [`PENDING`]: a byte an orbit, of which there may be many.
     points: Vec<u8>,
     curve_times: Vec<f64>,
-    problem: Problem,
+    problem: Problem<Planar>,
 }
 
 /// The orbit has not passed. No time of the curve has this number.

@@ -2,6 +2,7 @@
 //!
 //! The recorder does not use a curve that breaks a rule ([`breach`]), and tells [`doubts`]; `phasecloud check` reports both.
 
+use density::model::registry::Planar;
 use density::problem::Problem;
 use messages::layout::{DensityHeader, PASSAGE_COLUMNS, diagnostic};
 
@@ -133,7 +134,7 @@ pub fn without_rounding(items: &[f64]) -> Vec<f64> {
 
 /// What a curve of `samples` equal samples (0 if it was not counted) contradicts that is known: the initial Gaussian, and the
 /// probabilities of being above the critical eccentricity at the snapshots of the same case.
-pub fn doubts(items: &[f64], samples: u64, problem: &Problem, snapshots: &[&DensityHeader]) -> Vec<String> {
+pub fn doubts(items: &[f64], samples: u64, problem: &Problem<Planar>, snapshots: &[&DensityHeader]) -> Vec<String> {
     let rows = rows(items);
     let Some(first) = rows.first() else { return Vec::new() };
     let at_start = (first.time == 0.0).then(|| off_the_start(first, samples, problem)).flatten();
@@ -168,7 +169,7 @@ fn more_than_there_are(samples: u64, snapshots: &[&DensityHeader]) -> Option<Str
 }
 
 /// Who is above the critical eccentricity at `t = 0` has passed, and nobody else has.
-fn off_the_start(first: &Row, samples: u64, problem: &Problem) -> Option<String> {
+fn off_the_start(first: &Row, samples: u64, problem: &Problem<Planar>) -> Option<String> {
     let right = problem.initial.probability_above(problem.critical_e);
     let (low, high) = first.ends();
     let allowed = allowance(right, samples, high - low);
@@ -233,7 +234,7 @@ pub fn allowance(probability: f64, samples: u64, width: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use density::dynamics::Force;
+    use density::model::planar::Force;
     use density::problem::InitialGaussian;
     use messages::content::kind;
 
@@ -284,7 +285,7 @@ mod tests {
     #[test]
     fn a_curve_contradicts_the_initial_cloud_or_its_own_snapshots_only_beyond_its_noise() {
         let problem = Problem {
-            model: Force { radiation: 0.15, oblateness: 0.4 },
+            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
             initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
             times: vec![0.0, 0.7],
             critical_e: 0.6,

@@ -126,7 +126,7 @@ impl Desk<'_> {
             problem: problem.clone(),
             grids,
         };
-        let (header, items) = assignment.to_parts();
+        let (header, items) = assignment.to_parts()?;
         let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
         outlet.send_items(header, &items)?;
         let of = (self.count > 0).then_some(self.count);

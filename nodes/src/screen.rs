@@ -8,10 +8,10 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
 use messages::layout::{
-    DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, MOST_SNAPSHOTS, PASSAGE_COLUMNS, PASSAGE_TIMES,
-    comparison,
+    DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, PASSAGE_COLUMNS, PASSAGE_TIMES, comparison,
 };
 use messages::port::{Inlet, Message};
+use messages::scenario::MOST_SNAPSHOTS;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
 

@@ -133,8 +133,8 @@ fn shape(Snapshot { header, content, items }: &Snapshot, assignment: &Assignment
 #[cfg(test)]
 mod tests {
     use super::*;
-    use density::dynamics::Force;
     use density::grid::{Axis, Grid};
+    use density::model::planar::Force;
     use density::problem::{InitialGaussian, Problem};
     use messages::content::{Characteristics, Samples};
 
@@ -145,7 +145,7 @@ mod tests {
             scenario: 1,
             scenarios: 2,
             problem: Problem {
-                model: Force { radiation: 0.15, oblateness: 0.4 },
+                model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
                 initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
                 times: vec![0.0, 0.5],
                 critical_e: 0.6,

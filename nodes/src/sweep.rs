@@ -225,6 +225,7 @@ fn set(scenario: &mut Table, key: &str, value: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use density::model::PlanarHamiltonian;
 
     const BASE: &str = "name = \"s\"\n[orbit]\nradiation = 0.15\noblateness = 0.4\n[initial]\nphi = 2.2\ne = 0.145\n\
          delta_phi = 0.39\ndelta_e = 0.05\n[times]\nend = 2.0\nstep = 0.5\n[disposal]\ncritical_e = 0.6\n";
@@ -256,7 +257,7 @@ mod tests {
                 assert_eq!(name, format!("s-{index}"));
                 assert_eq!(sweep.index_of(&name), Some(index));
                 assert_eq!(sweep.values(index)[0], problem.initial.mean_e);
-                (problem.initial.mean_e, (problem.model.radiation * 1e9).round() / 1e9)
+                (problem.initial.mean_e, (problem.model.parameters()[0].1 * 1e9).round() / 1e9)
             })
             .collect();
         assert_eq!(sweep.combination(3), "initial.e = 0.2, orbit.radiation = 0.1");

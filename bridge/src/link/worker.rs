@@ -6,8 +6,8 @@ use std::thread::spawn;
 use std::time::Duration;
 
 use messages::domain::{Domain, Place};
-use messages::layout::ScenarioHeader;
 use messages::port::{Draft, Outlet};
+use messages::scenario::ScenarioHeader;
 use messages::service::Service;
 use messages::topic::{Passage, Scenario, Snapshot, Status};
 use messages::wait::Awaited;

@@ -1,5 +1,7 @@
 //! The parameters of a model, by name.
 
+use crate::problem_error::ProblemError;
+
 /// A parameter of a model, a pure number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
@@ -7,6 +9,8 @@ pub struct Parameter {
     pub name: &'static str,
     /// Its symbol in equations: `C`.
     pub symbol: &'static str,
+    /// The force whose strength it is: `srp`. Where it is 0 that force does not act.
+    pub force: &'static str,
     /// The least that it may be.
     pub low: f64,
     /// The most that it may be.
@@ -22,4 +26,10 @@ pub trait Named: Sized {
 
     /// The model with these values of its parameters; `None` if there are more or fewer.
     fn from_parameters(values: &[f64]) -> Option<Self>;
+
+    /// The model of a satellite: its semi-major axis in Earth radii, its area-to-mass ratio in m²/kg and its reflectivity.
+    ///
+    /// # Errors
+    /// [`ProblemError`] with the first of these that is not in its range.
+    fn of_satellite(semi_major_axis: f64, area_to_mass: f64, reflectivity: f64) -> Result<Self, ProblemError>;
 }

@@ -55,12 +55,16 @@ impl Named for Force {
         let &[radiation, oblateness] = values else { return None };
         Some(Self { radiation, oblateness })
     }
+
+    fn of_satellite(semi_major_axis: f64, area_to_mass: f64, reflectivity: f64) -> Result<Self, ProblemError> {
+        Self::from_orbit(semi_major_axis, area_to_mass, reflectivity)
+    }
 }
 
 /// `C` as a scenario states it.
-pub const RADIATION: Parameter = Parameter { name: "radiation", symbol: "C", low: 0.0, high: 100.0 };
+pub const RADIATION: Parameter = Parameter { name: "radiation", symbol: "C", force: "srp", low: 0.0, high: 100.0 };
 /// `W` as a scenario states it.
-pub const OBLATENESS: Parameter = Parameter { name: "oblateness", symbol: "W", low: 0.0, high: 100.0 };
+pub const OBLATENESS: Parameter = Parameter { name: "oblateness", symbol: "W", force: "j2", low: 0.0, high: 100.0 };
 
 impl PlanarHamiltonian for Force {
     type Series<const P: usize> = PlanarSeries<P>;

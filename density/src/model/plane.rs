@@ -139,8 +139,13 @@ pub trait PlanarHamiltonian: Copy + Debug + PartialEq + Send + Sync + 'static {
         let node = |i: usize| (f64::from(i as u32) / f64::from(steps as u32) * 2.0 - 1.0) * (1.0 - 1e-9);
         (0..steps)
             .filter(|&i| rate(node(i)).signum() != rate(node(i + 1)).signum())
-            .map(|i| State { x1: 0.0, x2: bisect(rate, node(i), node(i + 1)) })
+            .map(|i| State { x1: 0.0, x2: zero_between(rate, node(i), node(i + 1)) })
             .collect()
+    }
+
+    /// Points where the flow stands still off that axis, of which each has its mirror image in the list.
+    fn stationary_points_off_axis(&self) -> Vec<State> {
+        Vec::new()
     }
 
     /// See [`Model::perform`].
@@ -223,8 +228,8 @@ pub fn cosine_range(from: f64, to: f64) -> (f64, f64) {
     (low, high)
 }
 
-/// The root of `f` between two points of opposite sign, to the last bit.
-fn bisect(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+/// The zero of `f` between two points at which its signs differ, to the last bit.
+pub fn zero_between(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let sign = f(low).signum();
     while low.midpoint(high) != low && low.midpoint(high) != high {
         let middle = low.midpoint(high);

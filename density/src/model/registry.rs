@@ -10,6 +10,7 @@ use super::plane::{PlanarHamiltonian, State};
 use super::quantity::Quantity;
 use super::sun_moon::SunMoon;
 use crate::flow::FromEquations;
+use crate::problem_error::ProblemError;
 
 /// The registry: an enumeration of models that is itself a model.
 macro_rules! planar_models {
@@ -30,6 +31,20 @@ macro_rules! planar_models {
             /// The names of all models, each with its parameters.
             pub const ALL: &'static [(&'static str, &'static [Parameter])] =
                 &[$((<$variant as Named>::NAME, <$variant as Named>::PARAMETERS)),+];
+
+            /// The model `name` of a satellite, see [`Named::of_satellite`]; `None` if there is no such model.
+            pub fn of_satellite(
+                name: &str,
+                semi_major_axis: f64,
+                area_to_mass: f64,
+                reflectivity: f64,
+            ) -> Option<Result<Self, ProblemError>> {
+                $(if name == <$variant as Named>::NAME {
+                    let made = <$variant as Named>::of_satellite(semi_major_axis, area_to_mass, reflectivity);
+                    return Some(made.map(Self::$variant));
+                })+
+                None
+            }
 
             fn make(name: &str, values: &[f64]) -> Option<Self> {
                 $(if name == <$variant as Named>::NAME {
@@ -81,6 +96,10 @@ macro_rules! planar_models {
 
             fn slope_on_axis(&self, q: f64) -> f64 {
                 match self { $(Self::$variant(model) => model.slope_on_axis(q)),+ }
+            }
+
+            fn stationary_points_off_axis(&self) -> Vec<State> {
+                match self { $(Self::$variant(model) => model.stationary_points_off_axis()),+ }
             }
 
             fn polar_rates(&self, phi: f64, e: f64) -> (f64, f64) {
@@ -138,8 +157,33 @@ fn names() -> String {
 }
 
 fn of(model: &str) -> String {
-    let parameters = Planar::ALL.iter().filter(|(name, _)| *name == model).flat_map(|(_, parameters)| *parameters);
-    listed(parameters.map(|parameter| parameter.name))
+    listed(parameters(model).iter().map(|parameter| parameter.name))
+}
+
+/// The name of the model in which these forces act and as few others as can be; `None` if there is no such model.
+pub fn with_forces(forces: &[&str]) -> Option<&'static str> {
+    let acts = |parameters: &[Parameter], force: &str| parameters.iter().any(|parameter| parameter.force == force);
+    let fitting = Planar::ALL.iter().filter(|(_, parameters)| forces.iter().all(|force| acts(parameters, force)));
+    fitting.min_by_key(|(_, parameters)| parameters.len()).map(|(name, _)| *name)
+}
+
+/// The forces of all models, each once, in the order in which models name them.
+pub fn forces() -> Vec<&'static str> {
+    let mut forces = Vec::new();
+    for parameter in Planar::ALL.iter().flat_map(|(_, parameters)| *parameters) {
+        if !forces.contains(&parameter.force) {
+            forces.push(parameter.force);
+        }
+    }
+    forces
+}
+
+/// The forces that act where a scenario names none: those of the paper.
+pub const DEFAULT_FORCES: [&str; 2] = ["srp", "j2"];
+
+/// The parameters of the model `name`; none if there is no such model.
+pub fn parameters(name: &str) -> &'static [Parameter] {
+    Planar::ALL.iter().find(|(known, _)| *known == name).map_or(&[], |(_, parameters)| parameters)
 }
 
 impl Planar {

@@ -19,10 +19,11 @@
 use super::earth::{self, SUN_MEAN_MOTION};
 use super::parameter::{Named, Parameter};
 use super::planar::{Force, OBLATENESS, RADIATION};
-use super::plane::{PlanarHamiltonian, State, cosine_range};
+use super::plane::{PlanarHamiltonian, State, cosine_range, zero_between};
 use super::quantity::Quantity;
 
 use crate::flow::FromEquations;
+use crate::problem_error::ProblemError;
 
 /// Gravitational parameter of the Moon \[m³/s²\].
 const MOON_MU: f64 = 4.9028e12;
@@ -40,8 +41,8 @@ pub struct SunMoon {
     pub moon: f64,
 }
 
-const SUN: Parameter = Parameter { name: "sun", symbol: "A", low: 0.0, high: 1.0 };
-const MOON: Parameter = Parameter { name: "moon", symbol: "B", low: 0.0, high: 1.0 };
+const SUN: Parameter = Parameter { name: "sun", symbol: "A", force: "sun", low: 0.0, high: 1.0 };
+const MOON: Parameter = Parameter { name: "moon", symbol: "B", force: "moon", low: 0.0, high: 1.0 };
 
 impl Named for SunMoon {
     const NAME: &'static str = "planar-sun-moon";
@@ -50,6 +51,10 @@ impl Named for SunMoon {
     fn from_parameters(values: &[f64]) -> Option<Self> {
         let &[radiation, oblateness, sun, moon] = values else { return None };
         Some(Self { force: Force { radiation, oblateness }, sun, moon })
+    }
+
+    fn of_satellite(semi_major_axis: f64, area_to_mass: f64, reflectivity: f64) -> Result<Self, ProblemError> {
+        Force::from_orbit(semi_major_axis, area_to_mass, reflectivity).map(|force| Self::at(semi_major_axis, force))
     }
 }
 
@@ -119,6 +124,23 @@ impl PlanarHamiltonian for SunMoon {
         self.force.slope_on_axis(q) + self.curvatures().1 * q
     }
 
+    /// Where `x1` is not 0, `x2' = 0` says that `g + (B - 4A) s = 0`, and with that `x1' = 0` says that `x2 = -C/(10 A)`.
+    fn stationary_points_off_axis(&self) -> Vec<State> {
+        const STEPS: u32 = 1000;
+        if self.sun == 0.0 {
+            return Vec::new();
+        }
+        let x2 = -self.force.radiation / (10.0 * self.sun);
+        let excess = |s: f64| self.force.oblateness / s.powi(4) - 1.0 + self.curvatures().0 * s;
+        // x1² = 1 - s² - x2² is positive.
+        let highest = (1.0 - x2 * x2).max(0.0).sqrt();
+        let node = |k: u32| (1e-6 + (1.0 - 1e-6) * f64::from(k) / f64::from(STEPS)) * highest;
+        let changes = (0..STEPS).filter(|&k| excess(node(k)).signum() != excess(node(k + 1)).signum());
+        let zeros = changes.map(|k| zero_between(excess, node(k), node(k + 1)));
+        let x1 = zeros.map(|s| (1.0 - s * s - x2 * x2).max(0.0).sqrt()).filter(|x1| *x1 > 0.0);
+        x1.flat_map(|x1| [State { x1, x2 }, State { x1: -x1, x2 }]).collect()
+    }
+
     fn polar_rates(&self, phi: f64, e: f64) -> (f64, f64) {
         let (phi_rate, e_rate) = self.force.polar_rates(phi, e);
         let (sin, cos) = phi.sin_cos();
@@ -139,6 +161,19 @@ mod tests {
 
     fn states() -> impl Iterator<Item = (f64, f64)> {
         [(0.3, 0.2), (2.0, 0.6), (4.5, 0.8), (6.0, 1e-3)].into_iter()
+    }
+
+    #[test]
+    fn a_weak_pull_leaves_points_off_the_axis_where_the_flow_stands_still() {
+        let weak = SunMoon { force: Force { radiation: 0.02, ..FORCE }, ..STRONG };
+        let points = weak.stationary_points_off_axis();
+        assert_eq!(points.len(), 2, "{points:?}");
+        for point in points {
+            assert!(point.x1.abs() > 0.1 && point.eccentricity() < 1.0, "{point:?}");
+            let State { x1, x2 } = weak.motion(point);
+            assert!(x1.abs() < 1e-12 && x2.abs() < 1e-12, "{point:?} moves by {x1} and {x2}");
+        }
+        assert_eq!(STRONG.stationary_points_off_axis(), [], "10 A is less than C");
     }
 
     #[test]

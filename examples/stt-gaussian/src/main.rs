@@ -2,6 +2,7 @@
 //! with one component. Where the flow takes `u` standard deviations from the initial mean to `m + A u + ½ uᵀ B u`, the mean is
 //! `m_i + ½ tr B_i` and the covariance `A_i·A_j + ½ tr(B_i B_j)`, exact for a flow that is quadratic.
 use density::dynamics::{Force, SUN_MEAN_MOTION};
+use density::model::registry::Planar;
 use messages::content::Mixture;
 use nodes::kit::{self, Form, Propagator};
 use nodes::{assignment::Assignment, failure::Failure};
@@ -23,29 +24,32 @@ fn step(force: Force, x: State, h: f64) -> State {
     [0, 1].map(|i| x[i] + (a[i] + (b[i] + c[i]) * 2.0 + rate_at(c, h)[i]) * (h / 6.0))
 }
 
-/// The problem, and the mean with its derivatives by `(u1, u1)`, `(u1, u2)` and `(u2, u2)`.
-struct SttGaussian(Option<(Assignment, [State; 3])>);
+/// The forces, the problem, and the mean with its derivatives by `(u1, u1)`, `(u1, u2)` and `(u2, u2)`.
+struct SttGaussian(Option<(Force, Assignment, [State; 3])>);
 
 impl Propagator for SttGaussian {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
+        let Planar::Force(force) = assignment.problem.model else {
+            return Err(Failure::Refused("it moves orbits by radiation pressure and oblateness alone".into()));
+        };
         let states = [(0, 0), (0, 1), (1, 1)].map(|(a, b)| {
             let u = [0, 1].map(|i| HyperDual64::new(0.0, f64::from(a == i), f64::from(b == i), 0.0));
             let initial = assignment.problem.initial;
             let (phi, e) = (u[0] * initial.sigma_phi + initial.mean_phi, u[1] * initial.sigma_e + initial.mean_e);
             [e * phi.sin(), e * phi.cos()]
         });
-        self.0 = Some((assignment.clone(), states));
+        self.0 = Some((force, assignment.clone(), states));
         Ok(Form::whole(Mixture::UNJUDGED, 1))
     }
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let (Assignment { problem, .. }, states) = self.0.as_mut().ok_or_else(Failure::no_scenario)?;
+        let (force, Assignment { problem, .. }, states) = self.0.as_mut().ok_or_else(Failure::no_scenario)?;
         let years = problem.times[index] - problem.times[index.saturating_sub(1)];
         let steps = (2000.0 * years).ceil().max(1.0); // of Runge-Kutta
-        *states = states.map(|state| (0..steps as u32).fold(state, |x, _| step(problem.model, x, years / steps)));
+        *states = states.map(|state| (0..steps as u32).fold(state, |x, _| step(*force, x, years / steps)));
         Ok(1)
     }
     fn write(&self, columns: &mut [f64]) {
-        let Some((_, states)) = &self.0 else { return };
+        let Some((_, _, states)) = &self.0 else { return };
         let d = states.map(|[x1, x2]| [x1.atan2(x2), (x1 * x1 + x2 * x2).sqrt()]); // of phi and e
         let mean = |i: usize| d[0][i].re + (d[0][i].eps1eps2 + d[2][i].eps1eps2) / 2.0;
         let second = |i: usize, j: usize| [0, 1, 1, 2].map(|k| d[k][i].eps1eps2 * d[k][j].eps1eps2).iter().sum::<f64>();

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use density::dynamics::State;
 use density::flow::{Accuracy, Flow};
 use density::model::PlanarHamiltonian;
+use density::model::plane::State;
 use density::orbits::Orbits;
 use density::sampling::draw as draw_samples;
 

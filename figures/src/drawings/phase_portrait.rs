@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use density::dynamics::Force;
+use density::model::PlanarHamiltonian;
+use density::model::parameter::Parameter;
+use density::model::registry::Planar;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::{CONTOUR, TURN, critical, e_axis, mirrored, phi_axis};
@@ -27,13 +29,13 @@ const LEVELS: usize = 15;
 
 /// Draws it.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
-    let force = scene.problem.model;
+    let model = scene.problem.model;
     let phi = scene.phi_range();
-    let points = hamiltonian::stationary_points(force);
+    let points = hamiltonian::stationary_points(model);
     let cloudy = scene.clouds().into_iter().flatten().map(|cloud| cloud.e.end);
     let highest = cloudy.chain(points.iter().map(|point| point.e + 0.03)).fold(0.9, f64::max).min(0.99);
-    let still = hamiltonian::still_circle(force).filter(|e| *e < highest);
-    let borders = sub_domains::borders(force, &points);
+    let still = hamiltonian::still_circle(model).filter(|e| *e < highest);
+    let borders = sub_domains::borders(model, &points);
     let (line, line_name) = critical(scene, &phi);
     let mean = &scene.problem.initial;
     let start = mean.mean_phi + crate::branch::shift_into(&phi, &(mean.mean_phi..mean.mean_phi));
@@ -52,14 +54,13 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     ];
     let key: Vec<_> =
         entries.into_iter().filter(|(exists, ..)| *exists).map(|(_, sample, words)| (sample, words)).collect();
-    let levels = levels(force, highest);
-    let contours = |level: &f64, stroke| mirrored(&hamiltonian::contour(force, *level), &phi, stroke);
+    let levels = levels(model, highest);
+    let contours = |level: &f64, stroke| mirrored(&hamiltonian::contour(model, *level), &phi, stroke);
     let caption = format!(
-        "Contours of the Hamiltonian for C = {} and W = {}; satellites move along them. {} φ and φ + 2π are the same. \
+        "Contours of the Hamiltonian for {}; satellites move along them. {} φ and φ + 2π are the same. \
          Corresponds to Fig. 1 of Sun et al. (2022), whose points P1 and P4 are e = 0 and the saddle.",
-        force.radiation,
-        force.oblateness,
-        sub_domains_in_words(&sub_domains::present(force, &points, highest), !borders.is_empty())
+        parameters_in_words(&model),
+        sub_domains_in_words(&sub_domains::present(model, &points, highest), !borders.is_empty())
     );
     Figure::draw(&scene.figure_name("phase-portrait"), "Phase portrait", &caption, (760, 430), &key, |area| {
         let panel = Panel::new(area, &phi_axis(phi.clone(), 7), &e_axis(0.0..highest, 9), Surroundings::default())?;
@@ -87,6 +88,16 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     })
 }
 
+/// The model's parameters: `C = 0.15 and W = 0.40921`.
+fn parameters_in_words(model: &Planar) -> String {
+    let said = |(parameter, value): (Parameter, f64)| format!("{} = {value}", parameter.symbol);
+    let said: Vec<String> = model.parameters().into_iter().map(said).collect();
+    match said.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        _ => said.concat(),
+    }
+}
+
 /// What each sub-domain is, and which are not there.
 fn sub_domains_in_words(present: &BTreeSet<Motion>, has_borders: bool) -> String {
     let named = present.iter().map(|motion| match motion.number() {
@@ -94,6 +105,9 @@ fn sub_domains_in_words(present: &BTreeSet<Motion>, has_borders: bool) -> String
         None => format!("without a number: {}", motion.words()),
     });
     let named = named.collect::<Vec<_>>().join("; ");
+    if present.contains(&Motion::Unsorted) {
+        return format!("Here, {}.", Motion::Unsorted.words());
+    }
     let absent: Vec<String> = [Motion::AboutPi, Motion::Round, Motion::AboutZero]
         .into_iter()
         .filter(|motion| !present.contains(motion))
@@ -115,11 +129,11 @@ fn copies(point: &Stationary, phi: &Range<f64>) -> Vec<Point> {
 }
 
 /// Levels that divide the plane shown into parts of about the same area.
-fn levels(force: Force, highest: f64) -> Vec<f64> {
+fn levels(model: Planar, highest: f64) -> Vec<f64> {
     const SIDE: usize = 40;
     let middle = |i: usize| (i as f64 + 0.5) / SIDE as f64;
     let mut values: Vec<f64> = (0..SIDE * SIDE)
-        .map(|k| hamiltonian::at(force, std::f64::consts::PI * middle(k / SIDE), highest * middle(k % SIDE)))
+        .map(|k| hamiltonian::at(model, std::f64::consts::PI * middle(k / SIDE), highest * middle(k % SIDE)))
         .collect();
     values.sort_by(f64::total_cmp);
     (0..LEVELS).filter_map(|k| values.get((2 * k + 1) * values.len() / (2 * LEVELS)).copied()).collect()

@@ -1,5 +1,6 @@
 //! What was run, and what came out of it in a few words.
 
+use density::model::PlanarHamiltonian;
 use maud::{Markup, html};
 
 use super::Drawn;
@@ -205,9 +206,7 @@ pub fn what_was_run(results: &Results) -> Markup {
 /// The scenarios with their parameters.
 pub fn scenarios(drawn: &Drawn<'_>) -> Markup {
     type Row = (&'static str, &'static str, fn(&Scene<'_>) -> String);
-    let rows: [Row; 9] = [
-        ("radiation parameter C", "", |s| s.problem.model.radiation.to_string()),
-        ("oblateness parameter W", "", |s| s.problem.model.oblateness.to_string()),
+    let rows: [Row; 7] = [
         ("initial mean solar angle", "rad", |s| s.problem.initial.mean_phi.to_string()),
         ("initial mean eccentricity", "", |s| s.problem.initial.mean_e.to_string()),
         ("initial standard deviation of the solar angle", "rad", |s| s.problem.initial.sigma_phi.to_string()),
@@ -221,13 +220,34 @@ pub fn scenarios(drawn: &Drawn<'_>) -> Markup {
             table.words {
                 caption { "The scenarios: force, initial Gaussian, snapshots, disposal." }
                 thead { tr { th scope="col" { "parameter" } th scope="col" { "unit" } @for (scene, _) in &drawn.scenes { th scope="col" { (scene.name) } } } }
-                tbody { @for (name, unit, value) in rows { tr {
+                tbody { @for (name, symbol) in parameters(drawn) { tr {
+                    th scope="row" { (name) " parameter " (symbol) } td { "–" }
+                    @for (scene, _) in &drawn.scenes { td { (parameter(scene, name)) } }
+                } }
+                @for (name, unit, value) in rows { tr {
                     th scope="row" { (name) } td { (if unit.is_empty() { "–" } else { unit }) }
                     @for (scene, _) in &drawn.scenes { td { (value(scene)) } }
                 } } }
             }
         }
     }
+}
+
+/// The names and symbols of the parameters that the scenarios' models have, each once.
+fn parameters(drawn: &Drawn<'_>) -> Vec<(&'static str, &'static str)> {
+    let mut names = Vec::new();
+    for (parameter, _) in drawn.scenes.iter().flat_map(|(scene, _)| scene.problem.model.parameters()) {
+        if !names.contains(&(parameter.name, parameter.symbol)) {
+            names.push((parameter.name, parameter.symbol));
+        }
+    }
+    names
+}
+
+/// The value of a parameter in a scenario; a dash if its model has no such parameter.
+fn parameter(scene: &Scene<'_>, name: &str) -> String {
+    let found = scene.problem.model.parameters().into_iter().find(|(parameter, _)| parameter.name == name);
+    found.map_or("–".into(), |(_, value)| value.to_string())
 }
 
 fn bins(scene: &Scene<'_>) -> String {

@@ -175,10 +175,11 @@ pub fn table(code: u32) -> Option<&'static KindTable> {
 }
 
 /// The fields that a header has because of its kind, with offsets from its beginning.
-pub(crate) fn fields(header: &SnapshotHeader) -> Vec<Field> {
+pub(crate) fn fields(header: &SnapshotHeader) -> Vec<(String, Field)> {
     let area = std::mem::offset_of!(SnapshotHeader, details);
     let fields = table(header.kind).map_or(&[][..], |kind| kind.details);
-    fields.iter().map(|field| Field { offset: area + field.offset, ..*field }).collect()
+    let named = |field: &Field| (field.name.to_owned(), Field { offset: area + field.offset, ..*field });
+    fields.iter().filter(|field| field.name != "reserved").map(named).collect()
 }
 
 impl SnapshotHeader {

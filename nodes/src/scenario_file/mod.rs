@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use density::dynamics::Force;
-use density::problem::{InitialGaussian, MOST_YEARS, Problem};
+use density::model::PlanarHamiltonian;
+use density::model::registry::{DEFAULT_FORCES, Planar};
+use density::problem::{InitialGaussian, Problem};
 use density::problem_error::{Field, ProblemError};
-use messages::layout::MOST_SNAPSHOTS;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -13,34 +13,32 @@ use crate::file_kind::FileKind;
 use crate::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use crate::plain_number::plain;
 
+use orbit::{Model, Orbit};
+use times::Times;
+
+mod orbit;
+mod times;
+
+pub use times::is_right_number_of_times;
+
 /// A scenario as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScenarioFile {
     /// Its name.
     pub name: String,
     /// The problem.
-    pub problem: Problem,
+    pub problem: Problem<Planar>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Raw {
     name: Spanned<String>,
+    model: Option<Model>,
     orbit: Spanned<Orbit>,
     initial: Initial,
     times: Spanned<Times>,
     disposal: Disposal,
-}
-
-/// Either both dimensionless parameters, or what Eq. 2 derives them from.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Orbit {
-    radiation: Option<Spanned<f64>>,
-    oblateness: Option<Spanned<f64>>,
-    semi_major_axis: Option<Spanned<f64>>,
-    area_to_mass: Option<Spanned<f64>>,
-    reflectivity: Option<Spanned<f64>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -50,14 +48,6 @@ struct Initial {
     e: Spanned<f64>,
     delta_phi: Spanned<f64>,
     delta_e: Spanned<f64>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Times {
-    end: Option<Spanned<f64>>,
-    step: Option<Spanned<f64>>,
-    at: Option<Spanned<Vec<f64>>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -91,9 +81,9 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
         sigma_phi: 0.5 * delta_phi.get_ref(),
         sigma_e: 0.5 * delta_e.get_ref(),
     };
-    let force = force(file, &raw.orbit)?;
-    let times = times(file, &raw.times)?;
-    let problem = Problem::new(force, initial, times, *raw.disposal.critical_e.get_ref());
+    let model = orbit::read(file, raw.model.as_ref(), &raw.orbit)?;
+    let times = times::read(file, &raw.times)?;
+    let problem = Problem::new(model, initial, times, *raw.disposal.critical_e.get_ref());
     Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem: problem.map_err(|error| raw.locate(file, &error))? })
 }
 
@@ -115,80 +105,15 @@ impl Raw {
     fn locate(&self, file: &InputFile, error: &ProblemError) -> InputError {
         let problem = in_words(error);
         let number = |value: &Spanned<f64>| file.error(value, &problem);
-        let Times { end, at, .. } = self.times.get_ref();
         match error.field {
-            Field::Parameter(name) => self.orbit.get_ref().locate(file, name, &self.orbit, &problem),
+            Field::Parameter(name) => Orbit::locate(&self.orbit, file, name, &problem),
             Field::MeanPhi => number(&self.initial.phi),
             Field::MeanE => number(&self.initial.e),
             Field::DeltaPhi => number(&self.initial.delta_phi),
             Field::DeltaE => number(&self.initial.delta_e),
             Field::CriticalE => number(&self.disposal.critical_e),
-            Field::Times => match (at, end) {
-                (Some(at), _) => file.error(at, &problem),
-                (None, Some(end)) => number(end),
-                (None, None) => file.error(&self.times, &problem),
-            },
+            Field::Times => Times::locate(&self.times, file, &problem),
         }
-    }
-}
-
-impl Orbit {
-    /// The line and key of the parameter `name`; of the whole table if it follows from others.
-    fn locate(&self, file: &InputFile, name: &str, table: &Spanned<Self>, problem: &str) -> InputError {
-        let value = match name {
-            "radiation" => &self.radiation,
-            "oblateness" => &self.oblateness,
-            "semi_major_axis" => &self.semi_major_axis,
-            "area_to_mass" => &self.area_to_mass,
-            "reflectivity" => &self.reflectivity,
-            _ => &None,
-        };
-        match value {
-            Some(value) => file.error(value, problem),
-            None => file.error(table, &format!("gives {name}: {problem}")),
-        }
-    }
-}
-
-fn number(
-    file: &InputFile,
-    value: &Spanned<f64>,
-    range: &str,
-    is_right: impl Fn(f64) -> bool,
-) -> Result<f64, InputError> {
-    let x = *value.get_ref();
-    if x.is_finite() && is_right(x) {
-        Ok(x)
-    } else {
-        Err(file.error(value, &format!("{} is not allowed, it must be {range}", plain(x))))
-    }
-}
-
-fn force(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Force, InputError> {
-    match orbit.get_ref() {
-        Orbit {
-            radiation: Some(radiation),
-            oblateness: Some(oblateness),
-            semi_major_axis: None,
-            area_to_mass: None,
-            reflectivity: None,
-        } => Ok(Force { radiation: *radiation.get_ref(), oblateness: *oblateness.get_ref() }),
-        Orbit {
-            radiation: None,
-            oblateness: None,
-            semi_major_axis: Some(a),
-            area_to_mass: Some(ratio),
-            reflectivity: Some(reflectivity),
-        } => Force::from_orbit(*a.get_ref(), *ratio.get_ref(), *reflectivity.get_ref()).map_err(|error| {
-            match error.field {
-                Field::Parameter(name) => orbit.get_ref().locate(file, name, orbit, &in_words(&error)),
-                _ => file.error(orbit, &in_words(&error)),
-            }
-        }),
-        _ => Err(file.error(
-            orbit,
-            "must have either radiation and oblateness, or semi_major_axis, area_to_mass and reflectivity",
-        )),
     }
 }
 
@@ -197,73 +122,17 @@ fn in_words(error: &ProblemError) -> String {
     format!("{} is not allowed, it must be {}", plain(error.value), error.right)
 }
 
-/// Either the end and a step, or the times themselves.
-fn times(file: &InputFile, times: &Spanned<Times>) -> Result<Vec<f64>, InputError> {
-    match times.get_ref() {
-        Times { end: Some(end), step: Some(step), at: None } => stepped_times(file, end, step),
-        Times { end: None, step: None, at: Some(at) } => listed_times(file, at),
-        _ => Err(file.error(times, "must have either end and step, or at")),
-    }
-}
-
-/// How many snapshots a scenario may have: as many as a message holds.
-pub fn is_right_number_of_times(times: usize) -> bool {
-    (2..=MOST_SNAPSHOTS).contains(&times)
-}
-
-fn listed_times(file: &InputFile, at: &Spanned<Vec<f64>>) -> Result<Vec<f64>, InputError> {
-    if !is_right_number_of_times(at.get_ref().len()) {
-        return Err(file.error(at, &format!("must be 2 to {MOST_SNAPSHOTS} times")));
-    }
-    let list = at.get_ref();
-    let is_close = |gap: f64| gap > 0.0 && gap < LEAST_GAP * (1.0 - ROUNDING);
-    if let Some(close) = list.windows(2).find(|pair| is_close(pair[1] - pair[0])) {
-        let [before, after] = [close[0], close[1]].map(plain);
-        return Err(
-            file.error(at, &format!("{before} and {after} are too close, times must be at least 1e-6 yr apart"))
-        );
-    }
-    Ok(list.clone())
-}
-
-/// Least time between two snapshots \[yr\].
-const LEAST_GAP: f64 = 1e-6;
-/// What times that were written with few digits may miss that by.
-const ROUNDING: f64 = 1e-6;
-
-fn stepped_times(file: &InputFile, end_at: &Spanned<f64>, every: &Spanned<f64>) -> Result<Vec<f64>, InputError> {
-    let end = number(file, end_at, "at least 1e-6 and at most 1000 yr", |x| (LEAST_GAP..=MOST_YEARS).contains(&x))?;
-    let step = number(file, every, "at least 1e-6 yr and at most end", |x| (LEAST_GAP..=end).contains(&x))?;
-    let steps = (end / step).round();
-    if (steps * step - end).abs() > 1e-9 * end {
-        let nearest = end / steps;
-        return Err(file.error(every, &format!("{step} does not divide end = {end}; {nearest} would")));
-    }
-    let most = MOST_SNAPSHOTS as f64 - 1.0;
-    if steps > most {
-        let problem = format!(
-            "{} snapshots are more than a message holds, {MOST_SNAPSHOTS}; step must be at least {}",
-            steps + 1.0,
-            end / most
-        );
-        return Err(file.error(every, &problem));
-    }
-    Ok((0..=steps as u32).map(|k| if f64::from(k) == steps { end } else { as_meant(f64::from(k) * step) }).collect())
-}
-
-/// A multiple of a step as a person would write it: six times 0.2 is 1.2, not 1.2000000000000002.
-fn as_meant(multiple: f64) -> f64 {
-    format!("{multiple:.11e}").parse().unwrap_or(multiple)
-}
-
 /// The text of a scenario file that says `problem`.
-pub fn to_text(name: &str, problem: &Problem) -> String {
-    let Problem { model: force, initial, times, critical_e } = problem;
+pub fn to_text(name: &str, problem: &Problem<Planar>) -> String {
+    let Problem { model, initial, times, critical_e } = problem;
+    let parameters = model.parameters();
+    let forces: Vec<&str> = parameters.iter().map(|(parameter, _)| parameter.force).collect();
+    let forces = if forces == DEFAULT_FORCES { String::new() } else { format!("[model]\nforces = {forces:?}\n\n") };
+    let orbit: String =
+        parameters.iter().map(|(parameter, value)| format!("{} = {value:?}\n", parameter.name)).collect();
     format!(
-        "name = \"{name}\"\n\n[orbit]\nradiation = {:?}\noblateness = {:?}\n\n[initial]\nphi = {:?}\ne = {:?}\n\
+        "name = \"{name}\"\n\n{forces}[orbit]\n{orbit}\n[initial]\nphi = {:?}\ne = {:?}\n\
          delta_phi = {:?}\ndelta_e = {:?}\n\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = {critical_e:?}\n",
-        force.radiation,
-        force.oblateness,
         initial.mean_phi,
         initial.mean_e,
         2.0 * initial.sigma_phi,
@@ -311,7 +180,8 @@ mod tests {
     #[test]
     fn a_problem_survives_the_way_through_a_file() {
         let shortest = GOOD.replace("end = 2.0\nstep = 0.5", "end = 63e-6\nstep = 1e-6");
-        for text in [GOOD, &shortest] {
+        let forces = "[model]\nforces = [\"srp\", \"j2\", \"sun\", \"moon\"]\n[orbit]\nsun = 4.76e-4\nmoon = 0.001\n";
+        for text in [GOOD, &shortest, &GOOD.replace("[orbit]\n", forces)] {
             let scenario = load(text).unwrap();
             assert_eq!(load(&to_text(&scenario.name, &scenario.problem)).unwrap(), scenario);
         }
@@ -321,8 +191,51 @@ mod tests {
     fn parameters_follow_from_the_orbit() {
         let orbit = "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2";
         let scenario = load_with("radiation = 0.15\noblateness = 0.40921", orbit).unwrap();
-        assert!((scenario.problem.model.oblateness - 0.40921).abs() < 1e-5);
-        assert!(scenario.problem.model.radiation > 0.0);
+        let parameters = scenario.problem.model.parameters();
+        assert!((parameters[1].1 - 0.40921).abs() < 1e-5 && parameters[0].1 > 0.0, "{parameters:?}");
+    }
+
+    #[test]
+    fn a_file_names_the_forces_that_act_with_a_parameter_each_or_the_satellite() {
+        let orbit = "radiation = 0.15\noblateness = 0.40921\n";
+        let with = |forces: &str, parameters: &str| {
+            let model =
+                load_with("[orbit]\n", &format!("[model]\nforces = {forces}\n[orbit]\n{parameters}"))?.problem.model;
+            let values: Vec<f64> = model.parameters().into_iter().map(|(_, value)| value).collect();
+            Ok::<_, InputError>((model.name(), values))
+        };
+        assert_eq!(with("[\"j2\", \"srp\"]", "").unwrap(), ("planar", vec![0.15, 0.40921]));
+        let all = "[\"srp\", \"j2\", \"sun\", \"moon\"]";
+        let (name, values) = with(all, "sun = 4.76e-4\nmoon = 1.037e-3\n").unwrap();
+        assert_eq!((name, values), ("planar-sun-moon", vec![0.15, 0.40921, 4.76e-4, 1.037e-3]));
+        let (name, values) = with("[\"srp\", \"j2\", \"sun\"]", "sun = 4.76e-4\n").unwrap();
+        assert_eq!((name, values[3]), ("planar-sun-moon", 0.0));
+        let satellite = GOOD.replace(orbit, "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2\n");
+        let sun = satellite.replace("[orbit]", "[model]\nforces = [\"j2\", \"sun\"]\n[orbit]");
+        let values: Vec<f64> =
+            load(&sun).unwrap().problem.model.parameters().into_iter().map(|(_, value)| value).collect();
+        assert!(values[0] == 0.0 && (values[2] - 4.76224e-4).abs() < 1e-8 && values[3] == 0.0, "{values:?}");
+        let told = |forces: &str, parameters: &str| with(forces, parameters).unwrap_err().to_string();
+        let refused = |forces: &str, parameters: &str, words: &str| {
+            let told = told(forces, parameters);
+            assert!(told.contains(words), "{told}");
+        };
+        refused(
+            "[\"drag\"]",
+            "",
+            "s.toml:3: model.forces: \"drag\" is no force, there are \"srp\", \"j2\", \"sun\", \"moon\"",
+        );
+        refused("[\"srp\", \"srp\"]", "", "for the second time");
+        refused("[]", "", "names no force");
+        refused(all, "", "s.toml:4: orbit: must have either radiation, oblateness, sun and moon, or semi_major_axis");
+        refused(
+            "[\"srp\", \"j2\"]",
+            "sun = 1e-4\n",
+            "s.toml:5: orbit.sun: has no effect: its force \"sun\" is not in model.forces",
+        );
+        refused(all, "sun = 2.0\nmoon = 0.0\n", "orbit.sun: 2.0 is not allowed, it must be 0 or greater, at most 1");
+        let mixed = satellite.replace("[orbit]", "[orbit]\nradiation = 0.1");
+        assert!(load(&mixed).unwrap_err().to_string().contains("orbit.radiation: follows from semi_major_axis"));
     }
 
     #[test]
@@ -331,7 +244,7 @@ mod tests {
             ("delta_e = 0.05", "delta_e = 0.0", 9, "initial.delta_e", "at least 1e-9"),
             ("e = 0.145", "e = 1.0", 7, "initial.e", "between 0 and 1"),
             ("step = 0.5", "step = 0.3", 12, "times.step", "does not divide end = 2"),
-            ("step = 0.5", "step = 0.01", 12, "times.step", "more than a message holds"),
+            ("step = 0.5", "step = 1e-4", 12, "times.step", "more than a message holds"),
             ("step = 0.5", "", 10, "times", "either end and step, or at"),
             ("end = 2.0\nstep = 0.5", "at = [0.0, 2.0, 1.0]", 11, "times.at", "ascend"),
             (
