@@ -102,14 +102,14 @@ fn bins(said: &[Projection]) -> Result<(usize, usize), String> {
         Some(&Projection { first: (0, phi), second: Some((1, e)) }) => (phi, e),
         _ => return Err("projections: the first must be phi and e".into()),
     };
-    if said != projections(bins) {
-        return Err(format!("projections: it has {said:?}, a planar model is compared in {:?}", projections(bins)));
-    }
     if [bins.0, bins.1].iter().any(|bins| *bins > MOST_BINS) {
         return Err(format!(
             "projections: a grid of {} x {} bins, at most {MOST_BINS} an axis are allowed",
             bins.0, bins.1
         ));
+    }
+    if said != projections(bins) {
+        return Err(format!("projections: it has {said:?}, a planar model is compared in {:?}", projections(bins)));
     }
     Ok(bins)
 }

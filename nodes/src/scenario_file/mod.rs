@@ -233,7 +233,7 @@ mod tests {
             "sun = 1e-4\n",
             "s.toml:5: orbit.sun: has no effect: its force \"sun\" is not in model.forces",
         );
-        refused(all, "sun = 2.0\nmoon = 0.0\n", "orbit.sun: 2.0 is not allowed, it must be 0 or greater, at most 1");
+        refused(all, "sun = 2.0\nmoon = 0.0\n", "orbit.sun: 2 is not allowed, it must be 0 or greater, at most 1");
         let mixed = satellite.replace("[orbit]", "[orbit]\nradiation = 0.1");
         assert!(load(&mixed).unwrap_err().to_string().contains("orbit.radiation: follows from semi_major_axis"));
     }
