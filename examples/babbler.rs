@@ -93,7 +93,7 @@ fn lie(domain: &Domain, run_id: u64) {
         let snapshot = SnapshotHeader { run_id, count: 5, rows: 1, label, ..SnapshotHeader::default() };
         let snapshot = snapshot.with(Samples::INDEPENDENT);
         domain.outlet::<Snapshot>(2)?.send_items(snapshot, &[1.0, 0.5])?;
-        let density = DensityHeader { run_id, count: 5, phi_bins: 1, e_bins: 1, label, ..DensityHeader::default() };
+        let density = DensityHeader { run_id, count: 5, quantities: 1, label, ..DensityHeader::default() };
         domain.outlet::<Density>(3)?.send_items(density, &[1.0; 3])?;
         let end = ComparisonHeader { run_id, kind: comparison::END, ..ComparisonHeader::default() };
         domain.outlet::<Comparison>(1)?.send_items(end, &[])

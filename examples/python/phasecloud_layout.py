@@ -118,7 +118,7 @@ class SamplesDetails(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/3/Samples"
+        return "phasecloud/SnapshotHeader/4/Samples"
 
 
 class CharacteristicsDetails(ctypes.Structure):
@@ -128,7 +128,7 @@ class CharacteristicsDetails(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/3/Characteristics"
+        return "phasecloud/SnapshotHeader/4/Characteristics"
 
 
 class MixtureDetails(ctypes.Structure):
@@ -141,7 +141,7 @@ class MixtureDetails(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/3/Mixture"
+        return "phasecloud/SnapshotHeader/4/Mixture"
 
 
 DETAILS = {SAMPLES: SamplesDetails, CHARACTERISTICS: CharacteristicsDetails, MIXTURE: MixtureDetails}
@@ -167,6 +167,7 @@ class SnapshotHeader(ctypes.Structure):
         ("time", c_double),
         ("seconds", c_double),
         ("total", c_uint64),
+        ("trajectories", c_uint64),
         ("scenario", c_uint32),
         ("index", c_uint32),
         ("count", c_uint32),
@@ -183,7 +184,7 @@ class SnapshotHeader(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/3"
+        return "phasecloud/SnapshotHeader/4"
 
 
 class PassageHeader(ctypes.Structure):

@@ -13,10 +13,10 @@ use super::verdict::{Findings, Rule};
 
 /// Judges all messages that a propagator sent about a scenario.
 pub fn judge(findings: &mut Findings, answer: &Answer) {
-    let name = &answer.assignment.name;
+    let name = &answer.assignment.said.name;
     let snapshots = &answer.heard.snapshots;
     if answer.outcome.is_done() {
-        let (sent, right) = (snapshots.len(), answer.assignment.problem.times.len());
+        let (sent, right) = (snapshots.len(), answer.assignment.times.len());
         let seen = format!("{name}: {sent} of {right}");
         findings.take(Rule::Count, if sent == right { Ok(seen) } else { Err(seen) });
     }
@@ -58,7 +58,7 @@ fn judge_snapshot(
                 snapshot_rules::Rule::Time => Rule::Times,
                 snapshot_rules::Rule::Shape => Rule::Shape,
                 snapshot_rules::Rule::Finite => Rule::Finite,
-                snapshot_rules::Rule::Eccentricity => Rule::Eccentricity,
+                snapshot_rules::Rule::Range => Rule::Eccentricity,
             };
             (rule, breach.what)
         })
@@ -74,7 +74,7 @@ fn judge_snapshot(
         }
     }
     for (rule, what) in &problems {
-        findings.problem(*rule, format!("{}, snapshot {k}: {what}", assignment.name));
+        findings.problem(*rule, format!("{}, snapshot {k}: {what}", assignment.said.name));
     }
     problems.into_iter().map(|(rule, _)| rule).collect()
 }
@@ -83,7 +83,7 @@ fn judge_passage(
     assignment: &Assignment,
     Received { header, items }: &Received<PassageHeader>,
 ) -> Result<String, String> {
-    let signed = (header.run_id, header.scenario) == (assignment.run_id, assignment.scenario);
+    let signed = (header.run_id, header.scenario) == (assignment.said.run_id, assignment.scenario());
     if !signed || unpack(&header.label) != LABEL {
         let label = unpack(&header.label);
         return Err(format!("it is signed \"{label}\", run {:012x}, scenario {}", header.run_id, header.scenario));
@@ -95,7 +95,7 @@ fn judge_passage(
     if header.rows as usize != PASSAGE_TIMES || items.len() != PASSAGE_TIMES * PASSAGE_COLUMNS {
         return Err(format!("{} rows and {} numbers, not {PASSAGE_TIMES} rows", header.rows, items.len()));
     }
-    let end = assignment.problem.times.last().copied().unwrap_or(0.0);
+    let end = assignment.times.last().copied().unwrap_or(0.0);
     for (row, time) in items.chunks_exact(PASSAGE_COLUMNS).zip(curve_times(end, PASSAGE_TIMES)) {
         let &[t, ..] = row else { continue };
         let off = (t - time).abs();

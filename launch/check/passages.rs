@@ -4,9 +4,10 @@ use density::first_passage::empirical::empirical_curve;
 use density::first_passage::times::first_passage_times;
 use density::flow::Flow;
 use density::sampling::{Draws, Plan};
-use messages::layout::{DensityHeader, PassageHeader};
+use messages::layout::PassageHeader;
 use nodes::assignment::Assignment;
 use nodes::passage_rules::{breach, doubts, rows};
+use nodes::reading::Reading;
 
 use super::amount::to_within;
 use super::answer::Received;
@@ -27,13 +28,13 @@ const SIGMAS: f64 = 5.0;
 pub fn judge(
     assignment: &Assignment,
     Received { header, items }: &Received<PassageHeader>,
-    snapshots: &[DensityHeader],
+    snapshots: &[Reading],
 ) -> Result<String, String> {
     if items.is_empty() || breach(items).is_some() {
         return Ok(String::new()); // there is no curve, or it has been judged already
     }
-    let snapshots: Vec<&DensityHeader> = snapshots.iter().collect();
-    if let Some(doubt) = doubts(items, header.samples, &assignment.problem, &snapshots).into_iter().next() {
+    let snapshots: Vec<&Reading> = snapshots.iter().collect();
+    if let Some(doubt) = doubts(items, header.samples, assignment, &snapshots).into_iter().next() {
         return Err(doubt);
     }
     let right = own_curve(assignment)?;
@@ -60,7 +61,7 @@ pub fn judge(
 
 /// The curve of orbits of our own.
 fn own_curve(assignment: &Assignment) -> Result<Vec<f64>, String> {
-    let (problem, times) = (&assignment.problem, assignment.passage_times());
+    let (problem, times) = (&assignment.plane().map_err(|e| e.to_string())?.problem, assignment.passage_times());
     let plan = Plan { draws: Draws::Sobol, seed: 1, replicates: std::num::NonZeroUsize::MIN };
     let (x1, x2) = plan.draw(&problem.initial, ORBITS);
     let end = times.last().copied().unwrap_or(0.0);

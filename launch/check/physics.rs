@@ -7,15 +7,15 @@ use std::f64::consts::SQRT_2;
 use density::angle::nearest;
 use density::binning;
 use density::dynamics::{State, density_growth, density_growth_without_jacobian};
-use density::estimate::{Estimate, Moments};
 use density::exact::{Exact, Settings};
 use density::flow::Flow;
 use density::model::PlanarHamiltonian;
 use messages::content::{Characteristics, Content};
 use messages::layout::{DensityHeader, SnapshotHeader};
-use nodes::assignment::Assignment;
+use nodes::assignment::{Assignment, Plane};
 use nodes::kind::{self, Estimated, Snapshot, Trajectories, groups};
 use nodes::method::Case;
+use nodes::reading::Reading;
 use nodes::snapshot_rules::decode;
 
 use super::amount::{amount, to_within};
@@ -33,7 +33,7 @@ const GENEROUS: f64 = 0.1;
 const MASS: f64 = 0.01;
 /// Tolerated error of the sum of a mixture's weights.
 const WEIGHTS: f64 = 1e-6;
-/// Names of the moments, in the order of [`Moments::to_array`].
+/// Names of the moments, in the order of a message.
 const MOMENTS: [&str; 6] = ["mean phi", "std phi", "mean e", "std e", "covariance", "probability above critical e"];
 
 /// A snapshot in columns, at its time.
@@ -70,6 +70,7 @@ impl Table<'_> {
 /// Judges all snapshots of an answer, up to the first that is not even a snapshot.
 pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     let assignment = &answer.assignment;
+    let Some(plane) = &assignment.plane else { return };
     let table = |(index, received)| {
         let Received { header, items }: &Received<SnapshotHeader> = received;
         let snapshot = decode(header, items, assignment, index).ok()?;
@@ -78,42 +79,44 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     let tables: Vec<Table> = answer.heard.snapshots.iter().enumerate().map_while(table).collect();
     let Some(first) = tables.first() else { return };
     let named = |result: Result<String, String>| {
-        let name = |text: String| format!("{}: {text}", assignment.name);
+        let name = |text: String| format!("{}: {text}", assignment.said.name);
         result.map(name).map_err(name)
     };
     let (trajectories, first) = (first.trajectories(), first.snapshot.content);
     if trajectories == Trajectories::Ordered || (trajectories == Trajectories::Unordered && !redrawn) {
-        findings.take(Rule::Hamiltonian, named(hamiltonian(assignment, &tables)));
+        findings.take(Rule::Hamiltonian, named(hamiltonian(plane, &tables)));
     }
     if let Content::Characteristics(characteristics) = first {
-        findings.take(Rule::CarriedDensity, named(carried_density(assignment, &characteristics, &tables)));
+        findings.take(Rule::CarriedDensity, named(carried_density(plane, &characteristics, &tables)));
     }
     let mut case = Case::default();
     let mut worst = Worst::default();
     let mut least_mass = f64::INFINITY;
     let mut densities = Vec::new();
     for table in &tables {
-        let estimate = match case.estimate(&table.snapshot, assignment) {
+        let estimated = match case.estimate(&table.snapshot, assignment) {
             Ok(estimated) => {
-                densities.push(summary(table, &estimated));
-                estimated.estimate
+                densities.extend(reading(table, &estimated, assignment));
+                estimated
             }
             Err(why) => {
                 let seen = named(Err(format!("snapshot {}: no density can be made of it: {why}", table.index)));
                 return findings.take(Rule::Mass, seen);
             }
         };
-        match mass(table, &estimate) {
+        match mass(table, &estimated) {
             Ok(mass) if mass.is_nan() => {
-                findings.good(Rule::Mass, format!("{}, snapshot {}: withheld", assignment.name, table.index));
+                findings.good(Rule::Mass, format!("{}, snapshot {}: withheld", assignment.said.name, table.index));
             }
             Ok(mass) => least_mass = least_mass.min(mass),
-            Err(why) => findings.problem(Rule::Mass, format!("{}, snapshot {}: {why}", assignment.name, table.index)),
+            Err(why) => {
+                findings.problem(Rule::Mass, format!("{}, snapshot {}: {why}", assignment.said.name, table.index))
+            }
         }
-        worst.take(assignment, table, &estimate.moments);
+        worst.take(plane, table, &estimated.values[..MOMENTS.len()]);
     }
     if least_mass.is_finite() {
-        findings.good(Rule::Mass, format!("{}: at least {least_mass:.4}", assignment.name));
+        findings.good(Rule::Mass, format!("{}: at least {least_mass:.4}", assignment.said.name));
     }
     findings.take(Rule::Moments, named(worst.verdict()));
     for passage in &answer.heard.passages {
@@ -125,24 +128,26 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
 }
 
 /// What a snapshot came to, as the recorder hears of it.
-fn summary(table: &Table, estimated: &Estimated) -> DensityHeader {
-    DensityHeader {
+fn reading(table: &Table, estimated: &Estimated, assignment: &Assignment) -> Option<Reading> {
+    let header = DensityHeader {
         time: table.time(),
-        moments: estimated.estimate.moments.to_array(),
-        standard_errors: estimated.estimate.standard_errors.to_array(),
+        index: table.index as u32,
+        quantities: estimated.values.len() as u32,
         diagnostic: estimated.diagnostic,
         diagnostics: estimated.diagnostics,
+        mass_on_grid: estimated.mass_on_grid,
         ..DensityHeader::default()
-    }
+    };
+    Reading::new(header, &estimated.numbers(), assignment).ok()
 }
 
 /// The largest change of the Hamiltonian of a row since the first snapshot. Rows that are not told to keep their places are
 /// compared in the order of their Hamiltonians: the largest difference of sorted values is never above that of the rows.
-fn hamiltonian(assignment: &Assignment, tables: &[Table]) -> Result<String, String> {
+fn hamiltonian(plane: &Plane, tables: &[Table]) -> Result<String, String> {
     let keep_places = tables[0].trajectories() == Trajectories::Ordered;
     let values = |table: &Table| {
         let mut values: Vec<f64> =
-            table.states().into_iter().map(|state| assignment.problem.model.hamiltonian(state)).collect();
+            table.states().into_iter().map(|state| plane.problem.model.hamiltonian(state)).collect();
         if !keep_places {
             values.sort_by(f64::total_cmp);
         }
@@ -172,8 +177,8 @@ fn hamiltonian(assignment: &Assignment, tables: &[Table]) -> Result<String, Stri
 }
 
 /// The largest relative error of the density along characteristics.
-fn carried_density(assignment: &Assignment, first: &Characteristics, tables: &[Table]) -> Result<String, String> {
-    let initial = &assignment.problem.initial;
+fn carried_density(plane: &Plane, first: &Characteristics, tables: &[Table]) -> Result<String, String> {
+    let initial = &plane.problem.initial;
     let growth = match first {
         Characteristics::HullMesh { as_printed: true, .. } => density_growth_without_jacobian,
         _ => density_growth,
@@ -201,7 +206,7 @@ fn carried_density(assignment: &Assignment, first: &Characteristics, tables: &[T
 }
 
 /// The comparison grid holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the probability lies outside.
-fn mass(table: &Table, estimate: &Estimate) -> Result<f64, String> {
+fn mass(table: &Table, estimated: &Estimated) -> Result<f64, String> {
     let outside = (-8.0f64).exp();
     if let Content::Mixture(_) = table.snapshot.content {
         let sum: f64 = table.columns[0].iter().sum();
@@ -216,7 +221,7 @@ fn mass(table: &Table, estimate: &Estimate) -> Result<f64, String> {
         }
         _ => MASS,
     };
-    let mass = estimate.mass();
+    let mass = estimated.mass_on_grid;
     if table.may_withhold() && mass.is_nan() {
         return Ok(mass);
     }
@@ -234,10 +239,10 @@ struct Worst {
 
 impl Worst {
     /// Compares the moments of a snapshot with the exact ones.
-    fn take(&mut self, assignment: &Assignment, table: &Table, moments: &Moments) {
-        let flow = Flow::new(assignment.problem.model);
-        let exact = Exact::new(&assignment.problem, &flow, Settings::default());
-        let (time, critical_e) = (table.time(), assignment.problem.critical_e);
+    fn take(&mut self, plane: &Plane, table: &Table, moments: &[f64]) {
+        let flow = Flow::new(plane.problem.model);
+        let exact = Exact::new(&plane.problem, &flow, Settings::default());
+        let (time, critical_e) = (table.time(), plane.problem.critical_e);
         let right = exact.moments(time).and_then(|right| Ok((right, exact.probability_above(critical_e, time)?)));
         let (right, above) = match right {
             Ok(right) => right,
@@ -248,7 +253,7 @@ impl Worst {
         let (allowed, units, unit) = match &table.snapshot.content {
             Content::Samples(samples) => {
                 let independent = groups(samples).is_none();
-                (sample_errors(assignment, table, independent, right[5]), SIGMAS, "standard errors")
+                (sample_errors(plane, table, independent, right[5]), SIGMAS, "standard errors")
             }
             _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), GENEROUS, "standard deviations"),
         };
@@ -257,7 +262,7 @@ impl Worst {
             () if difference.is_nan() => "it is no number".into(),
             () => format!("off by {}, and the samples are all alike: no chance explains it", amount(difference.abs())),
         };
-        for (k, (seen, right)) in moments.to_array().into_iter().zip(right).enumerate() {
+        for (k, (seen, right)) in moments.iter().copied().zip(right).enumerate() {
             let difference = if k == 0 { nearest(seen - right, 0.0) } else { seen - right };
             if seen.is_nan() && table.may_withhold() {
                 self.withheld.push(format!("{} at {time} yr", MOMENTS[k]));
@@ -292,10 +297,10 @@ impl Worst {
 
 /// What samples may be off: [`SIGMAS`] standard errors of independent draws, and room for one sample in a count. Opposites in
 /// pairs have equal squares, so draws in groups may count for half as many independent ones.
-fn sample_errors(assignment: &Assignment, table: &Table, independent: bool, above: f64) -> [f64; 6] {
+fn sample_errors(plane: &Plane, table: &Table, independent: bool, above: f64) -> [f64; 6] {
     let n = table.rows();
     let sigmas = if independent { SIGMAS } else { SIGMAS * SQRT_2 };
-    let (grid, critical_e) = (assignment.grids[table.index], assignment.problem.critical_e);
+    let (grid, critical_e) = (plane.grids[table.index], plane.problem.critical_e);
     let errors = binning::estimate(table.columns[0], table.columns[1], grid, critical_e).standard_errors;
     let mut allowed = errors.to_array().map(|error| sigmas * error);
     allowed[5] = sigmas * (above * (1.0 - above) / n).sqrt() + 1.0 / n;

@@ -12,7 +12,7 @@ use messages::port::{Inlet, Outlet, PortError};
 use messages::report::{Event, Report};
 use messages::topic::{self, Capacity};
 use messages::wait::{Awaited, Signals};
-use nodes::assignment::Assignment;
+use nodes::assignment::{Assignment, Plane};
 use nodes::session::{GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
 use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 
@@ -153,14 +153,8 @@ impl<'a> Trial<'a> {
 
     fn send(&mut self, scenario: Scenario) -> Result<Assignment, Abort> {
         let Scenario { name, problem, grids } = scenario;
-        let assignment = Assignment {
-            run_id: self.run_id,
-            name: name.into(),
-            scenario: self.asked,
-            scenarios: SCENARIOS as u32,
-            problem,
-            grids,
-        };
+        let plane = Plane { problem, grids };
+        let assignment = Assignment::in_plane(self.run_id, name, (self.asked, SCENARIOS as u32), plane);
         self.asked += 1;
         let (header, items) = assignment.to_parts().map_err(|error| Abort::Fatal(error.to_string()))?;
         if let Some(ports) = &self.ports {

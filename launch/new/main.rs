@@ -23,9 +23,9 @@ struct Mine {
 }
 
 impl Propagator for Mine {
-    /// A new scenario: `assignment.problem` has the model, the initial Gaussian, the times and the critical eccentricity.
+    /// A new scenario: `assignment.plane()` has the model, the initial Gaussian, the times and the critical eccentricity.
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let problem = &assignment.problem;
+        let problem = &assignment.plane()?.problem;
         let plan = Plan { draws: Draws::Independent, seed: 1, replicates: NonZeroUsize::MIN };
         let (x1, x2) = plan.draw(&problem.initial, SAMPLES);
         self.work = Some((Orbits::new(Flow::new(problem.model), x1, x2), problem.times.clone()));

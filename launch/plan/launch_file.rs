@@ -23,6 +23,9 @@ use super::programs;
 use crate::plan::cases::{self, Case, Runs};
 use crate::plan::hosts::{Hosts, RawHosts, WITHOUT_HOSTS};
 
+/// The case in whose effort that of all is measured unless the file names another one, as in the paper (Sect. 4.2).
+const MONTE_CARLO: &str = "mc";
+
 /// The launch file that `phasecloud run` takes when none is named, and the scenario it names.
 const DEFAULT: (&str, &str) = (include_str!("../scenario-1.toml"), include_str!("../scenarios/scenario-1.toml"));
 
@@ -37,6 +40,8 @@ pub struct Launch {
     pub scenarios: Vec<ScenarioInput>,
     /// Labels of the cases that all are compared with: the first that states a quantity and has not failed. At least one.
     pub references: Vec<String>,
+    /// Label of the case in whose effort that of all is measured, if there is one.
+    pub baseline: Option<String>,
     /// What methods are judged against: a share of one.
     pub tolerance: f64,
     /// Bins of the comparison grid in `phi` and `e`.
@@ -112,6 +117,7 @@ struct Raw {
     name: Spanned<String>,
     scenarios: Spanned<Vec<Spanned<PathBuf>>>,
     reference: Spanned<References>,
+    baseline: Option<Spanned<String>>,
     tolerance: Option<Spanned<f64>>,
     bins: Option<Spanned<toml::Value>>,
     patience: Option<Spanned<f64>>,
@@ -221,11 +227,16 @@ impl Launch {
         set_accuracy(file, raw.accuracy.as_ref(), &mut cases)?;
         check_name(file, &raw.name)?;
         let references = checked_references(file, &raw.reference, &cases)?;
+        let baseline = match &raw.baseline {
+            Some(label) => Some(checked_label(file, label, label.get_ref(), &cases)?),
+            None => cases.iter().find(|case| case.label == MONTE_CARLO).map(|case| case.label.clone()),
+        };
         Ok(Self {
             text: file.text().into(),
             name: raw.name.get_ref().clone(),
             scenarios: scenarios(&raw)?,
             references,
+            baseline,
             tolerance: raw.tolerance.as_ref().map_or(Ok(TOLERANCE), |tolerance| checked_tolerance(file, tolerance))?,
             bins,
             patience: raw.patience.as_ref().map_or(Ok(600.0), |patience| checked_seconds(file, patience))?,
@@ -249,14 +260,17 @@ fn checked_references(
     if labels.iter().collect::<BTreeSet<_>>().len() < labels.len() {
         return Err(file.error(reference, &format!("\"{}\" names a case twice", labels.join("\", \""))));
     }
-    match labels.iter().find(|label| !cases.iter().any(|case| case.label == **label)) {
-        None => Ok(labels.clone()),
-        Some(unknown) => {
-            let there: Vec<_> = cases.iter().map(|case| case.label.as_str()).collect();
-            let problem = format!("no propagator has the label \"{unknown}\"; there are {}", there.join(", "));
-            Err(file.error(reference, &problem))
-        }
+    labels.iter().map(|label| checked_label(file, reference, label, cases)).collect()
+}
+
+/// A label that a case has.
+fn checked_label<T>(file: &InputFile, place: &Spanned<T>, label: &str, cases: &[Case]) -> Result<String, InputError> {
+    if cases.iter().any(|case| case.label == label) {
+        return Ok(label.into());
     }
+    let there: Vec<_> = cases.iter().map(|case| case.label.as_str()).collect();
+    let problem = format!("no propagator has the label \"{label}\"; there are {}", there.join(", "));
+    Err(file.error(place, &problem))
 }
 
 fn checked_tolerance(file: &InputFile, tolerance: &Spanned<f64>) -> Result<f64, InputError> {

@@ -347,7 +347,7 @@ impl<'a> Run<'a> {
             reason: self.failures.get(&(self.scenario, case.label.clone())).map_or([0; 384], |why| pack(why)),
             shards: case.shards,
             reference: references.iter().position(|label| *label == case.label).map_or(0, |place| place as u32 + 1),
-            reserved: 0,
+            baseline: u32::from(self.commands.launch.baseline.as_ref() == Some(&case.label)),
         };
         let entries: Vec<RosterEntry> = self.commands.launch.cases.iter().map(entry).collect();
         Ok(self.roster.send_items(header, &entries)?)

@@ -318,8 +318,8 @@ mod tests {
         assert_eq!(field::<StatusHeader>("node").value(bytes), Some(Value::Text("mc".into())));
         assert_eq!(field::<SnapshotHeader>("time").unit().as_deref(), Some("yr"));
         assert_eq!(field::<SnapshotHeader>("kind").codes().unwrap().name, "kind");
-        assert_eq!(field::<DensityHeader>("grid").unit(), None, "its numbers have different units");
-        assert_eq!(field::<DensityHeader>("grid").value(&bytes[..40]), None);
+        assert_eq!(field::<DensityHeader>("diagnostics").unit(), None, "its numbers have different units");
+        assert_eq!(field::<DensityHeader>("diagnostics").value(&bytes[..40]), None);
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub const ALL_CODES: [&Codes; 6] =
 
 header! {
     /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
-    #[type_name("phasecloud/SnapshotHeader/3")]
+    #[type_name("phasecloud/SnapshotHeader/4")]
     pub struct SnapshotHeader {
         /// Names the run.
         pub run_id: u64,
@@ -30,6 +30,9 @@ header! {
         pub seconds: f64,
         /// Rows of all shards together, of reduced samples all samples; 0 if the snapshot is whole.
         pub total: u64,
+        /// Trajectories that were followed for it, as its propagator counts them; 0 if it does not say: then those of samples and
+        /// characteristics are their rows.
+        pub trajectories: u64,
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Position of the snapshot in the scenario, from 0.
@@ -59,10 +62,6 @@ header! {
     }
 }
 
-/// Moments in the order of a message: mean `phi` \[rad\], its standard deviation, mean `e`, its standard deviation,
-/// covariance \[rad\], probability that `e` exceeds its critical value at this instant.
-pub type MomentFields = [f64; 6];
-
 codes! {
     /// What the numbers of [`DensityHeader::diagnostics`] are.
     pub mod diagnostic {
@@ -81,10 +80,12 @@ codes! {
 }
 
 header! {
-    /// A density estimated from a snapshot. Payload: the joint density \[1/rad\] (`phi_bins` x `e_bins`, `phi` outermost), the
-    /// marginal of `phi` \[1/rad\], the marginal of `e`. NaN stands for what the method withholds: any of the moments, or all of
-    /// the payload and with it `mass_on_grid`.
-    #[type_name("phasecloud/DensityHeader/2")]
+    /// A density estimated from a snapshot, in the space of the scenario. Payload: what is said of the cloud, `quantities` numbers (mean and
+    /// standard deviation of each variable, the covariances of all pairs, the probability that the re-entry variable exceeds its
+    /// critical value at this instant, and of each angle its circular mean in `[0, 2π)` and its mean resultant length); their standard
+    /// errors, NaN where the method has none; then the density on every projection of the scenario, first variable outermost. NaN stands for
+    /// what the method withholds: any of the quantities, or all densities and with them `mass_on_grid`.
+    #[type_name("phasecloud/DensityHeader/3")]
     pub struct DensityHeader {
         /// Names the run.
         pub run_id: u64,
@@ -94,24 +95,15 @@ header! {
         pub propagation_seconds: f64,
         /// CPU time that the estimator spent on it \[s\].
         pub estimation_seconds: f64,
-        /// Edges of the grid: lowest and highest `phi` \[rad\], lowest and highest `e`.
-        pub grid: [f64; 4],
-        /// Moments of the cloud: mean `phi` \[rad\], its standard deviation \[rad\], mean `e`, its standard deviation,
-        /// covariance \[rad\], probability that `e` exceeds its critical value at this instant.
-        pub moments: MomentFields,
-        /// Standard errors of the moments, in the same order; NaN where the method has none.
-        pub standard_errors: MomentFields,
-        /// Circular mean of `phi`, in `[0, 2π)` \[rad\].
-        pub circular_mean: f64,
-        /// Mean resultant length of `phi`.
-        pub resultant: f64,
-        /// Probability on the grid; what is missing to 1 lies outside or was lost.
+        /// Probability on the grid of the first projection; what is missing to 1 lies outside or was lost.
         pub mass_on_grid: f64,
         /// What the method says of its own reliability, see [`diagnostic`]; NaN where there is nothing to say.
         pub diagnostics: [f64; 4],
         /// Carried meshes only: mean relative error of the densities `n` that came with the points, against what the points
         /// themselves imply; else NaN.
         pub carried_density_error: f64,
+        /// Trajectories behind it; 0 of a method that follows none or does not say.
+        pub trajectories: u64,
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Position of the snapshot in the scenario.
@@ -120,14 +112,14 @@ header! {
         pub count: u32,
         /// Rows of the snapshot.
         pub rows: u32,
-        /// Bins in `phi`.
-        pub phi_bins: u32,
-        /// Bins in `e`.
-        pub e_bins: u32,
+        /// Numbers that are said of the cloud.
+        pub quantities: u32,
         /// What the snapshot's columns were, see [`kind`].
         pub kind: u32,
         /// What `diagnostics` are, see [`diagnostic`].
         pub diagnostic: u32,
+        /// 0.
+        pub reserved: u32,
         /// The propagator's label.
         pub label: Label,
     }
@@ -170,13 +162,13 @@ pub const PASSAGE_TIMES: usize = 65;
 codes! {
     /// What a comparison says.
     pub mod comparison {
-        /// Errors of the moments at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) each; NaN in the rows of
-        /// moments that are not compared with this reference. One message for each reference that is used.
+        /// Errors of what is said of the cloud at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) per quantity; NaN in the
+        /// rows of quantities that are not compared with this reference. One message for each reference that is used.
         pub const MOMENTS: u32 = 1;
         /// Effort over the whole scenario: [`EFFORT_COLUMNS`](super::EFFORT_COLUMNS) numbers.
         pub const EFFORT: u32 = 2;
-        /// Distances of the densities at one snapshot: a row of [`DISTANCE_COLUMNS`](super::DISTANCE_COLUMNS) each for the joint
-        /// density, the marginal of `phi` and the marginal of `e`, then the probability that each of the two densities is short of 1.
+        /// Distances of the densities at one snapshot: a row of [`DISTANCE_COLUMNS`](super::DISTANCE_COLUMNS) per projection of the
+        /// scenario, then the probability that each of the two densities on the first of them is short of 1.
         pub const DISTANCES: u32 = 3;
         /// Nothing more comes for this scenario.
         pub const END: u32 = 4;
@@ -192,7 +184,7 @@ pub const EFFORT_COLUMNS: usize = payload::EFFORT.len();
 
 header! {
     /// How a method compares to the reference, see [`comparison`].
-    #[type_name("phasecloud/ComparisonHeader/1")]
+    #[type_name("phasecloud/ComparisonHeader/2")]
     pub struct ComparisonHeader {
         /// Names the run.
         pub run_id: u64,
@@ -274,7 +266,7 @@ header! {
 
 header! {
     /// One case of a run.
-    #[type_name("phasecloud/RosterEntry/5")]
+    #[type_name("phasecloud/RosterEntry/6")]
     pub struct RosterEntry {
         /// The propagator's label.
         pub label: Label,
@@ -285,8 +277,8 @@ header! {
         /// Its place among the references that all are compared with: 1 for the first, 2 for the one that stands in where the
         /// first withholds a quantity or has failed, and so on; 0 if it is none.
         pub reference: u32,
-        /// 0.
-        pub reserved: u32,
+        /// 1 if its effort is that in which the effort of all is measured, else 0.
+        pub baseline: u32,
         /// Why it has failed, if it has; the beginning of it if it is long.
         pub reason: [u8; 384],
     }
@@ -299,8 +291,8 @@ mod tests {
     #[test]
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
         assert_eq!(size_of::<crate::scenario::ScenarioHeader>(), 2096);
-        assert_eq!(size_of::<SnapshotHeader>(), 168);
-        assert_eq!(size_of::<DensityHeader>(), 288);
+        assert_eq!(size_of::<SnapshotHeader>(), 176);
+        assert_eq!(size_of::<DensityHeader>(), 160);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<PassageHeader>(), 264);
         assert_eq!(size_of::<StatusHeader>(), 464);

@@ -49,13 +49,19 @@ pub const ERRORS: [&str; 4] = ["value", "reference value", "absolute error", "re
 /// Distances of densities: one row a density.
 pub const DISTANCES: [&str; 5] = ["total variation", "L2", "Hellinger", "Kullback-Leibler", "Kolmogorov"];
 /// Effort: one row.
-pub const EFFORT: [&str; 4] = ["propagation [s]", "estimation [s]", "sum [s]", "ratio to mc"];
+pub const EFFORT: [&str; 4] = ["propagation [s]", "estimation [s]", "sum [s]", "ratio to the baseline"];
 /// A status: one row.
 pub const STATUS: [&str; 2] = ["units done", "units in all"];
 
 /// A snapshot: the columns of its kind, one after the other.
 pub fn snapshot(header: &SnapshotHeader) -> Shape {
-    table(content::table(header.kind).map_or(&[][..], |kind| kind.columns), true)
+    let in_plane = content::table(header.kind).map_or(&[][..], |kind| kind.columns);
+    let columns = header.columns as usize;
+    if columns == in_plane.len() {
+        return table(in_plane, true);
+    }
+    // What the variables of another space are called stands in the scenario.
+    Shape { head: 0, columns: (0..columns.min(64)).map(|k| format!("column {k}")).collect(), by_column: true }
 }
 
 /// A comparison: by its kind.

@@ -1,5 +1,7 @@
 //! The problem as it arrives on the scenario topic, checked and in the terms of science; and the way back.
 
+use std::sync::Arc;
+
 use density::first_passage::curve_times;
 use density::grid::{Axis, Grid};
 use density::model::plane::VARIABLES;
@@ -15,25 +17,58 @@ use crate::failure::Failure;
 use crate::input::{PLAIN_NAME, is_plain_name};
 use crate::scenario_file::{self, ScenarioFile};
 use crate::screen::MOST_BINS;
+use crate::space::Space;
 
 /// A scenario to work on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assignment {
-    /// Names the run.
-    pub run_id: u64,
-    /// The scenario's name.
-    pub name: String,
-    /// Position of the scenario in the run.
-    pub scenario: u32,
-    /// Scenarios in the run.
-    pub scenarios: u32,
+    /// What the message says: the model and its parameters by name, the initial Gaussian, and all else.
+    pub said: Description,
+    /// Its variables, and in which of them densities are compared.
+    pub space: Arc<Space>,
+    /// The snapshot times \[yr\].
+    pub times: Vec<f64>,
+    /// The common comparison grid of each snapshot: one axis per variable, without bins where it is in no projection.
+    pub axes: Vec<Vec<Axis>>,
+    /// The same in the terms of the science of the plane, if the model is one of the plane's.
+    pub plane: Option<Plane>,
+}
+
+/// A scenario of a planar model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane {
     /// The problem.
     pub problem: Problem<Planar>,
-    /// The common comparison grid of each snapshot.
+    /// The comparison grid of each snapshot.
     pub grids: Vec<Grid>,
 }
 
 impl Assignment {
+    /// Number `scenario` of a run's `scenarios`, 0 if nobody knows how many there are, in the plane.
+    pub fn in_plane(run_id: u64, name: &str, (scenario, scenarios): (u32, u32), plane: Plane) -> Self {
+        let ends = |grid: &Grid| {
+            let (phi, e) = ([grid.phi.low, grid.phi.high], [grid.e.low, grid.e.high]);
+            vec![phi, e, phi, e]
+        };
+        let bins = plane.grids.first().map(|grid| (grid.phi.bins, grid.e.bins));
+        let said = Description {
+            run_id,
+            scenario,
+            scenarios,
+            projections: bins.map_or(Vec::new(), projections),
+            ..described(name, &plane.problem, |index| plane.grids.get(index).map_or(Vec::new(), ends))
+        };
+        let axes = plane.grids.iter().map(|grid| vec![grid.phi, grid.e]).collect();
+        Self::new(said, axes, Some(plane))
+    }
+
+    fn new(said: Description, axes: Vec<Vec<Axis>>, plane: Option<Plane>) -> Self {
+        let (variables, projections) = (said.variables.clone(), said.projections.clone());
+        let space = Arc::new(Space { variables, reentry: said.reentry, projections });
+        let times = said.snapshots.iter().map(|moment| moment.time).collect();
+        Self { said, space, times, axes, plane }
+    }
+
     /// Numbers in the payload of a scenario in the plane with so many snapshots.
     pub const fn numbers(snapshots: usize) -> usize {
         Description::numbers(VARIABLES.len(), AXES, snapshots)
@@ -47,22 +82,47 @@ impl Assignment {
         Self::from_parts(message.header(), message.items()).map_err(|why| Failure::Refused(format!("scenario: {why}")))
     }
 
+    /// Position of the scenario in the run.
+    pub fn scenario(&self) -> u32 {
+        self.said.scenario
+    }
+
+    /// The scenario in the terms of the plane.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] if its model is none of the plane's.
+    pub fn plane(&self) -> Result<&Plane, Failure> {
+        let models = || Planar::ALL.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(" or ");
+        self.plane.as_ref().ok_or_else(|| {
+            Failure::Refused(format!(
+                "the scenario's model is \"{}\", this is for the model {} alone",
+                self.said.model,
+                models()
+            ))
+        })
+    }
+
+    /// The axes of a projection at a snapshot.
+    pub fn axes_of(&self, projection: &Projection, snapshot: usize) -> Vec<Axis> {
+        projection.axes().filter_map(|(variable, _)| self.axes.get(snapshot)?.get(variable).copied()).collect()
+    }
+
     /// The times of its first-passage curves \[yr\].
     pub fn passage_times(&self) -> Vec<f64> {
-        curve_times(self.problem.times.last().copied().unwrap_or(0.0), PASSAGE_TIMES)
+        curve_times(self.times.last().copied().unwrap_or(0.0), PASSAGE_TIMES)
     }
 
     /// Reads a header and its items.
     ///
     /// # Errors
     /// Which field is wrong.
-    pub(crate) fn from_parts(header: &ScenarioHeader, items: &[f64]) -> Result<Self, String> {
+    pub fn from_parts(header: &ScenarioHeader, items: &[f64]) -> Result<Self, String> {
         let said = Description::decode(header, items)?;
-        let bins = bins(&said.projections)?;
-        let grids = said.snapshots.iter().map(|moment| grid(moment, bins)).collect::<Result<_, _>>()?;
-        let problem = problem(&said)?;
-        let Description { run_id, name, scenario, scenarios, .. } = said;
-        Ok(Self { run_id, name, scenario, scenarios, problem, grids })
+        check_bins(&said.projections)?;
+        let axes: Vec<Vec<Axis>> = said.snapshots.iter().map(|moment| axes(&said, moment)).collect::<Result<_, _>>()?;
+        let is_planar = Planar::ALL.iter().any(|(name, _)| *name == said.model);
+        let plane = if is_planar { Some(plane(&said, &axes)?) } else { None };
+        Ok(Self::new(said, axes, plane))
     }
 
     /// The message's header and items.
@@ -70,20 +130,7 @@ impl Assignment {
     /// # Errors
     /// If there is more of something than a message holds.
     pub fn to_parts(&self) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
-        let bins = self.grids.first().map(|grid| (grid.phi.bins, grid.e.bins));
-        let ends = |grid: &Grid| {
-            let (phi, e) = ([grid.phi.low, grid.phi.high], [grid.e.low, grid.e.high]);
-            vec![phi, e, phi, e]
-        };
-        let described = described(&self.name, &self.problem, |index| self.grids.get(index).map_or(Vec::new(), ends));
-        let said = Description {
-            run_id: self.run_id,
-            scenario: self.scenario,
-            scenarios: self.scenarios,
-            projections: bins.map_or(Vec::new(), projections),
-            ..described
-        };
-        said.encode().map_err(Failure::Refused)
+        self.said.encode().map_err(Failure::Refused)
     }
 }
 
@@ -96,33 +143,39 @@ fn projections((phi, e): (usize, usize)) -> Vec<Projection> {
     vec![Projection { first: (0, phi), second: Some((1, e)) }, one(0, phi), one(1, e)]
 }
 
-/// The bins of the comparison grids in `phi` and `e`.
-fn bins(said: &[Projection]) -> Result<(usize, usize), String> {
-    let bins = match said.first() {
-        Some(&Projection { first: (0, phi), second: Some((1, e)) }) => (phi, e),
-        _ => return Err("projections: the first must be phi and e".into()),
-    };
-    if [bins.0, bins.1].iter().any(|bins| *bins > MOST_BINS) {
-        return Err(format!(
-            "projections: a grid of {} x {} bins, at most {MOST_BINS} an axis are allowed",
-            bins.0, bins.1
-        ));
+fn check_bins(projections: &[Projection]) -> Result<(), String> {
+    if projections.is_empty() {
+        return Err("projections: there is none, so nothing can be compared".into());
     }
-    if said != projections(bins) {
-        return Err(format!("projections: it has {said:?}, a planar model is compared in {:?}", projections(bins)));
+    match projections.iter().flat_map(Projection::axes).find(|(_, bins)| *bins > MOST_BINS) {
+        Some((_, bins)) => Err(format!("projections: an axis of {bins} bins, at most {MOST_BINS} are allowed")),
+        None => Ok(()),
     }
-    Ok(bins)
 }
 
-/// The grid of a snapshot. The densities of single variables are read off the joint one, so their axes are the same.
-fn grid(Moment { time, ends }: &Moment, (phi_bins, e_bins): (usize, usize)) -> Result<Grid, String> {
-    match ends[..] {
-        [phi, e, phi_alone, e_alone] if (phi, e) == (phi_alone, e_alone) => Ok(Grid {
-            phi: Axis { low: phi[0], high: phi[1], bins: phi_bins },
-            e: Axis { low: e[0], high: e[1], bins: e_bins },
-        }),
-        _ => Err(format!("projections: at {time} yr phi and e have other axes alone than together")),
+/// The axis of each variable at a snapshot: the same in every projection.
+fn axes(said: &Description, Moment { time, ends }: &Moment) -> Result<Vec<Axis>, String> {
+    let mut axes: Vec<Option<Axis>> = vec![None; said.variables.len()];
+    for ((variable, bins), &[low, high]) in said.projections.iter().flat_map(Projection::axes).zip(ends) {
+        let axis = Axis { low, high, bins };
+        if *axes[variable].get_or_insert(axis) != axis {
+            let symbol = &said.variables[variable].symbol;
+            return Err(format!("projections: at {time} yr {symbol} has other bins in one of them than in another"));
+        }
     }
+    Ok(axes.into_iter().map(|axis| axis.unwrap_or(Axis { low: 0.0, high: 1.0, bins: 0 })).collect())
+}
+
+/// A scenario of a planar model in the terms of the plane.
+fn plane(said: &Description, axes: &[Vec<Axis>]) -> Result<Plane, String> {
+    let problem = problem(said)?;
+    let grid = |axes: &Vec<Axis>| Grid { phi: axes[0], e: axes[1] };
+    let grids: Vec<Grid> = axes.iter().map(grid).collect();
+    let bins = grids.first().map_or((0, 0), |grid| (grid.phi.bins, grid.e.bins));
+    if said.projections != projections(bins) {
+        return Err("projections: a planar model is compared in phi and e together, in phi, and in e".into());
+    }
+    Ok(Plane { problem, grids })
 }
 
 /// What a message says of a problem, without the projections.
@@ -235,22 +288,11 @@ mod tests {
     use messages::text::pack;
 
     fn example() -> Assignment {
-        Assignment {
-            run_id: 7,
-            name: "scenario-1".into(),
-            scenario: 0,
-            scenarios: 1,
-            problem: Problem {
-                model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
-                initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
-                times: vec![0.0, 0.5],
-                critical_e: 0.6,
-            },
-            grids: vec![
-                Grid { phi: Axis { low: 1.0, high: 2.0, bins: 3 }, e: Axis { low: 0.0, high: 0.2, bins: 4 } };
-                2
-            ],
-        }
+        crate::hostile::example()
+    }
+
+    fn in_plane(plane: Plane) -> Assignment {
+        Assignment::in_plane(7, "scenario-1", (0, 1), plane)
     }
 
     #[test]
@@ -258,8 +300,9 @@ mod tests {
         let (header, items) = example().to_parts().unwrap();
         assert_eq!(Assignment::from_parts(&header, &items), Ok(example()));
         let many = (0..MOST_SNAPSHOTS).map(|k| 0.001 * k as f64).collect();
-        let grids = vec![example().grids[0]; MOST_SNAPSHOTS];
-        let long = Assignment { problem: Problem { times: many, ..example().problem }, grids, ..example() };
+        let Plane { problem, grids } = example().plane.unwrap();
+        let long =
+            in_plane(Plane { problem: Problem { times: many, ..problem }, grids: vec![grids[0]; MOST_SNAPSHOTS] });
         let (header, items) = long.to_parts().unwrap();
         assert_eq!(Assignment::from_parts(&header, &items), Ok(long));
     }
@@ -268,15 +311,16 @@ mod tests {
     fn another_model_survives_it_too() {
         let force = Force { radiation: 0.15, oblateness: 0.4 };
         let model = density::model::sun_moon::SunMoon { force, sun: 4.8e-4, moon: 1e-3 }.into();
-        let other = Assignment { problem: Problem { model, ..example().problem }, ..example() };
+        let Plane { problem, grids } = example().plane.unwrap();
+        let other = in_plane(Plane { problem: Problem { model, ..problem }, grids });
         let (header, items) = other.to_parts().unwrap();
         assert_eq!(Assignment::from_parts(&header, &items), Ok(other));
     }
 
     #[test]
     fn a_request_is_checked_as_a_file_is() {
-        let Assignment { name, problem, .. } = example();
-        let scenario = ScenarioFile { name, problem };
+        let Plane { problem, .. } = example().plane.unwrap();
+        let scenario = ScenarioFile { name: "scenario-1".into(), problem };
         let (header, items) = request(&scenario, 3).unwrap();
         assert_eq!(read_request(&header, &items).unwrap(), scenario);
         let refused = |header: ScenarioHeader, items: &[f64], words: &str| {
@@ -316,6 +360,8 @@ mod tests {
         assert!(Assignment::from_parts(&header, &items[1..]).unwrap_err().contains("snapshots"));
         refused(|header| header.variables[0].range = 7, "variable 0: its range 7 is unknown");
         refused(|header| header.variables[1].high = 2.0, "variables");
+        refused(|header| header.projections[1].first_bins = 5, "phi has other bins in one of them than in another");
+        refused(|header| header.projections[2].first = 0, "phi has other bins");
         refused(|header| header.variable_count = 9, "variables: it has 9, a message holds 1 to 8");
         refused(|header| header.projections[0].first_bins = 0, "no bins");
         refused(|header| header.projections[0].first_bins = 9000, "at most 2000");

@@ -1,6 +1,6 @@
 //! The comparator: errors of every case against the reference, and what each cost.
 //!
-//! A quantity that the first reference withholds is compared with the next one that states it (see [`crate::yardstick`]).
+//! A figure that the first reference withholds is compared with the next one that states it (see [`crate::yardstick`]).
 
 use std::collections::BTreeMap;
 
@@ -14,48 +14,23 @@ use messages::topic::{Comparison, Density, Roster as RosterTopic, Scenario};
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::newest::Newest;
+use crate::reading::Reading;
+use crate::roomy::Roomy;
 use crate::roster::Roster;
-use crate::screen::receive;
+use crate::screen::{receive, refuse};
 use crate::session::Session;
-use crate::yardstick::{Quantity, stand_for, values_of};
-
-/// What is compared, in the order of a comparison's rows: the moments, then the circular ones.
-pub const QUANTITIES: [&str; 8] = [
-    "mean_phi",
-    "std_phi",
-    "mean_e",
-    "std_e",
-    "cov_phi_e",
-    "prob_above_critical_e",
-    "circular_mean_phi",
-    "resultant_length",
-];
-
-/// Whether the quantity at this position is an angle, whose error is the short way round.
-fn is_angle(quantity: usize) -> bool {
-    quantity == 0 || quantity == 6
-}
-
-/// The case that effort is normalised with (Sect. 4.2).
-const MONTE_CARLO: &str = "mc";
+use crate::space::{Quantity, Space};
+use crate::yardstick::{Figure, stand_for};
 
 /// What has arrived of a scenario: the densities of each case, by snapshot.
 #[derive(Debug, Default)]
 pub(crate) struct Results {
-    cases: BTreeMap<String, BTreeMap<u32, Published>>,
-}
-
-/// A density as it was published.
-#[derive(Debug)]
-pub(crate) struct Published {
-    pub(crate) header: DensityHeader,
-    values: Vec<f64>,
+    cases: BTreeMap<String, BTreeMap<u32, Reading>>,
 }
 
 impl Results {
-    pub(crate) fn take(&mut self, header: DensityHeader, values: &[f64]) {
-        let published = Published { header, values: values.to_vec() };
-        self.cases.entry(unpack(&header.label)).or_default().insert(header.index, published);
+    pub(crate) fn take(&mut self, reading: Reading) {
+        self.cases.entry(unpack(&reading.header.label)).or_default().insert(reading.header.index, reading);
     }
 
     fn is_complete(&self, label: &str) -> bool {
@@ -63,7 +38,7 @@ impl Results {
     }
 
     /// The results of a case if all its snapshots are there, in order.
-    pub(crate) fn of(&self, label: &str) -> Option<Vec<&Published>> {
+    pub(crate) fn of(&self, label: &str) -> Option<Vec<&Reading>> {
         let snapshots = self.cases.get(label)?;
         let count = snapshots.values().next()?.header.count as usize;
         (snapshots.len() == count).then(|| snapshots.values().collect())
@@ -78,8 +53,8 @@ pub fn run(session: &Session) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
     let densities = session.domain.inlet::<Density>()?;
     let rosters = session.domain.inlet::<RosterTopic>()?;
-    let outlet = session.domain.outlet::<Comparison>(QUANTITIES.len() * ERROR_COLUMNS)?;
     session.ready()?;
+    let mut outlet: Option<Roomy<Comparison>> = None;
     let mut roster = Roster::default();
     let mut newest = Newest::default();
     let mut current: Option<(Assignment, Results)> = None;
@@ -93,19 +68,33 @@ pub fn run(session: &Session) -> Result<(), Failure> {
         if let Some((assignment, results)) = &mut current {
             while let Some(message) = receive(session, &densities)? {
                 let header = message.header();
-                if header.scenario == assignment.scenario && header.count as usize == assignment.grids.len() {
-                    results.take(*header, message.items());
+                if header.scenario == assignment.scenario() && header.count as usize == assignment.times.len() {
+                    match Reading::new(*header, message.items(), assignment) {
+                        Ok(reading) => results.take(reading),
+                        Err(why) => refuse::<Density>(session, header.scenario, &unpack(&header.label), &why)?,
+                    }
                 }
             }
-            if roster.nothing_more_to_come(assignment.scenario, |label| results.is_complete(label)) {
-                publish(session, &outlet, assignment, results, &roster)?;
-                session.done(assignment.scenario)?;
+            if roster.nothing_more_to_come(assignment.scenario(), |label| results.is_complete(label)) {
+                let outlet = Roomy::with_room(&mut outlet, &session.domain, most_numbers(assignment))?;
+                publish(session, outlet, assignment, results, &roster)?;
+                session.done(assignment.scenario())?;
                 current = None;
                 continue;
             }
         }
-        session.wait(&[&scenarios, &densities, &rosters, &outlet])?;
+        match &outlet {
+            Some(outlet) => session.wait(&[&scenarios, &densities, &rosters, &outlet.outlet])?,
+            None => session.wait(&[&scenarios, &densities, &rosters])?,
+        }
     }
+}
+
+/// The most numbers in a comparison of a scenario.
+fn most_numbers(assignment: &Assignment) -> usize {
+    let space = &assignment.space;
+    let of_densities = space.projections.len() * DISTANCE_COLUMNS + 2;
+    (space.quantities().len() * ERROR_COLUMNS).max(of_densities).max(EFFORT_COLUMNS)
 }
 
 fn publish(
@@ -118,14 +107,14 @@ fn publish(
     let first = roster.references.first().map_or("", String::as_str);
     let header = |kind, label: &str| ComparisonHeader {
         run_id: session.run_id,
-        scenario: assignment.scenario,
+        scenario: assignment.scenario(),
         kind,
         label: pack(label),
         reference: pack(first),
         ..ComparisonHeader::default()
     };
-    let mc_seconds = results.of(MONTE_CARLO).map(|headers| total_seconds(&headers));
-    let references: Vec<(&str, Vec<&Published>)> =
+    let baseline = results.of(&roster.baseline).map(|readings| total_seconds(&readings));
+    let references: Vec<(&str, Vec<&Reading>)> =
         roster.standing_references().filter_map(|label| Some((label, results.of(label)?))).collect();
     let cases = roster.cases.len();
     for (done, (label, _)) in roster.cases.iter().enumerate().filter(|(_, (_, failed))| !failed) {
@@ -139,10 +128,10 @@ fn publish(
                 outlet.send_items(header, &rows)?;
             }
         }
-        let numbers = effort(&case, mc_seconds);
+        let numbers = effort(&case, baseline);
         let header = ComparisonHeader { length: EFFORT_COLUMNS as u32, ..header(comparison::EFFORT, label) };
         outlet.send_items(header, &numbers)?;
-        session.working(assignment.scenario, done + 1, cases)?;
+        session.working(assignment.scenario(), done + 1, cases)?;
     }
     Ok(outlet.send_items(header(comparison::END, ""), &[])?)
 }
@@ -155,112 +144,109 @@ pub(crate) struct Compared<'a> {
     rows: Vec<f64>,
 }
 
-/// Compares a snapshot of a case with the references that have it, in their order: each quantity with the first that states it.
-pub(crate) fn compare<'a>(case: &Published, references: &[(&'a str, &Published)]) -> Vec<Compared<'a>> {
-    let headers = || references.iter().map(|(label, reference)| (*label, &reference.header));
+/// Compares a snapshot of a case with the references that have it, in their order: each figure with the first that states it.
+pub(crate) fn compare<'a>(case: &Reading, references: &[(&'a str, &Reading)]) -> Vec<Compared<'a>> {
+    let quantities = case.space.quantities();
     let mut said = Vec::new();
-    for &(reference, published) in references {
-        let mut rows = errors(&case.header, &published.header);
-        for (quantity, row) in rows.chunks_exact_mut(ERROR_COLUMNS).enumerate() {
-            let moment = Quantity::Moment(quantity);
-            if stand_for(headers(), moment) != Some(reference) || !moment.is_stated(&case.header) {
+    for &(reference, reading) in references {
+        let mut rows = errors(case, reading);
+        for (quantity, row) in quantities.iter().zip(rows.chunks_exact_mut(ERROR_COLUMNS)) {
+            let figure = Figure::Quantity(*quantity);
+            if stand_for(references.iter().copied(), figure) != Some(reference) || !figure.is_stated(case) {
                 row.fill(f64::NAN);
             }
         }
         if rows.iter().any(|number| !number.is_nan()) {
             said.push(Compared { kind: comparison::MOMENTS, reference, rows });
         }
-        let is_it = stand_for(headers(), Quantity::Densities) == Some(reference);
-        if is_it && Quantity::Densities.is_stated(&case.header) {
-            let rows = distances(case, published);
-            said.push(Compared { kind: comparison::DISTANCES, reference, rows });
+        let is_it = stand_for(references.iter().copied(), Figure::Densities) == Some(reference);
+        if is_it && Figure::Densities.is_stated(case) {
+            said.push(Compared { kind: comparison::DISTANCES, reference, rows: distances(case, reading) });
         }
     }
     said
 }
 
-/// A row a quantity: value, reference value, absolute error, relative error.
-pub(crate) fn errors(case: &DensityHeader, reference: &DensityHeader) -> Vec<f64> {
-    let row = |(quantity, (value, reference)): (usize, (f64, f64))| {
-        let difference = if is_angle(quantity) { nearest(value - reference, 0.0) } else { value - reference };
+/// One row per quantity: value, reference value, absolute error, relative error.
+pub(crate) fn errors(case: &Reading, reference: &Reading) -> Vec<f64> {
+    let row = |quantity: Quantity| {
+        let (value, reference) = (case.value(quantity), reference.value(quantity));
+        let difference = difference(&case.space, quantity, value, reference);
         [value, reference, difference.abs(), difference.abs() / reference.abs()]
     };
-    values_of(case).into_iter().zip(values_of(reference)).enumerate().flat_map(row).collect()
+    case.space.quantities().into_iter().flat_map(row).collect()
 }
 
-/// The total variation distance of two joint densities; NaN if their grids differ.
-pub(crate) fn distance_of_joints(case: (&DensityHeader, &[f64]), reference: (&DensityHeader, &[f64])) -> f64 {
-    let published = |(header, values): (&DensityHeader, &[f64])| Published { header: *header, values: values.to_vec() };
-    distances(&published(case), &published(reference))[0]
+/// How far a quantity is from its reference value, an angle the short way round.
+pub(crate) fn difference(space: &Space, quantity: Quantity, value: f64, reference: f64) -> f64 {
+    if space.is_angle(quantity) { nearest(value - reference, 0.0) } else { value - reference }
 }
 
-/// A row each for the joint density and both marginals, then the mass that each of the two densities is short of 1.
-pub(crate) fn distances(case: &Published, reference: &Published) -> Vec<f64> {
-    let row = |d: Distances| [d.total_variation, d.l2, d.hellinger, d.kullback_leibler, d.kolmogorov];
-    let missing = [1.0 - case.header.mass_on_grid, 1.0 - reference.header.mass_on_grid];
-    let rows = match (parts(case), parts(reference)) {
-        (Some(case_parts), Some(reference_parts)) if case.header.grid == reference.header.grid => {
-            let [phi_low, phi_high, e_low, e_high] = case.header.grid;
-            let (phi_width, e_width) = (
-                (phi_high - phi_low) / f64::from(case.header.phi_bins),
-                (e_high - e_low) / f64::from(case.header.e_bins),
-            );
-            [
-                row(between(case_parts[0], reference_parts[0], phi_width * e_width)),
-                row(between_marginals(case_parts[1], reference_parts[1], phi_width)),
-                row(between_marginals(case_parts[2], reference_parts[2], e_width)),
-            ]
-        }
-        _ => [[f64::NAN; DISTANCE_COLUMNS]; 3],
+/// One row per projection, then the mass that each of the two densities on the first one is short of 1.
+pub(crate) fn distances(case: &Reading, reference: &Reading) -> Vec<f64> {
+    let row = |place: usize| {
+        let d = distances_on(case, reference, place);
+        [d.total_variation, d.l2, d.hellinger, d.kullback_leibler, d.kolmogorov]
     };
-    rows.into_iter().flatten().chain(missing).collect()
+    let missing = [1.0 - case.header.mass_on_grid, 1.0 - reference.header.mass_on_grid];
+    (0..case.space.projections.len()).flat_map(row).chain(missing).collect()
 }
 
-/// Joint density and both marginals of a message, if it holds what its header says.
-fn parts(published: &Published) -> Option<[&[f64]; 3]> {
-    let (phi_bins, e_bins) = (published.header.phi_bins as usize, published.header.e_bins as usize);
-    let (joint, marginals) = published.values.split_at_checked(phi_bins.checked_mul(e_bins)?)?;
-    let (phi, e) = marginals.split_at_checked(phi_bins)?;
-    (e.len() == e_bins).then_some([joint, phi, e])
+/// The distances of the densities on a projection.
+pub(crate) fn distances_on(case: &Reading, reference: &Reading, projection: usize) -> Distances {
+    let (p, q, cell) = (case.density(projection), reference.density(projection), case.cell(projection));
+    match case.space.projections[projection].second {
+        Some(_) => between(p, q, cell),
+        None => between_marginals(p, q, cell),
+    }
 }
 
-fn total_seconds(case: &[&Published]) -> f64 {
+fn total_seconds(case: &[&Reading]) -> f64 {
     case.iter().map(|p| p.header.propagation_seconds + p.header.estimation_seconds).sum()
 }
 
-/// Effort as in Table 4: seconds of propagation, of estimation, their sum, its ratio to Monte Carlo's.
-pub(crate) fn effort(case: &[&Published], mc_seconds: Option<f64>) -> [f64; EFFORT_COLUMNS] {
+/// Effort as in Table 4: seconds of propagation, of estimation, their sum, its ratio to that of the run's baseline.
+pub(crate) fn effort(case: &[&Reading], baseline: Option<f64>) -> [f64; EFFORT_COLUMNS] {
     let propagation: f64 = case.iter().map(|p| p.header.propagation_seconds).sum();
     let estimation: f64 = case.iter().map(|p| p.header.estimation_seconds).sum();
     let total = propagation + estimation;
-    [propagation, estimation, total, mc_seconds.map_or(f64::NAN, |mc| total / mc)]
+    [propagation, estimation, total, baseline.map_or(f64::NAN, |baseline| total / baseline)]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_error_of_an_angle_is_the_short_way_round() {
-        let at = |mean_phi| DensityHeader { moments: [mean_phi, 1.0, 1.0, 1.0, 0.0, 0.0], ..DensityHeader::default() };
-        let rows = errors(&at(std::f64::consts::TAU - 0.01), &at(0.01));
-        assert!((rows[2] - 0.02).abs() < 1e-12, "{rows:?}");
+    /// A snapshot of a case whose densities are the same everywhere.
+    fn reading(index: u32, moments: [f64; 6], density: f64) -> Reading {
+        let assignment = crate::hostile::example();
+        let quantities = assignment.space.quantities().len();
+        let mut numbers = vec![density; Reading::numbers_of(&assignment)];
+        numbers[..6].copy_from_slice(&moments);
+        numbers[6..8].copy_from_slice(&[1.0, 0.9]);
+        let header = DensityHeader {
+            index,
+            count: 2,
+            quantities: quantities as u32,
+            mass_on_grid: density,
+            ..DensityHeader::default()
+        };
+        Reading::new(DensityHeader { label: pack("mc"), ..header }, &numbers, &assignment).unwrap()
     }
 
-    /// A snapshot of a case on a grid of one bin.
-    fn published(moments: [f64; 6], density: f64) -> Published {
-        let mass_on_grid = density;
-        let grid = [0.0, 1.0, 0.0, 1.0];
-        let header = DensityHeader { moments, grid, phi_bins: 1, e_bins: 1, mass_on_grid, ..DensityHeader::default() };
-        Published { header, values: vec![density; 3] }
+    #[test]
+    fn the_error_of_an_angle_is_the_short_way_round() {
+        let at = |mean_phi| reading(0, [mean_phi, 1.0, 1.0, 1.0, 0.0, 0.0], 1.0);
+        let rows = errors(&at(std::f64::consts::TAU - 0.01), &at(0.01));
+        assert!((rows[2] - 0.02).abs() < 1e-12, "{rows:?}");
     }
 
     #[test]
     fn what_the_first_reference_withholds_is_compared_with_the_next_and_with_nobody_if_none_states_it() {
         const WITHHELD: f64 = f64::NAN;
-        let case = published([1.0, 1.0, 0.5, 0.1, 0.0, 0.2], 0.9);
-        let exact = published([1.1, 1.0, 0.5, WITHHELD, WITHHELD, 0.2], WITHHELD);
-        let mc = published([1.2, 1.0, 0.5, 0.2, WITHHELD, 0.2], 1.0);
+        let case = reading(0, [1.0, 1.0, 0.5, 0.1, 0.0, 0.2], 0.9);
+        let exact = reading(0, [1.1, 1.0, 0.5, WITHHELD, WITHHELD, 0.2], WITHHELD);
+        let mc = reading(0, [1.2, 1.0, 0.5, 0.2, WITHHELD, 0.2], 1.0);
         let said = compare(&case, &[("exact", &exact), ("mc", &mc)]);
         let of = |reference: &str, kind: u32| {
             said.iter().filter(|c| c.reference == reference && c.kind == kind).collect::<Vec<_>>()
@@ -280,7 +266,7 @@ mod tests {
         let mut results = Results::default();
         for index in [1, 0] {
             assert!(!results.is_complete("mc"));
-            results.take(DensityHeader { index, count: 2, label: pack("mc"), ..DensityHeader::default() }, &[]);
+            results.take(reading(index, [1.0; 6], 1.0));
         }
         assert_eq!(results.of("mc").unwrap().iter().map(|p| p.header.index).collect::<Vec<_>>(), [0, 1]);
     }

@@ -245,7 +245,7 @@ impl Propagator for DensityEvolution {
     }
 
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let problem = &assignment.problem;
+        let problem = &assignment.plane()?.problem;
         let Settings { samples, mode, accuracy, .. } = self.settings;
         let (seed, resolution, degree) = (self.settings.seed(), self.settings.resolution(), self.settings.degree());
         let start = initial_points(problem, samples, self.settings.placement(), seed)?;

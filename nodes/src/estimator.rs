@@ -17,8 +17,10 @@ use messages::topic::{Density, Roster as RosterTopic, Scenario, Snapshot};
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::gathering::Gathering;
+use crate::kind::trajectories_behind;
 use crate::method::{Case, Estimated};
 use crate::newest::Newest;
+use crate::reading::Reading;
 use crate::roomy::Roomy;
 use crate::roster::Roster;
 use crate::screen::receive;
@@ -134,31 +136,30 @@ impl<'a> Estimator<'a> {
         if !self.roster.takes_part(&label) {
             return self.ignore_stranger(&label);
         }
-        if self.desk.as_ref().is_some_and(|desk| header.scenario > desk.assignment.scenario) {
+        if self.desk.as_ref().is_some_and(|desk| header.scenario > desk.assignment.scenario()) {
             self.await_scenario(header.scenario)?;
         }
         self.roster.update(self.session, &self.rosters)?;
         let Some(desk) = &mut self.desk else { return Ok(()) };
         // Nobody waits any more for what a case that has failed had still sent.
-        let has_failed = self.roster.scenario == desk.assignment.scenario && self.roster.has_failed(&label);
-        if header.scenario < desk.assignment.scenario || desk.refused.contains(&label) || has_failed {
+        let has_failed = self.roster.scenario == desk.assignment.scenario() && self.roster.has_failed(&label);
+        if header.scenario < desk.assignment.scenario() || desk.refused.contains(&label) || has_failed {
             return Ok(());
         }
         let shards = self.roster.shards(&label);
         match desk.estimate(header, message.items(), &label, shards) {
             Ok(Some(answer)) => {
-                let grid = answer.estimated.estimate.grid;
-                let room = grid.len() + grid.phi.bins + grid.e.bins;
+                let room = Reading::numbers_of(&desk.assignment);
                 let outlet = Roomy::with_room(&mut self.densities, &self.session.domain, room)?;
                 publish(outlet, &answer)?;
                 desk.done += 1;
-                self.session.working(desk.assignment.scenario, desk.done, desk.done)
+                self.session.working(desk.assignment.scenario(), desk.done, desk.done)
             }
             Ok(None) => Ok(()),
             Err(why) => {
                 let why = format!("snapshot {}: {why}", header.index);
                 desk.refused.insert(label.clone());
-                self.session.failed(desk.assignment.scenario, &label, &why)
+                self.session.failed(desk.assignment.scenario(), &label, &why)
             }
         }
     }
@@ -168,9 +169,9 @@ impl<'a> Estimator<'a> {
         let Some(desk) = &mut self.desk else { return Ok(()) };
         let alive = self.roster.cases.iter().filter(|(label, failed)| !failed && !desk.refused.contains(label));
         let awaited =
-            alive.map(|(label, _)| label).find(|label| desk.snapshots_of(label) < desk.assignment.grids.len());
+            alive.map(|(label, _)| label).find(|label| desk.snapshots_of(label) < desk.assignment.times.len());
         if let Some(label) = awaited.filter(|label| desk.awaited.as_ref() != Some(label)) {
-            self.session.waits_for(desk.assignment.scenario, label, "its snapshots", desk.done)?;
+            self.session.waits_for(desk.assignment.scenario(), label, "its snapshots", desk.done)?;
         }
         desk.awaited = awaited.cloned();
         Ok(())
@@ -179,7 +180,8 @@ impl<'a> Estimator<'a> {
     /// Scenario and snapshot come from different processes: the answer may be here before the question.
     fn await_scenario(&mut self, scenario: u32) -> Result<(), Failure> {
         let mut watch = Watch::start();
-        while self.desk.as_ref().is_none_or(|desk| desk.assignment.scenario < scenario) && watch.elapsed() < HEAD_START
+        while self.desk.as_ref().is_none_or(|desk| desk.assignment.scenario() < scenario)
+            && watch.elapsed() < HEAD_START
         {
             self.session.wait(&[&self.scenarios])?;
             self.look_around()?;
@@ -189,7 +191,7 @@ impl<'a> Estimator<'a> {
 
     fn ignore_stranger(&mut self, label: &str) -> Result<(), Failure> {
         if self.strangers.insert(label.into()) {
-            let scenario = self.desk.as_ref().map_or(ANY_SCENARIO, |desk| desk.assignment.scenario);
+            let scenario = self.desk.as_ref().map_or(ANY_SCENARIO, |desk| desk.assignment.scenario());
             self.session.failed(scenario, label, "its snapshots are ignored: no case of this run has that label")?;
         }
         Ok(())
@@ -255,37 +257,27 @@ impl Attempt {
 }
 
 fn publish(outlet: &Outlet<Density>, Answer { snapshot, estimated, seconds }: &Answer) -> Result<(), Failure> {
-    let estimate = &estimated.estimate;
-    let grid = estimate.grid;
+    let Estimated { values, mass_on_grid, .. } = estimated;
     let header = DensityHeader {
         run_id: snapshot.run_id,
         time: snapshot.time,
         propagation_seconds: snapshot.seconds,
         estimation_seconds: *seconds,
-        grid: [grid.phi.low, grid.phi.high, grid.e.low, grid.e.high],
-        moments: estimate.moments.to_array(),
-        standard_errors: estimate.standard_errors.to_array(),
-        circular_mean: estimate.circular.mean,
-        resultant: estimate.circular.resultant,
-        mass_on_grid: estimate.mass(),
+        mass_on_grid: *mass_on_grid,
+        // Samples that were reduced are as many trajectories.
+        trajectories: estimated.reduced.map_or_else(|| trajectories_behind(snapshot), u64::from),
         scenario: snapshot.scenario,
         index: snapshot.index,
         count: snapshot.count,
         rows: estimated.reduced.unwrap_or(snapshot.rows),
-        phi_bins: grid.phi.bins as u32,
-        e_bins: grid.e.bins as u32,
+        quantities: values.len() as u32,
         // What becomes of samples does not depend on where they were reduced.
         kind: if estimated.reduced.is_some() { kind::SAMPLES } else { snapshot.kind },
         diagnostic: estimated.diagnostic,
         diagnostics: estimated.diagnostics,
         carried_density_error: estimated.carried_density_error,
+        reserved: 0,
         label: pack(&unpack(&snapshot.label)),
     };
-    let mut draft = outlet.draft(estimate.joint.len() + estimate.marginal_phi.len() + estimate.marginal_e.len())?;
-    let (joint, marginals) = draft.items_mut().split_at_mut(estimate.joint.len());
-    let (marginal_phi, marginal_e) = marginals.split_at_mut(estimate.marginal_phi.len());
-    joint.copy_from_slice(&estimate.joint);
-    marginal_phi.copy_from_slice(&estimate.marginal_phi);
-    marginal_e.copy_from_slice(&estimate.marginal_e);
-    Ok(outlet.send(draft, header)?)
+    Ok(outlet.send_items(header, &estimated.numbers())?)
 }

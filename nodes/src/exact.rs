@@ -6,7 +6,7 @@ use messages::content::{DENSITY_HEAD, Density};
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::AccuracySetting;
-use crate::assignment::Assignment;
+use crate::assignment::{Assignment, Plane};
 use crate::builtin::Misfit;
 use crate::failure::Failure;
 use crate::kit::{Form, Passage, Propagator};
@@ -89,7 +89,7 @@ impl Settings {
 pub struct ExactDensity {
     settings: ExactSettings,
     accuracy: Option<AccuracySetting>,
-    work: Option<(Assignment, Option<ExactSnapshot>)>,
+    work: Option<(Plane, Option<ExactSnapshot>)>,
 }
 
 impl ExactDensity {
@@ -101,15 +101,16 @@ impl ExactDensity {
 
 impl Propagator for ExactDensity {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let most_bins = assignment.grids.iter().map(density::grid::Grid::len).max().unwrap_or(0);
-        self.work = Some((assignment.clone(), None));
+        let plane = assignment.plane()?;
+        let most_bins = plane.grids.iter().map(density::grid::Grid::len).max().unwrap_or(0);
+        self.work = Some((plane.clone(), None));
         Ok(Form::whole(Density, DENSITY_HEAD + most_bins))
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let (assignment, snapshot) = self.work.as_mut().ok_or_else(Failure::no_scenario)?;
-        let flow = AccuracySetting::flow(self.accuracy, assignment.problem.model);
-        let exact = Exact::new(&assignment.problem, &flow, self.settings).snapshot(&assignment.grids, index)?;
+        let (plane, snapshot) = self.work.as_mut().ok_or_else(Failure::no_scenario)?;
+        let flow = AccuracySetting::flow(self.accuracy, plane.problem.model);
+        let exact = Exact::new(&plane.problem, &flow, self.settings).snapshot(&plane.grids, index)?;
         let rows = DENSITY_HEAD + exact.estimate.joint.len();
         *snapshot = Some(exact);
         Ok(rows)
@@ -134,10 +135,10 @@ impl Propagator for ExactDensity {
     }
 
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
-        let (assignment, _) = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
-        let flow = AccuracySetting::flow(self.accuracy, assignment.problem.model);
+        let (plane, _) = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
+        let flow = AccuracySetting::flow(self.accuracy, plane.problem.model);
         let ExactSettings { most_orbits, limits, .. } = self.settings;
-        let curve = curve(&assignment.problem, &flow, times, most_orbits)?;
+        let curve = curve(&plane.problem, &flow, times, most_orbits)?;
         // A probability that is not stood behind is withheld; its bounds are known all the same.
         let row = |(&time, p): (&f64, &Estimated)| {
             let value = if p.error <= limits.probability { p.value } else { f64::NAN };

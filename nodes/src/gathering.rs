@@ -135,10 +135,12 @@ fn put_together((first, content): (SnapshotHeader, Content), parts: Vec<(Snapsho
             items.extend_from_slice(&part[column * header.rows as usize..][..header.rows as usize]);
         }
     }
-    let mut header = SnapshotHeader { rows: rows as u32, ..first }.with(content);
+    let header = SnapshotHeader { rows: rows as u32, ..first }.with(content);
+    let mut header = SnapshotHeader { columns: first.columns, ..header };
     if let Some((part, _)) = parts.first() {
         (header.index, header.time) = (part.index, part.time);
     }
+    header.trajectories = parts.iter().map(|(part, _)| part.trajectories).sum();
     header.seconds = parts.iter().map(|(part, _)| part.seconds).sum();
     Whole { header, content, items }
 }
@@ -146,24 +148,20 @@ fn put_together((first, content): (SnapshotHeader, Content), parts: Vec<(Snapsho
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assignment::Plane;
     use density::model::planar::Force;
     use density::problem::{InitialGaussian, Problem};
     use messages::content::Samples;
 
     fn assignment() -> Assignment {
-        Assignment {
-            run_id: 7,
-            name: "s".into(),
-            scenario: 0,
-            scenarios: 1,
-            problem: Problem {
-                model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
-                initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
-                times: vec![0.0, 0.5],
-                critical_e: 0.6,
-            },
-            grids: Vec::new(),
-        }
+        let problem = Problem {
+            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
+            initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
+            times: vec![0.0, 0.5],
+            critical_e: 0.6,
+        };
+        let grids = Vec::new();
+        Assignment::in_plane(7, "s", (0, 1), Plane { problem, grids })
     }
 
     /// Shard `shard` of two that share five rows: the first has two.

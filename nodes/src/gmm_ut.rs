@@ -203,7 +203,7 @@ impl GaussianMixture {
 
 impl Propagator for GaussianMixture {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let problem = &assignment.problem;
+        let problem = &assignment.plane()?.problem;
         let flow = AccuracySetting::flow(self.settings.accuracy, problem.model);
         let propagator = mixture::Propagator::new(problem, &flow, &self.settings.for_mixture())?;
         let form = Form::whole(content::Mixture::UNJUDGED, propagator.components());
@@ -227,6 +227,11 @@ impl Propagator for GaussianMixture {
     fn content(&self, planned: Content) -> Content {
         let judged = |course: &Course| content::Mixture { disagreement: course.disagreement }.into();
         self.course.as_ref().map_or(planned, judged)
+    }
+
+    /// The five sigma points of each component; those that neighbours share are counted for each.
+    fn trajectories(&self) -> u64 {
+        self.course.as_ref().map_or(0, |course| 5 * course.propagator.components() as u64)
     }
 
     fn first_passage(&mut self, _times: &[f64]) -> Result<Passage, Failure> {

@@ -17,10 +17,11 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 
-use crate::assignment::Assignment;
-use crate::comparator::{self, QUANTITIES, Results};
+use crate::assignment::{Assignment, Plane};
+use crate::comparator::{self, Results};
 use crate::gathering::Gathering;
 use crate::method::Case;
+use crate::reading::Reading;
 use crate::recorder::{Recording, write};
 use crate::roster::Roster;
 use crate::screen::Screened;
@@ -56,28 +57,20 @@ fn number() -> impl Strategy<Value = f64> {
 
 pub(crate) fn example() -> Assignment {
     let grid = Grid { phi: Axis { low: 0.0, high: 6.0, bins: 4 }, e: Axis { low: 0.0, high: 0.9, bins: 3 } };
-    Assignment {
-        run_id: 7,
-        name: "scenario-1".into(),
-        scenario: 0,
-        scenarios: 1,
-        problem: Problem {
-            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
-            initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
-            times: vec![0.0, 0.5],
-            critical_e: 0.6,
-        },
-        grids: vec![grid; 2],
-    }
+    let problem = Problem {
+        model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
+        initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
+        times: vec![0.0, 0.5],
+        critical_e: 0.6,
+    };
+    Assignment::in_plane(7, "scenario-1", (0, 1), Plane { problem, grids: vec![grid; 2] })
 }
 
 fn density_header() -> DensityHeader {
     DensityHeader {
         run_id: 7,
         count: 2,
-        phi_bins: 4,
-        e_bins: 3,
-        grid: [0.0, 6.0, 0.0, 0.9],
+        quantities: 8,
         kind: kind::SAMPLES,
         rows: 5,
         label: pack("mc"),
@@ -114,13 +107,12 @@ fn estimate(headers: [SnapshotHeader; 2], items: &[f64]) -> usize {
     for header in headers {
         let Ok(snapshot) = decode(&header, items, &assignment, case.snapshots_done()) else { break };
         let Ok(estimated) = case.estimate(&snapshot, &assignment) else { break };
-        let estimate = estimated.estimate;
         // Only densities that come ready may be withheld, and as a whole.
-        let is_withheld = header.kind == kind::DENSITY && estimate.joint.iter().all(|n| n.is_nan());
-        let densities = || estimate.joint.iter().chain(&estimate.marginal_phi);
-        assert!(is_withheld || densities().all(|n| n.is_finite()), "{header:?} {items:?}");
-        let may_be = |moment: f64| moment.is_finite() || (header.kind == kind::DENSITY && moment.is_nan());
-        assert!(estimate.moments.to_array().into_iter().all(may_be), "{header:?} {items:?}");
+        let is_withheld = header.kind == kind::DENSITY && estimated.densities[0].iter().all(|n| n.is_nan());
+        let is_finite = estimated.densities.iter().flatten().all(|n| n.is_finite());
+        assert!(is_withheld || is_finite, "{header:?} {items:?}");
+        let may_be = |value: &f64| value.is_finite() || (header.kind == kind::DENSITY && value.is_nan());
+        assert!(estimated.values.iter().all(may_be), "{header:?} {items:?}");
     }
     case.snapshots_done()
 }
@@ -168,15 +160,15 @@ proptest! {
         let header = change(header, &changed);
         if Scenario::check(&header, &items).is_ok() {
             let assignment = Assignment::from_parts(&header, &items).unwrap();
-            assert!(assignment.grids.iter().all(|grid| grid.len() <= 4_000_000));
-            assert_eq!(assignment.grids.len(), assignment.problem.times.len());
+            assert!(assignment.axes.iter().flatten().all(|axis| axis.bins <= 2_000));
+            assert_eq!(assignment.axes.len(), assignment.times.len());
         }
     }
 
     #[test]
     fn whatever_passes_the_screen_is_compared_and_recorded(
         headers in vec(changes(), 1..6),
-        values in vec(number(), 19),
+        values in vec(number(), 35),
         compared in vec((1u32..6, changes()), 1..6),
         passages in vec((0u32..66, changes()), 1..3),
     ) {
@@ -185,13 +177,15 @@ proptest! {
         for (index, changed) in headers.iter().enumerate() {
             let header = change(DensityHeader { index: index as u32 % 2, ..density_header() }, changed);
             if Density::check(&header, &values).is_ok() {
-                results.take(header, &values);
+                if let Ok(reading) = Reading::new(header, &values, &example()) {
+                    results.take(reading);
+                }
                 recording.take_density(header, &values);
             }
         }
         for (kind, changed) in &compared {
             let length = match *kind {
-                comparison::MOMENTS => QUANTITIES.len() * 4,
+                comparison::MOMENTS => 8 * 4,
                 comparison::DISTANCES => 17,
                 comparison::EFFORT => 4,
                 _ => 0,
@@ -210,9 +204,9 @@ proptest! {
             }
         }
         if let Some(case) = results.of("mc") {
-            for published in &case {
-                comparator::errors(&published.header, &case[0].header);
-                comparator::distances(published, case[0]);
+            for reading in &case {
+                comparator::errors(reading, case[0]);
+                comparator::distances(reading, case[0]);
             }
             comparator::effort(&case, None);
         }

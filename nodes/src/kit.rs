@@ -14,7 +14,7 @@ use messages::port::{Draft, Outlet};
 use messages::text::pack;
 use messages::topic::{Passage as PassageTopic, Scenario, Snapshot};
 
-use crate::assignment::Assignment;
+use crate::assignment::{Assignment, Plane};
 use crate::failure::Failure;
 use crate::kind;
 use crate::log;
@@ -62,6 +62,12 @@ pub trait Propagator {
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let _ = times;
         Ok(Passage::Cannot("this propagator does not compute first passages".into()))
+    }
+
+    /// Trajectories that were followed for the snapshot that has been reached; 0 where that is one per row of samples or characteristics, or
+    /// none is followed.
+    fn trajectories(&self) -> u64 {
+        0
     }
 
     /// Writes the snapshot that [`Propagator::advance`] has reached: the columns of its kind, one after the other.
@@ -175,16 +181,17 @@ fn serve_one(
     // for which iceoryx2 would drop what does not fit. The last one's memory is freed before.
     drop(way_out.snapshots.take());
     let outlet = way_out.snapshots.insert(session.domain.outlet::<Snapshot>(drafting.most_numbers)?);
-    let count = assignment.problem.times.len();
-    for (index, &time) in assignment.problem.times.iter().enumerate() {
+    let (count, variables) = (assignment.times.len(), assignment.space.variables.len());
+    for (index, &time) in assignment.times.iter().enumerate() {
         session.check_stop()?;
         let rows = propagator.advance(index)?;
         let (mut draft, rows) = drafting.draft(outlet, propagator, rows, assignment, index)?;
         let header = SnapshotHeader {
-            run_id: assignment.run_id,
+            run_id: assignment.said.run_id,
             time,
             seconds: clock.seconds(),
-            scenario: assignment.scenario,
+            trajectories: propagator.trajectories(),
+            scenario: assignment.scenario(),
             index: index as u32,
             count: count as u32,
             rows: rows as u32,
@@ -201,14 +208,14 @@ fn serve_one(
             // Before the last snapshot, so that whoever has that snapshot's density can have the passages too.
             send_passage(session, propagator, assignment, &way_out.passages)?;
         }
-        if let Some(breach) = kind::of(&content).breach(rows, draft.items_mut()) {
+        if let Some(breach) = kind::of(&content).breach(&assignment.space, rows, draft.items_mut()) {
             return Err(Failure::Refused(format!("snapshot {index}: {breach}")));
         }
-        outlet.send(draft, header.with(content))?;
+        outlet.send(draft, header.with_variables(content, variables))?;
         clock = EffortClock::start();
-        session.working(assignment.scenario, index + 1, count)?;
+        session.working(assignment.scenario(), index + 1, count)?;
     }
-    session.done(assignment.scenario)
+    session.done(assignment.scenario())
 }
 
 /// What snapshots are made of what a propagator writes.
@@ -223,13 +230,13 @@ impl Drafting {
     fn of(session: &Session, form: &Form, assignment: &Assignment) -> Result<Self, Failure> {
         let Form { content, most_rows, .. } = *form;
         if !session.reduce {
-            let most_numbers = most_rows * content.columns().len();
-            return Ok(Self { content, most_numbers, reduces: None });
+            let columns = content.column_count(assignment.space.variables.len());
+            return Ok(Self { content, most_numbers: most_rows * columns, reduces: None });
         }
         if !kind::of(&content).may_be_reduced() {
             return Err(Failure::Refused("only independent samples can be reduced; leave out `reduce`".into()));
         }
-        let most_bins = assignment.grids.iter().map(Grid::len).max().unwrap_or(0);
+        let most_bins = assignment.plane()?.grids.iter().map(Grid::len).max().unwrap_or(0);
         let most_numbers = reduced::most_numbers(most_bins);
         Ok(Self { content: Reduced.into(), most_numbers, reduces: Some(content) })
     }
@@ -254,18 +261,19 @@ impl Drafting {
         index: usize,
     ) -> Result<(Draft<Snapshot>, usize), Failure> {
         let Some(samples_content) = self.reduces else {
-            let mut draft = outlet.draft(rows * self.content.columns().len())?;
+            let mut draft = outlet.draft(rows * self.content.column_count(assignment.space.variables.len()))?;
             propagator.write(draft.items_mut());
             return Ok((draft, rows));
         };
         let refused = |why: &dyn std::fmt::Display| Failure::Refused(format!("snapshot {index}: {why}"));
         let mut samples = vec![0.0; 2 * rows];
         propagator.write(&mut samples);
-        if let Some(breach) = kind::of(&samples_content).breach(rows, &samples) {
+        if let Some(breach) = kind::of(&samples_content).breach(&assignment.space, rows, &samples) {
             return Err(refused(&breach));
         }
         let (phi, e) = samples.split_at(rows);
-        let sums = SampleSums::reduce(phi, e, &assignment.grids[index], assignment.problem.critical_e);
+        let Plane { problem, grids } = assignment.plane()?;
+        let sums = SampleSums::reduce(phi, e, &grids[index], problem.critical_e);
         let numbers = reduced::to_numbers(&sums.map_err(|why| refused(&why))?)?;
         let mut draft = outlet.draft(numbers.len())?;
         draft.items_mut().copy_from_slice(&numbers);
@@ -294,10 +302,10 @@ fn send_passage(
         row[3] = if row[3].is_nan() { row[3] } else { row[3].max(least) };
     }
     let header = PassageHeader {
-        run_id: assignment.run_id,
+        run_id: assignment.said.run_id,
         seconds: clock.seconds(),
         samples,
-        scenario: assignment.scenario,
+        scenario: assignment.scenario(),
         rows: rows.len() as u32,
         shard: session.shard.index,
         shards: session.shard.count,

@@ -124,7 +124,7 @@ impl Propagator for MonteCarlo {
     }
 
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let problem = &assignment.problem;
+        let problem = &assignment.plane()?.problem;
         let Settings { samples, replicates, accuracy, .. } = self.settings;
         let range = self.shard.part(samples)?;
         let (first, most_rows) = (range.start, range.len());

@@ -1,7 +1,5 @@
 //! The estimation of a case, snapshot after snapshot, each by the method of its kind.
 
-use density::estimate::Estimate;
-
 pub use crate::kind::Estimated;
 
 use crate::assignment::Assignment;
@@ -26,21 +24,19 @@ impl Case {
     /// What makes the numbers impossible.
     pub fn estimate(&mut self, snapshot: &Snapshot, assignment: &Assignment) -> Result<Estimated, String> {
         let kind = kind::of(&snapshot.content);
-        let at = Place { assignment, grid: assignment.grids[self.done] };
+        let at = Place { assignment, index: self.done };
         let estimated = kind.estimate(snapshot, &mut self.memory, &at)?;
-        check_finite(&estimated.estimate, kind.may_withhold())?;
+        check_finite(&estimated, kind.may_withhold())?;
         self.done += 1;
         Ok(estimated)
     }
 }
 
 /// Numbers that are fine one by one may still lead nowhere, such as `phi` = 1e308. NaN is what a method withholds that `may` do so.
-fn check_finite(estimate: &Estimate, may: bool) -> Result<(), String> {
-    let is_good = |number: f64| number.is_finite() || (may && number.is_nan());
-    let moments = estimate.moments.to_array();
-    let mut densities = estimate.joint.iter().chain(&estimate.marginal_phi).chain(&estimate.marginal_e);
-    let is_withheld = may && estimate.joint.iter().all(|density| density.is_nan());
-    match (is_withheld || densities.all(|density| density.is_finite())) && moments.into_iter().all(is_good) {
+fn check_finite(Estimated { values, densities, .. }: &Estimated, may: bool) -> Result<(), String> {
+    let is_good = |number: &f64| number.is_finite() || (may && number.is_nan());
+    let is_withheld = may && densities[0].iter().all(|density| density.is_nan());
+    match (is_withheld || densities.iter().flatten().all(|density| density.is_finite())) && values.iter().all(is_good) {
         true => Ok(()),
         false => Err("its density or moments are not finite".into()),
     }

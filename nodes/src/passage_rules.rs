@@ -4,9 +4,12 @@
 
 use density::model::registry::Planar;
 use density::problem::Problem;
-use messages::layout::{DensityHeader, PASSAGE_COLUMNS, diagnostic};
+use messages::layout::{PASSAGE_COLUMNS, diagnostic};
 
+use crate::assignment::Assignment;
 use crate::kind::counted_samples;
+use crate::reading::Reading;
+use crate::space::Quantity;
 
 /// Sums of many probabilities may miss 0, 1 or one another by rounding.
 const ROUNDING: f64 = 1e-6;
@@ -134,10 +137,11 @@ pub fn without_rounding(items: &[f64]) -> Vec<f64> {
 
 /// What a curve of `samples` equal samples (0 if it was not counted) contradicts that is known: the initial Gaussian, and the
 /// probabilities of being above the critical eccentricity at the snapshots of the same case.
-pub fn doubts(items: &[f64], samples: u64, problem: &Problem<Planar>, snapshots: &[&DensityHeader]) -> Vec<String> {
+pub fn doubts(items: &[f64], samples: u64, assignment: &Assignment, snapshots: &[&Reading]) -> Vec<String> {
     let rows = rows(items);
     let Some(first) = rows.first() else { return Vec::new() };
-    let at_start = (first.time == 0.0).then(|| off_the_start(first, samples, problem)).flatten();
+    let problem = assignment.plane.as_ref().filter(|_| first.time == 0.0).map(|plane| &plane.problem);
+    let at_start = problem.and_then(|problem| off_the_start(first, samples, problem));
     let overtaken = snapshots.iter().find_map(|snapshot| overtaken(&rows, samples, snapshot));
     let uncounted = not_a_count(&rows, samples).or_else(|| more_than_there_are(samples, snapshots));
     at_start.into_iter().chain(uncounted).chain(overtaken).collect()
@@ -161,8 +165,8 @@ fn not_a_count(rows: &[Row], samples: u64) -> Option<String> {
 }
 
 /// A curve cannot be counted from more samples than the case has.
-fn more_than_there_are(samples: u64, snapshots: &[&DensityHeader]) -> Option<String> {
-    let rows = snapshots.iter().find_map(|snapshot| counted_samples(snapshot))?;
+fn more_than_there_are(samples: u64, snapshots: &[&Reading]) -> Option<String> {
+    let rows = snapshots.iter().find_map(|snapshot| counted_samples(&snapshot.header))?;
     (samples > u64::from(rows)).then(|| {
         format!("its first-passage curve is said to be counted from {samples} samples, but its snapshots have {rows}")
     })
@@ -184,14 +188,14 @@ fn off_the_start(first: &Row, samples: u64, problem: &Problem<Planar>) -> Option
 }
 
 /// Who is above the critical eccentricity has passed.
-fn overtaken(rows: &[Row], samples: u64, snapshot: &DensityHeader) -> Option<String> {
-    let above = snapshot.moments[5];
+fn overtaken(rows: &[Row], samples: u64, reading: &Reading) -> Option<String> {
+    let (above, snapshot) = (reading.value(Quantity::AboveCritical), &reading.header);
     // The curve does not fall: by the next of its times at least as many have passed.
     let row = rows.iter().find(|row| row.time >= snapshot.time * (1.0 - 1e-12))?;
     let (low, high) = row.ends();
     let of_snapshot = match snapshot.diagnostic {
         diagnostic::NUMERICAL => 10.0 * snapshot.diagnostics[2],
-        _ => SIGMAS * snapshot.standard_errors[5],
+        _ => SIGMAS * reading.error(Quantity::AboveCritical),
     };
     // Of a mesh or a mixture nothing is known of the error.
     let least = above - if of_snapshot.is_nan() { UNKNOWN } else { of_snapshot };
@@ -234,9 +238,8 @@ pub fn allowance(probability: f64, samples: u64, width: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use density::model::planar::Force;
-    use density::problem::InitialGaussian;
     use messages::content::kind;
+    use messages::layout::DensityHeader;
 
     use super::*;
 
@@ -284,23 +287,24 @@ mod tests {
 
     #[test]
     fn a_curve_contradicts_the_initial_cloud_or_its_own_snapshots_only_beyond_its_noise() {
-        let problem = Problem {
-            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
-            initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
-            times: vec![0.0, 0.7],
-            critical_e: 0.6,
-        };
-        let snapshot = |above: f64| DensityHeader {
-            time: 0.7,
-            rows: 2_000,
-            kind: kind::SAMPLES,
-            moments: [0.0, 0.0, 0.0, 0.0, 0.0, above],
-            standard_errors: [NAN; 6],
-            diagnostics: [NAN; 4],
-            ..DensityHeader::default()
+        // Nothing of this cloud is at or above the critical eccentricity at the start; its second snapshot is at 0.5 yr.
+        let assignment = crate::hostile::example();
+        let snapshot = |above: f64| {
+            let mut numbers = vec![NAN; Reading::numbers_of(&assignment)];
+            numbers[5] = above;
+            let header = DensityHeader {
+                index: 1,
+                count: 2,
+                time: 0.7,
+                rows: 2_000,
+                kind: kind::SAMPLES,
+                ..DensityHeader::default()
+            };
+            let header = DensityHeader { quantities: 8, diagnostics: [NAN; 4], ..header };
+            Reading::new(header, &numbers, &assignment).unwrap()
         };
         let doubts = |rows: &[[f64; 3]], samples: u64, above: f64| {
-            doubts(&curve(rows), samples, &problem, &[&snapshot(above)]).join("; ")
+            doubts(&curve(rows), samples, &assignment, &[&snapshot(above)]).join("; ")
         };
         let good = [[0.0, NAN, NAN], [0.2, NAN, NAN], [0.4, NAN, NAN]];
         assert_eq!(doubts(&good, 0, 0.4), "");

@@ -17,6 +17,8 @@ pub struct Roster {
     pub scenario: u32,
     /// Labels of the cases that all are compared with: the first that has a quantity and has not failed.
     pub references: Vec<String>,
+    /// Label of the case whose effort is 1 (Sect. 4.2 of Sun et al. 2022: Monte Carlo's); empty if there is none.
+    pub baseline: String,
     /// All labels in the launch file's order, with whether they have failed.
     pub cases: Vec<(String, bool)>,
     /// Why cases have failed, by label.
@@ -36,6 +38,8 @@ impl Roster {
             let mut ranked: Vec<_> = message.items().iter().filter(|entry| entry.reference > 0).collect();
             ranked.sort_by_key(|entry| entry.reference);
             self.references = ranked.into_iter().map(|entry| unpack(&entry.label)).collect();
+            let baseline = message.items().iter().find(|entry| entry.baseline != 0);
+            self.baseline = baseline.map_or(String::new(), |entry| unpack(&entry.label));
             let entries = message.items().iter().filter(|entry| entry.shards > 0);
             self.shards = entries.map(|entry| (unpack(&entry.label), entry.shards)).collect();
             let failed = message.items().iter().filter(|entry| entry.failed != 0);

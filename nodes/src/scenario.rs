@@ -9,7 +9,7 @@ use messages::report::{Event, Report};
 use messages::text::unpack;
 use messages::topic::{Request, Scenario, Status};
 
-use crate::assignment::{Assignment, read_request};
+use crate::assignment::{Assignment, Plane, read_request};
 use crate::failure::Failure;
 use crate::roomy::Roomy;
 use crate::scenario_file::{self, ScenarioFile};
@@ -118,14 +118,8 @@ impl Desk<'_> {
         if position < self.first {
             return Ok(());
         }
-        let assignment = Assignment {
-            run_id: self.session.run_id,
-            name: name.clone(),
-            scenario: position,
-            scenarios: self.count,
-            problem: problem.clone(),
-            grids,
-        };
+        let plane = Plane { problem: problem.clone(), grids };
+        let assignment = Assignment::in_plane(self.session.run_id, name, (position, self.count), plane);
         let (header, items) = assignment.to_parts()?;
         let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
         outlet.send_items(header, &items)?;

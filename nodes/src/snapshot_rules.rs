@@ -6,6 +6,7 @@
 use std::fmt;
 
 use messages::layout::SnapshotHeader;
+use messages::scenario::Projection;
 
 use crate::assignment::Assignment;
 use crate::kind::{self, Snapshot};
@@ -25,8 +26,8 @@ pub enum Rule {
     Shape,
     /// All numbers are finite, but for what a density withholds.
     Finite,
-    /// All eccentricities of trajectories lie in `0 <= e < 1`.
-    Eccentricity,
+    /// All variables of trajectories lie in their ranges: `0 <= e < 1`.
+    Range,
 }
 
 /// A rule that a snapshot breaks.
@@ -75,15 +76,15 @@ fn judge<'a>(
     assignment: &Assignment,
     expected: usize,
 ) -> (Result<Snapshot<'a>, String>, Vec<Breach>) {
-    let times = &assignment.problem.times;
+    let times = &assignment.times;
     let mut found = Vec::new();
     let mut breach = |rule, what| found.push(Breach { rule, what });
-    if header.run_id != assignment.run_id {
-        let what = format!("it belongs to run {:012x}, not to {:012x}", header.run_id, assignment.run_id);
+    if header.run_id != assignment.said.run_id {
+        let what = format!("it belongs to run {:012x}, not to {:012x}", header.run_id, assignment.said.run_id);
         breach(Rule::Identity, what);
     }
-    if header.scenario != assignment.scenario {
-        let what = format!("it belongs to scenario {}, not to {}", header.scenario, assignment.scenario);
+    if header.scenario != assignment.scenario() {
+        let what = format!("it belongs to scenario {}, not to {}", header.scenario, assignment.scenario());
         breach(Rule::Identity, what);
     }
     if header.count as usize != times.len() {
@@ -100,7 +101,10 @@ fn judge<'a>(
     let snapshot = header.content().map(|content| Snapshot { header, content, items });
     match snapshot.as_ref().map_err(Clone::clone).and_then(|snapshot| shape(snapshot, assignment)) {
         Err(what) => breach(Rule::Shape, what),
-        Ok(()) => found.extend(snapshot.iter().find_map(|s| kind::of(&s.content).breach(header.rows as usize, items))),
+        Ok(()) => {
+            let breach = |s: &Snapshot| kind::of(&s.content).breach(&assignment.space, header.rows as usize, items);
+            found.extend(snapshot.iter().find_map(breach));
+        }
     }
     (snapshot, found)
 }
@@ -119,42 +123,36 @@ fn out_of_order(sent: u32, expected: usize, count: usize) -> Option<String> {
 
 /// Whether the snapshot holds as many numbers as it says, and can be read out on the comparison grid.
 fn shape(Snapshot { header, content, items }: &Snapshot, assignment: &Assignment) -> Result<(), String> {
-    let column_count = content.columns().len() as u32;
+    let column_count = content.column_count(assignment.space.variables.len()) as u32;
     if header.columns != column_count || header.rows == 0 {
         return Err(format!("it has {} rows of {} columns, its kind has {column_count}", header.rows, header.columns));
     }
     if items.len() as u64 != u64::from(header.rows) * u64::from(column_count) {
         return Err(format!("it holds {} numbers instead of {} x {column_count}", items.len(), header.rows));
     }
-    let bins = assignment.grids.first().map_or((0, 0), |grid| (grid.phi.bins, grid.e.bins));
-    kind::of(content).check_grid(bins)
+    let bins = assignment.space.projections.iter().flat_map(Projection::axes).map(|(_, bins)| bins).max();
+    kind::of(content).check_grid(bins.unwrap_or(0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assignment::Plane;
     use density::grid::{Axis, Grid};
     use density::model::planar::Force;
     use density::problem::{InitialGaussian, Problem};
     use messages::content::{Characteristics, Samples};
 
     fn assignment() -> Assignment {
-        Assignment {
-            run_id: 7,
-            name: "s".into(),
-            scenario: 1,
-            scenarios: 2,
-            problem: Problem {
-                model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
-                initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
-                times: vec![0.0, 0.5],
-                critical_e: 0.6,
-            },
-            grids: vec![
-                Grid { phi: Axis { low: 1.0, high: 2.0, bins: 10 }, e: Axis { low: 0.0, high: 0.2, bins: 20 } };
-                2
-            ],
-        }
+        let problem = Problem {
+            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
+            initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
+            times: vec![0.0, 0.5],
+            critical_e: 0.6,
+        };
+        let grids =
+            vec![Grid { phi: Axis { low: 1.0, high: 2.0, bins: 10 }, e: Axis { low: 0.0, high: 0.2, bins: 20 } }; 2];
+        Assignment::in_plane(7, "s", (1, 2), Plane { problem, grids })
     }
 
     fn good() -> SnapshotHeader {
@@ -187,8 +185,8 @@ mod tests {
             [vec![Rule::Shape], vec![], vec![Rule::Shape]]
         );
         assert_eq!(rules(usual, &[0.1, f64::NAN, 0.3, 0.4]), [Rule::Finite]);
-        assert_eq!(rules(usual, &[0.1, 0.2, 0.3, 1.0]), [Rule::Eccentricity]);
-        assert_eq!(rules(usual, &[0.1, 0.2, -0.3, 0.0]), [Rule::Eccentricity]);
+        assert_eq!(rules(usual, &[0.1, 0.2, 0.3, 1.0]), [Rule::Range]);
+        assert_eq!(rules(usual, &[0.1, 0.2, -0.3, 0.0]), [Rule::Range]);
         assert_eq!(rules(SnapshotHeader { index: 2, count: 3, ..usual }, &items), [Rule::Count, Rule::Order]);
     }
 

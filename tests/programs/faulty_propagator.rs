@@ -40,7 +40,7 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
             drop(message);
             drop(outlet.take());
             if fault != "no-passage" {
-                let Assignment { run_id, scenario, .. } = assignment;
+                let (run_id, scenario) = (assignment.said.run_id, assignment.scenario());
                 let (label, reason) = (pack(&session.label), pack("it does not look"));
                 let header = PassageHeader { run_id, scenario, label, reason, ..PassageHeader::default() };
                 let curve = curve(fault, scenario, &assignment.passage_times());
@@ -52,7 +52,7 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
                 Ok(sent) => outlet = Some(sent),
                 Err(failure) if fault == "dies-unsaid" => return Err(failure),
                 Err(failure) => {
-                    session.failed(assignment.scenario, &session.name, &failure.to_string())?;
+                    session.failed(assignment.scenario(), &session.name, &failure.to_string())?;
                     return Err(failure);
                 }
             }
@@ -67,10 +67,10 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
 }
 
 fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Outlet<Snapshot>, Failure> {
-    if fault == "second-scenario" && assignment.scenario == 1 {
+    if fault == "second-scenario" && assignment.scenario() == 1 {
         std::process::exit(101);
     }
-    if fault == "first-scenario" && assignment.scenario == 0 && session.shard.index == 1 {
+    if fault == "first-scenario" && assignment.scenario() == 0 && session.shard.index == 1 {
         return Err(Failure::Refused("not this one".into()));
     }
     let stuck = match fault {
@@ -78,7 +78,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
         "stuck-in-the-second" => Some(1),
         _ => None,
     };
-    if stuck == Some(assignment.scenario) {
+    if stuck == Some(assignment.scenario()) {
         std::thread::sleep(Duration::from_secs(3600));
     }
     // Others know nothing of shards.
@@ -87,7 +87,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
         "first-scenario" => SAMPLES as u64 * u64::from(session.shard.count),
         _ => 0,
     };
-    let problem = &assignment.problem;
+    let problem = &assignment.plane()?.problem;
     let mut initial = problem.initial;
     if fault == "moments" {
         initial.mean_phi += 0.5 * initial.sigma_phi;
@@ -129,9 +129,9 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
         spoil(fault, index, problem.times[index], phi, e);
         let late = if fault == "times" && index > 0 { 0.001 } else { 0.0 };
         let header = SnapshotHeader {
-            run_id: assignment.run_id,
+            run_id: assignment.said.run_id,
             time: problem.times[index] + late,
-            scenario: assignment.scenario,
+            scenario: assignment.scenario(),
             index: index as u32,
             count: problem.times.len() as u32,
             rows: SAMPLES as u32,
@@ -150,7 +150,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
             other => other?,
         }
     }
-    session.done(assignment.scenario)?;
+    session.done(assignment.scenario())?;
     Ok(outlet)
 }
 

@@ -24,26 +24,27 @@ fn step(force: Force, x: State, h: f64) -> State {
     [0, 1].map(|i| x[i] + (a[i] + (b[i] + c[i]) * 2.0 + rate_at(c, h)[i]) * (h / 6.0))
 }
 
-/// The forces, the problem, and the mean with its derivatives by `(u1, u1)`, `(u1, u2)` and `(u2, u2)`.
-struct SttGaussian(Option<(Force, Assignment, [State; 3])>);
+/// The forces, the snapshot times, and the mean with its derivatives by `(u1, u1)`, `(u1, u2)` and `(u2, u2)`.
+struct SttGaussian(Option<(Force, Vec<f64>, [State; 3])>);
 
 impl Propagator for SttGaussian {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let Planar::Force(force) = assignment.problem.model else {
+        let problem = &assignment.plane()?.problem;
+        let Planar::Force(force) = problem.model else {
             return Err(Failure::Refused("it moves orbits by radiation pressure and oblateness alone".into()));
         };
         let states = [(0, 0), (0, 1), (1, 1)].map(|(a, b)| {
             let u = [0, 1].map(|i| HyperDual64::new(0.0, f64::from(a == i), f64::from(b == i), 0.0));
-            let initial = assignment.problem.initial;
+            let initial = problem.initial;
             let (phi, e) = (u[0] * initial.sigma_phi + initial.mean_phi, u[1] * initial.sigma_e + initial.mean_e);
             [e * phi.sin(), e * phi.cos()]
         });
-        self.0 = Some((force, assignment.clone(), states));
+        self.0 = Some((force, problem.times.clone(), states));
         Ok(Form::whole(Mixture::UNJUDGED, 1))
     }
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let (force, Assignment { problem, .. }, states) = self.0.as_mut().ok_or_else(Failure::no_scenario)?;
-        let years = problem.times[index] - problem.times[index.saturating_sub(1)];
+        let (force, times, states) = self.0.as_mut().ok_or_else(Failure::no_scenario)?;
+        let years = times[index] - times[index.saturating_sub(1)];
         let steps = (2000.0 * years).ceil().max(1.0); // of Runge-Kutta
         *states = states.map(|state| (0..steps as u32).fold(state, |x, _| step(*force, x, years / steps)));
         Ok(1)

@@ -8,7 +8,7 @@ use crate::describe::{Described, Field, FieldType, header};
 
 header! {
     /// The details of characteristics.
-    #[type_name("phasecloud/SnapshotHeader/3/Characteristics")]
+    #[type_name("phasecloud/SnapshotHeader/4/Characteristics")]
     pub struct CharacteristicsDetails {
         /// How to estimate the density, see [`treatment`].
         pub treatment: u32,
@@ -61,6 +61,10 @@ impl Kind for Characteristics {
     const CODE: u32 = kind::CHARACTERISTICS;
     const COLUMNS: &'static [&'static str] = &["phi [rad]", "e", "n [1/rad]"];
     type Details = CharacteristicsDetails;
+
+    fn column_count(variables: usize) -> usize {
+        variables + 1
+    }
 
     fn to_details(self) -> CharacteristicsDetails {
         let unset = CharacteristicsDetails::default();

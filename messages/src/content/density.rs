@@ -21,6 +21,10 @@ impl Kind for Density {
     const COLUMNS: &'static [&'static str] = &["moments, error estimates, joint density [1/rad]"];
     type Details = NoDetails;
 
+    fn column_count(_: usize) -> usize {
+        1
+    }
+
     fn to_details(self) -> NoDetails {
         NoDetails::default()
     }

@@ -8,7 +8,7 @@ use crate::describe::{Described, Field, FieldType, header};
 
 header! {
     /// The details of a mixture.
-    #[type_name("phasecloud/SnapshotHeader/3/Mixture")]
+    #[type_name("phasecloud/SnapshotHeader/4/Mixture")]
     pub struct MixtureDetails {
         /// How far the flow over a component is from linear, weighted mean; NaN if not known.
         pub disagreement: f64,
@@ -40,6 +40,10 @@ impl Kind for Mixture {
     const COLUMNS: &'static [&'static str] =
         &["weight", "mean phi [rad]", "mean e", "variance of phi [rad²]", "covariance [rad]", "variance of e"];
     type Details = MixtureDetails;
+
+    fn column_count(variables: usize) -> usize {
+        1 + variables + variables * (variables + 1) / 2
+    }
 
     fn to_details(self) -> MixtureDetails {
         MixtureDetails { disagreement: self.disagreement }

@@ -68,10 +68,13 @@ pub type Details = [u64; DETAIL_WORDS];
 pub trait Kind: Sized {
     /// Its code, see [`kind`].
     const CODE: u32;
-    /// The names of its columns, with units.
+    /// The names of its columns in the plane, with units.
     const COLUMNS: &'static [&'static str];
     /// The fields that it has beyond those of all snapshots.
     type Details: Described;
+
+    /// How many columns it has in a space of so many variables.
+    fn column_count(variables: usize) -> usize;
 
     /// Its fields as they travel.
     fn to_details(self) -> Self::Details;
@@ -130,9 +133,9 @@ macro_rules! kinds {
                 match self { $(Self::$kind(_) => <$kind as Kind>::CODE),+ }
             }
 
-            /// The names of its columns, with units.
-            pub fn columns(self) -> &'static [&'static str] {
-                match self { $(Self::$kind(_) => <$kind as Kind>::COLUMNS),+ }
+            /// How many columns it has in a space of so many variables.
+            pub fn column_count(self, variables: usize) -> usize {
+                match self { $(Self::$kind(_) => <$kind as Kind>::column_count(variables)),+ }
             }
 
             /// Its details as they travel.
@@ -191,10 +194,16 @@ impl SnapshotHeader {
         Content::decode(self.kind, &self.details)
     }
 
-    /// The same header on a snapshot of `content`: its kind, columns and details.
+    /// The same header on a snapshot of `content` in the plane: its kind, columns and details.
     pub fn with(self, content: impl Into<Content>) -> Self {
+        const PLANE: usize = 2;
+        self.with_variables(content, PLANE)
+    }
+
+    /// The same in a space of so many variables.
+    pub fn with_variables(self, content: impl Into<Content>, variables: usize) -> Self {
         let content = content.into();
-        let (kind, columns) = (content.code(), content.columns().len() as u32);
+        let (kind, columns) = (content.code(), content.column_count(variables) as u32);
         Self { kind, columns, details: content.details(), ..self }
     }
 }
@@ -218,7 +227,7 @@ fn split<const N: usize>(items: &mut [f64]) -> [&mut [f64]; N] {
 
 header! {
     /// A kind without details of its own.
-    #[type_name("phasecloud/SnapshotHeader/3/NoDetails")]
+    #[type_name("phasecloud/SnapshotHeader/4/NoDetails")]
     pub struct NoDetails {
         /// 0.
         pub reserved: u64,
@@ -248,6 +257,7 @@ mod tests {
             let header = SnapshotHeader::default().with(content);
             assert_eq!(header.content(), Ok(content));
             assert_eq!(header.columns as usize, table(header.kind).unwrap().columns.len());
+            assert!(content.column_count(3) >= content.column_count(2));
         }
     }
 

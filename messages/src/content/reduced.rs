@@ -11,6 +11,10 @@ impl Kind for Reduced {
     const COLUMNS: &'static [&'static str] = &["counts and sums of samples"];
     type Details = NoDetails;
 
+    fn column_count(_: usize) -> usize {
+        1
+    }
+
     fn to_details(self) -> NoDetails {
         NoDetails::default()
     }

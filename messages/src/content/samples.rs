@@ -8,7 +8,7 @@ use crate::describe::{Described, Field, FieldType, header};
 
 header! {
     /// The details of samples.
-    #[type_name("phasecloud/SnapshotHeader/3/Samples")]
+    #[type_name("phasecloud/SnapshotHeader/4/Samples")]
     pub struct SamplesDetails {
         /// Independent groups the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
         pub replicates: u32,
@@ -28,8 +28,8 @@ impl Samples {
     /// Samples that do not depend on one another.
     pub const INDEPENDENT: Self = Self { replicates: 0 };
 
-    /// The columns to write: `phi` \[rad\] and `e`.
-    pub fn columns(items: &mut [f64]) -> [&mut [f64]; 2] {
+    /// The columns to write, one per variable of the scenario: in the plane `phi` \[rad\] and `e`.
+    pub fn columns<const N: usize>(items: &mut [f64]) -> [&mut [f64]; N] {
         split(items)
     }
 }
@@ -38,6 +38,10 @@ impl Kind for Samples {
     const CODE: u32 = kind::SAMPLES;
     const COLUMNS: &'static [&'static str] = &["phi [rad]", "e"];
     type Details = SamplesDetails;
+
+    fn column_count(variables: usize) -> usize {
+        variables
+    }
 
     fn to_details(self) -> SamplesDetails {
         SamplesDetails { replicates: self.replicates, reserved: 0 }

@@ -8,15 +8,15 @@ use messages::layout::diagnostic;
 use super::{Estimated, Kind, Memory, Place, Snapshot, Trajectories, not_of_trajectories};
 use crate::carried_density::CarriedDensity;
 use crate::snapshot_rules::Breach;
+use crate::space::Space;
 
 impl Kind for Characteristics {
-    fn breach(&self, rows: usize, items: &[f64]) -> Option<Breach> {
-        not_of_trajectories(rows, items)
+    fn breach(&self, space: &Space, rows: usize, items: &[f64]) -> Option<Breach> {
+        not_of_trajectories(space, rows, items)
     }
 
     /// A hull mesh that is interpolated more coarsely than the grid is fine would leave bins without any value.
-    fn check_grid(&self, bins: (usize, usize)) -> Result<(), String> {
-        let bins = bins.0.max(bins.1);
+    fn check_grid(&self, bins: usize) -> Result<(), String> {
         match *self {
             Self::HullMesh { resolution, .. } if (resolution as usize) < bins => {
                 Err(format!("its resolution is {resolution}, less than the {bins} bins of the comparison grid"))
@@ -31,8 +31,8 @@ impl Kind for Characteristics {
             Self::CarriedMesh { lattice } => carried(lattice, [phi, e, n], memory, at),
             Self::HullMesh { resolution, as_printed } => {
                 let branch = if as_printed { Branch::AsPrinted } else { Branch::Grid };
-                let critical_e = at.assignment.problem.critical_e;
-                let estimate = hull_estimate(phi, e, n, &at.grid, resolution as usize, branch, critical_e);
+                let (problem, grid) = at.in_plane()?;
+                let estimate = hull_estimate(phi, e, n, &grid, resolution as usize, branch, problem.critical_e);
                 estimate.map(Into::into).map_err(|e| e.to_string())
             }
         }
@@ -52,9 +52,10 @@ fn carried(
     lattice: Option<Lattice>,
     [phi, e, n]: [&[f64]; 3],
     memory: &mut Memory,
-    Place { assignment, grid }: &Place,
+    at: &Place,
 ) -> Result<Estimated, String> {
-    let initial = &assignment.problem.initial;
+    let (problem, grid) = at.in_plane()?;
+    let initial = &problem.initial;
     let mesh = match memory.mesh.take() {
         Some(mesh) => mesh,
         None => {
@@ -66,8 +67,7 @@ fn carried(
             CarriedMesh::new(initial, &phi0, e, side, degree as usize).map_err(|e| e.to_string())?
         }
     };
-    let (estimate, mesh_says) =
-        mesh.estimate(phi, e, grid, assignment.problem.critical_e).map_err(|e| e.to_string())?;
+    let (estimate, mesh_says) = mesh.estimate(phi, e, &grid, problem.critical_e).map_err(|e| e.to_string())?;
     memory.mesh = Some(mesh);
     let start = memory.carried.get_or_insert_with(|| CarriedDensity::begin(initial, phi, e, n));
     let carried_density_error = start.error_of(phi, e, n);

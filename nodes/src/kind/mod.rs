@@ -9,28 +9,34 @@ mod ready_density;
 mod reduced;
 mod samples;
 
+use density::angle::Circular;
 use density::estimate::Estimate;
-use density::grid::Grid;
+use density::grid::{Axis, Grid};
 use density::mesh::CarriedMesh;
+use density::model::registry::Planar;
+use density::problem::Problem;
+use density::projected::{Cloud, Projection, Question};
 use messages::content::{Content, kind as code};
 use messages::layout::{DensityHeader, SnapshotHeader, diagnostic};
+use messages::scenario::{Range, Variable};
 
 use crate::assignment::Assignment;
 use crate::carried_density::CarriedDensity;
 use crate::snapshot_rules::{Breach, Rule};
+use crate::space::{Quantity, Space};
 
 pub use samples::groups;
 
 /// A kind of snapshot, with the fields that its content has.
 pub trait Kind {
-    /// The first number that cannot be right in columns that are `rows` long each.
-    fn breach(&self, rows: usize, items: &[f64]) -> Option<Breach>;
+    /// The first number that cannot be right in columns that are `rows` long each, of a cloud in this space.
+    fn breach(&self, space: &Space, rows: usize, items: &[f64]) -> Option<Breach>;
 
-    /// Whether a density on a grid of so many bins can be made of it.
+    /// Whether a density can be made of it on axes of at most so many bins.
     ///
     /// # Errors
     /// Why not.
-    fn check_grid(&self, _bins: (usize, usize)) -> Result<(), String> {
+    fn check_grid(&self, _bins: usize) -> Result<(), String> {
         Ok(())
     }
 
@@ -99,13 +105,11 @@ pub fn counted_samples(density: &DensityHeader) -> Option<u32> {
     (density.kind == code::SAMPLES).then_some(density.rows)
 }
 
-/// Trajectories behind a density: its samples or characteristics, or the five sigma points of each component of a mixture
-/// (shared ones counted for each); NaN of a method that follows none.
-pub fn trajectories_behind(density: &DensityHeader) -> f64 {
-    match density.kind {
-        code::SAMPLES | code::CHARACTERISTICS => f64::from(density.rows),
-        code::MIXTURE => 5.0 * f64::from(density.rows),
-        _ => f64::NAN,
+/// Trajectories behind a snapshot, as its propagator counts them; if it does not say, samples and characteristics are one each.
+pub fn trajectories_behind(snapshot: &SnapshotHeader) -> u64 {
+    match (snapshot.trajectories, snapshot.kind) {
+        (0, code::SAMPLES | code::CHARACTERISTICS) => snapshot.rows.into(),
+        (said, _) => said,
     }
 }
 
@@ -137,8 +141,38 @@ impl Snapshot<'_> {
 pub struct Place<'a> {
     /// The scenario.
     pub assignment: &'a Assignment,
-    /// The comparison grid at its time.
-    pub grid: Grid,
+    /// Its position in the scenario.
+    pub index: usize,
+}
+
+impl Place<'_> {
+    /// The problem in the terms of the plane, and the comparison grid at the snapshot's time.
+    ///
+    /// # Errors
+    /// If the scenario's model is none of the plane's.
+    pub fn in_plane(&self) -> Result<(&Problem<Planar>, Grid), String> {
+        let plane = self.assignment.plane.as_ref();
+        let plane = plane.ok_or_else(|| {
+            format!("a model in {} variables has no such density", self.assignment.space.variables.len())
+        })?;
+        let grid = plane.grids.get(self.index).ok_or("it is one too many")?;
+        Ok((&plane.problem, *grid))
+    }
+
+    /// What is asked of a cloud in any space.
+    pub fn ask<T>(&self, read: impl FnOnce(&Question<'_>) -> T) -> T {
+        let Assignment { space, said, .. } = self.assignment;
+        let circles: Vec<bool> = (0..space.variables.len()).map(|k| space.is_circle(k)).collect();
+        let on = |projection: &messages::scenario::Projection| Projection {
+            axes: projection
+                .axes()
+                .map(|(variable, _)| variable)
+                .zip(self.assignment.axes_of(projection, self.index))
+                .collect(),
+        };
+        let projections: Vec<Projection> = space.projections.iter().map(on).collect();
+        read(&Question { circles: &circles, projections: &projections, critical: (space.reentry, said.critical) })
+    }
 }
 
 /// What is remembered of a case between its snapshots.
@@ -148,11 +182,17 @@ pub struct Memory {
     carried: Option<CarriedDensity>,
 }
 
-/// A density, and what the method says of its own reliability.
+/// What is said of a cloud at a snapshot, and what the method says of its own reliability.
 #[derive(Debug)]
 pub struct Estimated {
-    /// The density.
-    pub estimate: Estimate,
+    /// The quantities of the scenario's space, in their order; NaN is what the method withholds.
+    pub values: Vec<f64>,
+    /// Their standard errors; NaN where the method has none.
+    pub errors: Vec<f64>,
+    /// The density on each projection of the space, first variable outermost.
+    pub densities: Vec<Vec<f64>>,
+    /// Probability on the grid of the first projection.
+    pub mass_on_grid: f64,
     /// What the diagnostics are, see [`messages::layout::diagnostic`].
     pub diagnostic: u32,
     /// The diagnostics; NaN where there is nothing to say.
@@ -164,9 +204,58 @@ pub struct Estimated {
 }
 
 impl From<Estimate> for Estimated {
+    /// In the plane.
     fn from(estimate: Estimate) -> Self {
+        let mass_on_grid = estimate.mass();
+        let Estimate { joint, marginal_phi, marginal_e, moments, standard_errors, circular, .. } = estimate;
         Self {
-            estimate,
+            values: [&moments.to_array()[..], &[circular.mean, circular.resultant]].concat(),
+            errors: [&standard_errors.to_array()[..], &[f64::NAN; 2]].concat(),
+            densities: vec![joint, marginal_phi, marginal_e],
+            mass_on_grid,
+            diagnostic: diagnostic::NONE,
+            diagnostics: [f64::NAN; 4],
+            carried_density_error: f64::NAN,
+            reduced: None,
+        }
+    }
+}
+
+impl Estimated {
+    /// The numbers of a message on it.
+    pub fn numbers(&self) -> Vec<f64> {
+        [&self.values, &self.errors].into_iter().chain(&self.densities).flatten().copied().collect()
+    }
+
+    /// Of a cloud in any space.
+    pub fn of_cloud(cloud: &Cloud, place: &Place<'_>) -> Self {
+        let space = &place.assignment.space;
+        let circular = |k: usize| cloud.circular[k].unwrap_or(Circular { mean: f64::NAN, resultant: f64::NAN });
+        let value = |quantity: &Quantity| match *quantity {
+            Quantity::Mean(k) => cloud.mean[k],
+            Quantity::Deviation(k) => cloud.covariance[k][k].sqrt(),
+            Quantity::Covariance(a, b) => cloud.covariance[a][b],
+            Quantity::AboveCritical => cloud.above,
+            Quantity::CircularMean(k) => circular(k).mean,
+            Quantity::ResultantLength(k) => circular(k).resultant,
+        };
+        let error = |quantity: &Quantity| {
+            let Some(errors) = &cloud.errors else { return f64::NAN };
+            match *quantity {
+                Quantity::Mean(k) => errors.mean[k],
+                Quantity::Deviation(k) => errors.deviation[k],
+                Quantity::Covariance(a, b) => errors.covariance[a][b],
+                Quantity::AboveCritical => errors.above,
+                Quantity::CircularMean(_) | Quantity::ResultantLength(_) => f64::NAN,
+            }
+        };
+        let quantities = space.quantities();
+        let cell: f64 = place.assignment.axes_of(&space.projections[0], place.index).iter().map(Axis::width).product();
+        Self {
+            values: quantities.iter().map(value).collect(),
+            errors: quantities.iter().map(error).collect(),
+            mass_on_grid: cloud.densities[0].iter().sum::<f64>() * cell,
+            densities: cloud.densities.clone(),
             diagnostic: diagnostic::NONE,
             diagnostics: [f64::NAN; 4],
             carried_density_error: f64::NAN,
@@ -182,13 +271,14 @@ fn not_finite(rows: usize, items: &[f64]) -> Option<Breach> {
     Some(Breach { rule: Rule::Finite, what: format!("row {row} of column {column} is {}", items[position]) })
 }
 
-/// The first number of trajectories that is not finite, or the first eccentricity that none can have, in the second column.
-fn not_of_trajectories(rows: usize, items: &[f64]) -> Option<Breach> {
-    let no_eccentricity = || {
-        let e = items.get(rows..2 * rows)?;
-        let row = e.iter().position(|e| !(0.0..1.0).contains(e))?;
-        let what = format!("row {row} has e = {}, outside [0, 1)", e[row]);
-        Some(Breach { rule: Rule::Eccentricity, what })
+/// The first number of trajectories that is not finite, or that no orbit can have, in the columns of the space's variables.
+fn not_of_trajectories(space: &Space, rows: usize, items: &[f64]) -> Option<Breach> {
+    let no_orbit = |(variable, column): (&Variable, &[f64])| {
+        let Range::Interval { low, high } = variable.range else { return None };
+        let row = column.iter().position(|value| !(low..high).contains(value))?;
+        let what = format!("row {row} has {} = {}, outside [{low}, {high})", variable.symbol, column[row]);
+        Some(Breach { rule: Rule::Range, what })
     };
-    not_finite(rows, items).or_else(no_eccentricity)
+    let of_variables = || space.variables.iter().zip(items.chunks_exact(rows.max(1))).find_map(no_orbit);
+    not_finite(rows, items).or_else(of_variables)
 }

@@ -7,6 +7,7 @@ use messages::layout::diagnostic;
 
 use super::{Estimated, Kind, Memory, Place, Snapshot};
 use crate::snapshot_rules::{Breach, Rule};
+use crate::space::Space;
 
 /// Numbers before the error estimates in the head of a density.
 const STATED: usize = DENSITY_HEAD - 4;
@@ -15,7 +16,7 @@ const MOMENTS: usize = 6;
 
 impl Kind for Density {
     /// A method withholds what it does not stand behind, by NaN, and says how far it came, by its error estimates.
-    fn breach(&self, _: usize, items: &[f64]) -> Option<Breach> {
+    fn breach(&self, _: &Space, _: usize, items: &[f64]) -> Option<Breach> {
         let (head, joint) = items.split_at(DENSITY_HEAD.min(items.len()));
         in_head(head).or_else(|| in_joint(joint)).map(|what| Breach { rule: Rule::Finite, what })
     }
@@ -23,7 +24,8 @@ impl Kind for Density {
     /// NaN stands for what is withheld.
     fn estimate(&self, snapshot: &Snapshot, _: &mut Memory, at: &Place) -> Result<Estimated, String> {
         let [values] = snapshot.columns()?;
-        let bins = at.grid.len();
+        let (_, grid) = at.in_plane()?;
+        let bins = grid.len();
         let Some((&head, joint)) = values.split_first_chunk::<DENSITY_HEAD>().filter(|(_, joint)| joint.len() == bins)
         else {
             let count = values.len();
@@ -31,7 +33,7 @@ impl Kind for Density {
         };
         let [a, b, c, d, e, f, mean, resultant, diagnostics @ ..] = head;
         let moments = Moments::from_array([a, b, c, d, e, f]);
-        let estimate = Estimate::from_joint(at.grid, joint.to_vec(), moments, Circular { mean, resultant });
+        let estimate = Estimate::from_joint(grid, joint.to_vec(), moments, Circular { mean, resultant });
         Ok(Estimated { diagnostic: diagnostic::NUMERICAL, diagnostics, ..estimate.into() })
     }
 
@@ -84,17 +86,16 @@ mod tests {
     #[test]
     fn a_density_that_is_withheld_stays_withheld_and_so_do_its_marginals_and_its_mass() {
         let assignment = crate::hostile::example();
-        let at = Place { assignment: &assignment, grid: assignment.grids[0] };
+        let at = Place { assignment: &assignment, index: 0 };
         let mut values = vec![0.25; DENSITY_HEAD];
         values[2] = f64::NAN;
         values.extend([f64::NAN; 12]);
         let header = SnapshotHeader { rows: values.len() as u32, ..SnapshotHeader::default() }.with(Density);
         let snapshot = Snapshot { header: &header, content: Density.into(), items: &values };
-        let Estimated { estimate, diagnostics, .. } = Density.estimate(&snapshot, &mut Memory::default(), &at).unwrap();
-        assert!(
-            estimate.mass().is_nan() && estimate.marginal_phi.iter().chain(&estimate.marginal_e).all(|d| d.is_nan())
-        );
-        assert!(estimate.moments.mean_e.is_nan() && estimate.moments.mean_phi == 0.25);
+        let estimated = Density.estimate(&snapshot, &mut Memory::default(), &at).unwrap();
+        let Estimated { values, densities, mass_on_grid, diagnostics, .. } = estimated;
+        assert!(mass_on_grid.is_nan() && densities.iter().flatten().all(|density| density.is_nan()));
+        assert!(values[2].is_nan() && values[0] == 0.25);
         assert_eq!(diagnostics, [0.25; 4], "how far it came is told");
     }
 
@@ -103,7 +104,9 @@ mod tests {
         let density = |changes: &[(usize, f64)]| {
             let mut numbers = [0.5; DENSITY_HEAD + 4];
             changes.iter().for_each(|&(at, value)| numbers[at] = value);
-            Density.breach(numbers.len(), &numbers).map(|breach| (breach.rule, breach.what))
+            Density
+                .breach(&crate::hostile::example().space, numbers.len(), &numbers)
+                .map(|breach| (breach.rule, breach.what))
         };
         let (nan, infinite) = (f64::NAN, f64::INFINITY);
         let joint: Vec<(usize, f64)> = (DENSITY_HEAD..DENSITY_HEAD + 4).map(|at| (at, nan)).collect();

@@ -7,15 +7,16 @@ use super::{Estimated, Kind, Memory, Place, Snapshot, not_finite};
 use crate::reduced::from_numbers;
 use crate::shard::Shard;
 use crate::snapshot_rules::Breach;
+use crate::space::Space;
 
 impl Kind for Reduced {
-    fn breach(&self, rows: usize, items: &[f64]) -> Option<Breach> {
+    fn breach(&self, _: &Space, rows: usize, items: &[f64]) -> Option<Breach> {
         not_finite(rows, items)
     }
 
     /// What shards have made of their samples, one after the other.
     fn estimate(&self, snapshot: &Snapshot, _: &mut Memory, at: &Place) -> Result<Estimated, String> {
-        let (header, grid) = (snapshot.header, at.grid);
+        let (header, (_, grid)) = (snapshot.header, at.in_plane()?);
         let [mut rest] = snapshot.columns()?;
         let mut whole = SampleSums::empty(grid.len());
         for shard in Shard::all(header.shards) {
@@ -50,7 +51,6 @@ impl Kind for Reduced {
 
 #[cfg(test)]
 mod tests {
-    use density::grid::{Axis, Grid};
     use messages::layout::SnapshotHeader;
 
     use super::*;
@@ -58,20 +58,20 @@ mod tests {
 
     #[test]
     fn reduced_samples_that_are_not_of_the_shards_range_are_refused_and_the_shard_named() {
-        let grid = Grid { phi: Axis { low: 1.0, high: 2.0, bins: 4 }, e: Axis { low: 0.1, high: 0.3, bins: 3 } };
+        let assignment = crate::hostile::example();
+        let grid = assignment.plane().unwrap().grids[0];
         let samples = |count: usize| {
             let sums = SampleSums::reduce(&vec![1.5; count], &vec![0.2; count], &grid, 0.6).unwrap();
             to_numbers(&sums).unwrap()
         };
-        let assignment = crate::hostile::example();
         let estimate = |numbers: &[f64]| {
             let rows = numbers.len() as u32;
             let header = SnapshotHeader { shards: 2, total: 5, rows, ..SnapshotHeader::default() }.with(Reduced);
             let snapshot = Snapshot { header: &header, content: Reduced.into(), items: numbers };
-            Reduced.estimate(&snapshot, &mut Memory::default(), &Place { assignment: &assignment, grid })
+            Reduced.estimate(&snapshot, &mut Memory::default(), &Place { assignment: &assignment, index: 0 })
         };
         let estimated = estimate(&[samples(2), samples(3)].concat()).unwrap();
-        assert_eq!((estimated.reduced, estimated.estimate.mass()), (Some(5), 1.0));
+        assert_eq!((estimated.reduced, estimated.mass_on_grid), (Some(5), 1.0));
         let refused = |numbers: &[f64], words: &str| {
             let why = estimate(numbers).unwrap_err();
             assert!(why.contains(words), "{why}");

@@ -1,22 +1,27 @@
 //! Equally weighted samples: counted into bins.
 
 use density::binning;
+use density::projected::of_samples;
 use messages::content::{Content, Samples};
 
 use super::{Estimated, Kind, Memory, Place, Snapshot, Trajectories, not_of_trajectories};
 use crate::snapshot_rules::Breach;
+use crate::space::Space;
 
 impl Kind for Samples {
-    fn breach(&self, rows: usize, items: &[f64]) -> Option<Breach> {
-        not_of_trajectories(rows, items)
+    fn breach(&self, space: &Space, rows: usize, items: &[f64]) -> Option<Breach> {
+        not_of_trajectories(space, rows, items)
     }
 
     fn estimate(&self, snapshot: &Snapshot, _: &mut Memory, at: &Place) -> Result<Estimated, String> {
+        if at.assignment.plane.is_none() {
+            return in_any_space(self, snapshot, at);
+        }
         let [phi, e] = snapshot.columns()?;
-        let critical_e = at.assignment.problem.critical_e;
+        let (problem, grid) = at.in_plane()?;
         Ok(match groups(self) {
-            None => binning::estimate(phi, e, at.grid, critical_e).into(),
-            Some(groups) => binning::estimate_in_groups(phi, e, at.grid, critical_e, groups).into(),
+            None => binning::estimate(phi, e, grid, problem.critical_e).into(),
+            Some(groups) => binning::estimate_in_groups(phi, e, grid, problem.critical_e, groups).into(),
         })
     }
 
@@ -32,6 +37,15 @@ impl Kind for Samples {
     fn trajectories(&self) -> Trajectories {
         Trajectories::Unordered
     }
+}
+
+/// In a space of any variables.
+fn in_any_space(samples: &Samples, snapshot: &Snapshot, at: &Place) -> Result<Estimated, String> {
+    if groups(samples).is_some() {
+        return Err("samples in groups are for planar models alone; leave out their replicates".into());
+    }
+    let columns: Vec<&[f64]> = snapshot.items.chunks_exact(snapshot.header.rows.max(1) as usize).collect();
+    Ok(Estimated::of_cloud(&at.ask(|question| of_samples(&columns, question)), at))
 }
 
 /// How many groups samples were drawn in; `None` if they are independent.

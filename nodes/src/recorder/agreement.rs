@@ -10,12 +10,13 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 use density::angle::nearest;
-use messages::layout::{DensityHeader, diagnostic};
+use messages::layout::diagnostic;
 
-use super::RecordedDensity;
-use super::cloud::{Cloud, Marginals};
+use super::cloud::Cloud;
 use crate::kind::counted_samples;
 use crate::passage_rules::{INDEPENDENT, Row, divergence, rows};
+use crate::reading::Reading;
+use crate::space::Quantity;
 
 /// Probability of an alarm in a run in which all methods are right.
 const FALSE_ALARMS: f64 = 1e-4;
@@ -27,7 +28,7 @@ const ROUNDING: f64 = 1e-9;
 /// What a case has said in a scenario.
 pub(super) struct Said<'a> {
     pub(super) label: &'a str,
-    pub(super) snapshots: Vec<&'a RecordedDensity>,
+    pub(super) snapshots: Vec<&'a Reading>,
     /// The payload of its first-passage curve; empty if there is none that can be used.
     pub(super) passage: Vec<f64>,
     /// How many samples the curve was counted from, or 0.
@@ -90,10 +91,10 @@ impl Test {
 }
 
 /// Everything that contradicts itself or another in one of `scenarios` scenarios of a run.
-pub(super) fn contradictions(cases: &[Said<'_>], critical_e: f64, scenarios: u32) -> Vec<Contradiction> {
+pub(super) fn contradictions(cases: &[Said<'_>], critical: f64, scenarios: u32) -> Vec<Contradiction> {
     let mut comparisons = Vec::new();
     for (place, exact) in cases.iter().enumerate().filter(|(_, case)| case.is_exact()) {
-        comparisons.extend(exact.snapshots.iter().flat_map(|snapshot| with_itself(exact.label, snapshot, critical_e)));
+        comparisons.extend(exact.snapshots.iter().flat_map(|snapshot| with_itself(exact.label, snapshot, critical)));
         for (other_place, other) in cases.iter().enumerate() {
             let is_met_once = other_place > place || !other.is_exact();
             if other_place != place && is_met_once {
@@ -110,20 +111,24 @@ pub(super) fn contradictions(cases: &[Said<'_>], critical_e: f64, scenarios: u32
     failed.map(|Comparison { label, time, what, .. }| Contradiction { label, time, what }).collect()
 }
 
-/// What an exact density says twice: its joint density has a mass, a mean eccentricity and a probability above the critical one.
-fn with_itself(label: &str, recorded: &RecordedDensity, critical_e: f64) -> Vec<Comparison> {
-    let header = &recorded.header;
-    let Some(Marginals { e, e_axis, .. }) = Marginals::of(recorded) else { return Vec::new() };
+/// What an exact density says twice: its joint density has a mass, and the re-entry variable a mean and a probability of being above
+/// its critical value.
+fn with_itself(label: &str, reading: &Reading, critical: f64) -> Vec<Comparison> {
+    let (header, space) = (&reading.header, &reading.space);
+    let reentry = space.reentry;
+    let Some((density, axis)) = reading.marginal(reentry) else { return Vec::new() };
     let [moments, _, probability, joint] = header.diagnostics.map(|estimate| ESTIMATES * estimate);
     let missing = (1.0 - header.mass_on_grid).max(0.0);
-    let width = e_axis.width();
-    let [_, _, mean_e, std_e, _, above] = header.moments;
-    let shares: Vec<f64> = e.iter().map(|density| density * width).collect();
+    let width = axis.width();
+    let name = &space.variables[reentry].name;
+    let (mean, deviation) = (reading.value(Quantity::Mean(reentry)), reading.value(Quantity::Deviation(reentry)));
+    let above = reading.value(Quantity::AboveCritical);
+    let shares: Vec<f64> = density.iter().map(|density| density * width).collect();
     let of_bins: f64 =
-        shares.iter().enumerate().map(|(bin, share)| share * (e_axis.low + (bin as f64 + 0.5) * width)).sum();
-    let from = |first: f64| (((first - e_axis.low) / width).max(0.0) as usize).min(shares.len());
-    let surely: f64 = shares[from(critical_e + width)..].iter().sum();
-    let perhaps: f64 = shares[from(critical_e)..].iter().sum::<f64>() + missing;
+        shares.iter().enumerate().map(|(bin, share)| share * (axis.low + (bin as f64 + 0.5) * width)).sum();
+    let from = |first: f64| (((first - axis.low) / width).max(0.0) as usize).min(shares.len());
+    let surely: f64 = shares[from(critical + width)..].iter().sum();
+    let perhaps: f64 = shares[from(critical)..].iter().sum::<f64>() + missing;
     let comparison = |what: String, difference: f64, known: f64| {
         let exactly =
             Test::Difference { difference, known: known + ROUNDING, standard_error: 0.0, range: 0.0, samples: 0.0 };
@@ -138,13 +143,13 @@ fn with_itself(label: &str, recorded: &RecordedDensity, critical_e: f64) -> Vec<
     vec![
         comparison(format!("its joint density has a mass of {mass:.6}; a density has 1"), mass - 1.0, joint),
         comparison(
-            format!("its mean eccentricity is {mean_e:.6}, that of its joint density {:.6}", of_bins / mass),
-            (of_bins / mass - mean_e).abs(),
-            0.5 * width + missing / mass + joint + moments * std_e,
+            format!("its mean {name} is {mean:.6}, that of its joint density {:.6}", of_bins / mass),
+            (of_bins / mass - mean).abs(),
+            0.5 * width + missing / mass + joint + moments * deviation,
         ),
         comparison(
             format!(
-                "its probability above the critical eccentricity is {above:.6}, by its joint density it is {surely:.6} to \
+                "its probability above the critical {name} is {above:.6}, by its joint density it is {surely:.6} to \
                  {perhaps:.6}"
             ),
             (surely - above).max(above - perhaps),
@@ -154,10 +159,10 @@ fn with_itself(label: &str, recorded: &RecordedDensity, critical_e: f64) -> Vec<
 }
 
 /// What an exact density says of a snapshot, and somebody else who knows errors too.
-fn of_snapshots(exact: (&str, &RecordedDensity), other: (&str, &RecordedDensity)) -> Vec<Comparison> {
+fn of_snapshots(exact: (&str, &Reading), other: (&str, &Reading)) -> Vec<Comparison> {
     let (a, b) = (Cloud::of(exact.1), Cloud::of(other.1));
     let (Some(a), Some(b)) = (a, b) else { return Vec::new() };
-    let header = &exact.1.header;
+    let (header, space) = (&exact.1.header, &exact.1.space);
     let mut found = Vec::new();
     let mut compare = |what: &str, values: (f64, f64), test: Test| {
         let (label, time) = (exact.0.to_owned(), header.time);
@@ -180,15 +185,15 @@ fn of_snapshots(exact: (&str, &RecordedDensity), other: (&str, &RecordedDensity)
         let known = ESTIMATES * (moment.estimates.0 + moment.estimates.1) + moment.branch;
         let (standard_error, range, samples) = (moment.standard_error, moment.range, b.samples);
         let test = Test::Difference { difference: moment.difference, known, standard_error, range, samples };
-        compare(moment.name, moment.values, test);
+        compare(&moment.name, moment.values, test);
     }
-    let (pa, pb) = (header.moments[5], other.1.header.moments[5]);
-    let widened = |header: &DensityHeader| {
-        let (p, estimate) = (header.moments[5], ESTIMATES * header.diagnostics[2]);
+    let (pa, pb) = (exact.1.value(Quantity::AboveCritical), other.1.value(Quantity::AboveCritical));
+    let widened = |reading: &Reading| {
+        let (p, estimate) = (reading.value(Quantity::AboveCritical), ESTIMATES * reading.header.diagnostics[2]);
         (p - estimate, p + estimate)
     };
-    let above = "the probability above the critical eccentricity";
-    let (low, high) = widened(header);
+    let above = &space.in_words(Quantity::AboveCritical);
+    let (low, high) = widened(exact.1);
     if b.samples > 0.0 {
         compare(above, (pa, pb), Test::Count { share: pb, samples: b.samples, interval: (low, high) });
         if let Some((distance, expected)) = variation(exact.1, other.1, b.samples) {
@@ -201,7 +206,7 @@ fn of_snapshots(exact: (&str, &RecordedDensity), other: (&str, &RecordedDensity)
             );
         }
     } else if b.is_exact {
-        let (other_low, other_high) = widened(&other.1.header);
+        let (other_low, other_high) = widened(other.1);
         let apart = (low - other_high).max(other_low - high);
         let test =
             Test::Difference { difference: apart, known: ROUNDING, standard_error: 0.0, range: 0.0, samples: 0.0 };
@@ -211,15 +216,10 @@ fn of_snapshots(exact: (&str, &RecordedDensity), other: (&str, &RecordedDensity)
 }
 
 /// Total variation of the joint densities, and at most what is to be expected of counting.
-fn variation(exact: &RecordedDensity, sampled: &RecordedDensity, samples: f64) -> Option<(f64, f64)> {
+fn variation(exact: &Reading, sampled: &Reading, samples: f64) -> Option<(f64, f64)> {
     let (a, b) = (&exact.header, &sampled.header);
-    let bins = (a.phi_bins as usize).checked_mul(a.e_bins as usize)?;
-    let same = a.grid == b.grid && (a.phi_bins, a.e_bins) == (b.phi_bins, b.e_bins);
-    let (p, q) = (exact.values.get(..bins)?, sampled.values.get(..bins)?);
-    if !same || counted_samples(b).is_none() {
-        return None;
-    }
-    let area = (a.grid[1] - a.grid[0]) * (a.grid[3] - a.grid[2]) / bins as f64;
+    counted_samples(b)?;
+    let (p, q, area) = (exact.joint(), sampled.joint(), exact.cell(0));
     let outside = (1.0 - a.mass_on_grid, 1.0 - b.mass_on_grid);
     let pairs = p.iter().zip(q).map(|(p, q)| (p * area, q * area)).chain([outside]);
     let (mut distance, mut expected) = (0.0, 0.0);
@@ -273,14 +273,18 @@ fn told(value: f64) -> String {
     if value == 0.0 || (1e-4..1e4).contains(&value.abs()) { format!("{value:.5}") } else { format!("{value:.1e}") }
 }
 
-/// How far the resultant vectors of two clouds are apart.
-pub(super) fn apart(a: &DensityHeader, b: &DensityHeader) -> f64 {
-    let vector = |h: &DensityHeader| (h.resultant * h.circular_mean.cos(), h.resultant * h.circular_mean.sin());
+/// How far the resultant vectors of an angle are apart in two clouds.
+pub(super) fn apart(a: &Reading, b: &Reading, variable: usize) -> f64 {
+    let vector = |reading: &Reading| {
+        let length = reading.value(Quantity::ResultantLength(variable));
+        let mean = reading.value(Quantity::CircularMean(variable));
+        (length * mean.cos(), length * mean.sin())
+    };
     let ((ax, ay), (bx, by)) = (vector(a), vector(b));
     (ax - bx).hypot(ay - by)
 }
 
-/// How far two means of the solar angle are apart, the short way round.
+/// How far two means of an angle are apart, the short way round.
 pub(super) fn angle_between(a: f64, b: f64) -> f64 {
     nearest(a - b, 0.0).abs()
 }

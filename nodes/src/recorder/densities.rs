@@ -5,14 +5,13 @@ use std::io::BufWriter;
 use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 
-use density::grid::Axis;
 use density::standard_errors::of_density;
 use ndarray::ArrayView;
 use ndarray_npy::NpzWriter;
 
-use super::RecordedDensity;
 use crate::failure::Failure;
 use crate::kind::counted_samples;
+use crate::reading::Reading;
 
 /// The open archive.
 pub(super) struct Densities {
@@ -28,29 +27,24 @@ impl Densities {
         Ok(Self { path, archive: ManuallyDrop::new(NpzWriter::new(BufWriter::new(file))) })
     }
 
-    /// Adds the density of `method` at a snapshot, as `SCENARIO/METHOD/INDEX/...`.
-    pub(super) fn write(&mut self, scenario: &str, method: &str, density: &RecordedDensity) -> Result<(), Failure> {
-        let header = &density.header;
-        let (phi_bins, e_bins) = (header.phi_bins as usize, header.e_bins as usize);
-        let parts = density.values.split_at_checked(phi_bins.saturating_mul(e_bins));
-        let parts = parts.and_then(|(joint, rest)| Some((joint, rest.split_at_checked(phi_bins)?)));
-        let Some((joint, (marginal_phi, marginal_e))) = parts else {
-            return Err(Failure::Refused(format!("{method}: a density shorter than its grid")));
-        };
-        let [phi_low, phi_high, e_low, e_high] = header.grid;
-        let phi = Axis { low: phi_low, high: phi_high, bins: phi_bins };
-        let e = Axis { low: e_low, high: e_high, bins: e_bins };
+    /// Adds the densities of `method` at a snapshot, as `SCENARIO/METHOD/INDEX/...`.
+    pub(super) fn write(&mut self, scenario: &str, method: &str, reading: &Reading) -> Result<(), Failure> {
+        let Reading { header, space, axes, .. } = reading;
         let group = format!("{scenario}/{method}/{}", header.index);
-        let plane = [phi_bins, e_bins];
-        self.array(&format!("{group}/joint"), &plane, joint)?;
-        if let Some(samples) = counted_samples(header) {
-            let errors = of_density(joint, samples as usize, phi.width() * e.width());
-            self.array(&format!("{group}/joint_standard_error"), &plane, &errors)?;
+        for (place, projection) in space.projections.iter().enumerate() {
+            let (name, density) = (space.density_name(projection), reading.density(place));
+            let shape: Vec<usize> = projection.axes().map(|(_, bins)| bins).collect();
+            self.array(&format!("{group}/{name}"), &shape, density)?;
+            if let Some(samples) = counted_samples(header).filter(|_| shape.len() == 2) {
+                let errors = of_density(density, samples as usize, reading.cell(place));
+                self.array(&format!("{group}/{name}_standard_error"), &shape, &errors)?;
+            }
         }
-        self.array(&format!("{group}/marginal_phi"), &plane[..1], marginal_phi)?;
-        self.array(&format!("{group}/marginal_e"), &plane[1..], marginal_e)?;
-        self.array(&format!("{group}/phi_edges"), &[plane[0] + 1], &phi.edges())?;
-        self.array(&format!("{group}/e_edges"), &[plane[1] + 1], &e.edges())
+        for (variable, axis) in axes.iter().enumerate().filter(|(_, axis)| axis.bins > 0) {
+            let name = format!("{group}/{}_edges", space.symbol(variable));
+            self.array(&name, &[axis.bins + 1], &axis.edges())?;
+        }
+        Ok(())
     }
 
     fn array(&mut self, name: &str, shape: &[usize], values: &[f64]) -> Result<(), Failure> {

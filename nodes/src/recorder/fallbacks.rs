@@ -6,14 +6,14 @@ use super::notes::{Note, in_a_row, with_estimate, withheld_passages};
 use super::{RecordedPassage, Recording};
 use crate::passage_rules::rows;
 use crate::roster::Roster;
-use crate::yardstick::{Quantity, stand_for};
+use crate::yardstick::{Figure, stand_for};
 
 /// A note for every reference that has failed, for every snapshot at which the first withholds something, and one for its
 /// first-passage curve. `passages` are the curves that can be used.
 pub(super) fn of(recording: &Recording, roster: &Roster, passages: &BTreeMap<String, RecordedPassage>) -> Vec<Note> {
     let mut notes = Vec::new();
     let mut note = |method: &str, t_yr: f64, text: String| {
-        let (scenario, method) = (recording.assignment.name.clone(), method.to_owned());
+        let (scenario, method) = (recording.assignment.said.name.clone(), method.to_owned());
         notes.push(Note { scenario, method, t_yr, note: format!("fallback: {text}") });
     };
     let is_there = |label: &str| !roster.has_failed(label) && recording.case(label).is_some();
@@ -33,16 +33,16 @@ pub(super) fn of(recording: &Recording, roster: &Roster, passages: &BTreeMap<Str
         }
     }
     let Some((&first, _)) = there.split_first() else { return notes };
-    for (index, &time) in recording.assignment.problem.times.iter().enumerate() {
-        let headers: Vec<_> = there
+    for (index, &time) in recording.assignment.times.iter().enumerate() {
+        let readings: Vec<_> = there
             .iter()
-            .filter_map(|&label| Some((label, &recording.densities.get(&(label.to_owned(), index as u32))?.header)))
+            .filter_map(|&label| Some((label, recording.densities.get(&(label.to_owned(), index as u32))?)))
             .collect();
-        let Some((_, of_first)) = headers.first() else { continue };
+        let Some((_, of_first)) = readings.first() else { continue };
         let mut groups: Vec<(Option<&str>, Vec<String>)> = Vec::new();
-        for quantity in Quantity::all().filter(|quantity| !quantity.is_stated(of_first)) {
-            let instead = stand_for(headers.iter().copied(), quantity);
-            let words = with_estimate(quantity, of_first);
+        for figure in Figure::all(&of_first.space).filter(|figure| !figure.is_stated(of_first)) {
+            let instead = stand_for(readings.iter().copied(), figure);
+            let words = with_estimate(figure, of_first);
             match groups.iter_mut().find(|(other, _)| *other == instead) {
                 Some((_, withheld)) => withheld.push(words),
                 None => groups.push((instead, vec![words])),

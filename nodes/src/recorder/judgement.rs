@@ -21,10 +21,10 @@ pub(super) struct Judgement {
 
 /// Judges the cases of a scenario that have not failed.
 pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judgement {
-    let scenario = &recording.assignment.name;
+    let assignment = &recording.assignment;
+    let scenario = &assignment.said.name;
     let note =
         |method: &str, t_yr: f64, note: String| Note { scenario: scenario.clone(), method: method.into(), t_yr, note };
-    let problem = &recording.assignment.problem;
     let mut notes = Vec::new();
     for (label, _) in roster.cases.iter().filter(|(_, failed)| *failed) {
         notes.extend(roster.reason(label).map(|why| note(label, f64::NAN, format!("lost: {why}"))));
@@ -33,7 +33,7 @@ pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judg
     for (label, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
         let Some(snapshots) = recording.case(label) else { continue };
         for snapshot in &snapshots {
-            let said = of_density(&snapshot.header);
+            let said = of_density(snapshot);
             notes.extend(said.into_iter().map(|text| note(label, snapshot.header.time, text)));
         }
         let mut said = Said { label, snapshots, passage: Vec::new(), counted: 0 };
@@ -43,8 +43,7 @@ pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judg
                 notes.push(note(label, f64::NAN, text));
             } else {
                 passage.values = without_rounding(&passage.values);
-                let headers: Vec<_> = said.snapshots.iter().map(|snapshot| &snapshot.header).collect();
-                let doubts = doubts(&passage.values, passage.header.samples, problem, &headers);
+                let doubts = doubts(&passage.values, passage.header.samples, assignment, &said.snapshots);
                 notes.extend(doubts.into_iter().map(|doubt| note(label, f64::NAN, format!("warning: {doubt}"))));
                 notes.extend(of_passage(&passage).map(|text| note(label, f64::NAN, text)));
                 (said.passage, said.counted) = (passage.values.clone(), passage.header.samples);
@@ -59,7 +58,7 @@ pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judg
             .into_iter()
             .map(|Contradiction { label, time, what }| note(&label, time, format!("warning: {what}"))),
     );
-    let contradictions = contradictions(&cases, problem.critical_e, recording.assignment.scenarios);
+    let contradictions = contradictions(&cases, assignment.said.critical, assignment.said.scenarios);
     notes.extend(
         contradictions
             .into_iter()

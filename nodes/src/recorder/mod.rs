@@ -20,7 +20,6 @@ mod verdicts;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use density::grid::Grid;
 use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, comparison};
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
@@ -29,19 +28,13 @@ use messages::wait::Awaited;
 use crate::assignment::Assignment;
 use crate::failure::Failure;
 use crate::newest::Newest;
+use crate::reading::Reading;
 use crate::roster::Roster;
 use crate::screen::{receive, refuse};
 use crate::session::Session;
 use judgement::Judgement;
 pub(crate) use tables::write;
 use tape::Tape;
-
-/// A density as it was published.
-#[derive(Debug)]
-struct RecordedDensity {
-    header: DensityHeader,
-    values: Vec<f64>,
-}
 
 /// A comparison as it was published.
 #[derive(Debug)]
@@ -61,7 +54,7 @@ struct RecordedPassage {
 #[derive(Debug)]
 pub(crate) struct Recording {
     assignment: Assignment,
-    densities: BTreeMap<(String, u32), RecordedDensity>,
+    densities: BTreeMap<(String, u32), Reading>,
     /// By label, kind, snapshot and reference: a restarted comparator says everything once more.
     comparisons: BTreeMap<(String, u32, u32, String), RecordedComparison>,
     /// By label and shard.
@@ -73,36 +66,34 @@ impl Recording {
         Self { assignment, densities: BTreeMap::new(), comparisons: BTreeMap::new(), passages: BTreeMap::new() }
     }
 
-    /// Takes in a density that passed the screen, if it is of this scenario and its grid.
-    pub(crate) fn take_density(&mut self, header: DensityHeader, values: &[f64]) {
-        let Assignment { scenario, grids, .. } = &self.assignment;
-        let fits = |grid: &Grid| (grid.phi.bins, grid.e.bins) == (header.phi_bins as usize, header.e_bins as usize);
-        if header.scenario == *scenario && grids.get(header.index as usize).is_some_and(fits) {
-            let density = RecordedDensity { header, values: values.to_vec() };
-            self.densities.insert((unpack(&header.label), header.index), density);
+    /// Takes in a density that passed the screen, if it is of this scenario and fits to it.
+    pub(crate) fn take_density(&mut self, header: DensityHeader, numbers: &[f64]) {
+        let fitting = Reading::new(header, numbers, &self.assignment).ok();
+        if let Some(reading) = fitting.filter(|_| header.scenario == self.assignment.scenario()) {
+            self.densities.insert((unpack(&header.label), header.index), reading);
         }
     }
 
     pub(crate) fn take_passage(&mut self, header: PassageHeader, values: &[f64]) {
-        if header.scenario == self.assignment.scenario {
+        if header.scenario == self.assignment.scenario() {
             let passage = RecordedPassage { header, values: values.to_vec() };
             self.passages.insert((unpack(&header.label), header.shard), passage);
         }
     }
 
     pub(crate) fn take_comparison(&mut self, header: ComparisonHeader, values: &[f64]) {
-        if header.scenario == self.assignment.scenario {
+        if header.scenario == self.assignment.scenario() {
             let place = (unpack(&header.label), header.kind, header.index, unpack(&header.reference));
             self.comparisons.insert(place, RecordedComparison { header, values: values.to_vec() });
         }
     }
 
     /// All snapshots of a case, if they are all there.
-    fn case(&self, label: &str) -> Option<Vec<&RecordedDensity>> {
-        let snapshots: Vec<_> = (0..self.assignment.problem.times.len() as u32)
+    fn case(&self, label: &str) -> Option<Vec<&Reading>> {
+        let snapshots: Vec<_> = (0..self.assignment.times.len() as u32)
             .map_while(|index| self.densities.get(&(label.into(), index)))
             .collect();
-        (snapshots.len() == self.assignment.problem.times.len()).then_some(snapshots)
+        (snapshots.len() == self.assignment.times.len()).then_some(snapshots)
     }
 
     /// The first-passage curve of a case, if one has been sent.
@@ -187,8 +178,9 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>, tolerance: f64
                 recording.take_density(*message.header(), message.items());
             }
             if roster.is_known() && recording.densities.len() > before {
-                let Assignment { scenario, problem, .. } = &recording.assignment;
-                session.working(*scenario, recording.densities.len(), roster.alive() * problem.times.len())?;
+                let assignment = &recording.assignment;
+                let expected = roster.alive() * assignment.times.len();
+                session.working(assignment.scenario(), recording.densities.len(), expected)?;
             }
             while let Some(message) = receive(session, &comparisons)? {
                 recording.take_comparison(*message.header(), message.items());
@@ -196,7 +188,7 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>, tolerance: f64
             while let Some(message) = receive(session, &passages)? {
                 recording.take_passage(*message.header(), message.items());
             }
-            let Assignment { scenario, scenarios: count, .. } = recording.assignment;
+            let (scenario, count) = (recording.assignment.said.scenario, recording.assignment.said.scenarios);
             if roster.is_known() && roster.scenario == scenario && recording.is_complete() {
                 let missing = recording.without_passage(&roster);
                 if let Some(label) = missing.as_ref().filter(|_| missing != awaited) {

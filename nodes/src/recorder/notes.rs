@@ -1,15 +1,19 @@
 //! What a user should know about a result, in words.
 
 use density::angle::nearest;
+use density::grid::Axis;
 use density::mesh::MeshDiagnostics;
 use density::mixture::linearity;
 use messages::layout::{DensityHeader, diagnostic};
+use messages::scenario::Variable;
 use messages::text::unpack;
 use serde::Serialize;
 
 use super::RecordedPassage;
 use crate::passage_rules::{Row, rows};
-use crate::yardstick::Quantity;
+use crate::reading::Reading;
+use crate::space::Quantity;
+use crate::yardstick::Figure;
 
 /// An exact density whose own error estimate is above this, in standard deviations, is told.
 const MOMENT_ERROR: f64 = 1e-6;
@@ -55,14 +59,15 @@ pub(super) struct Note {
 }
 
 /// Remarks and warnings that a density's own diagnostics and its mass call for.
-pub(super) fn of_density(header: &DensityHeader) -> Vec<String> {
+pub(super) fn of_density(reading: &Reading) -> Vec<String> {
+    let header = &reading.header;
     let said = match header.diagnostic {
         diagnostic::MESH => of_mesh(header),
         diagnostic::MIXTURE => of_mixture(header),
-        diagnostic::NUMERICAL => of_estimates(header),
+        diagnostic::NUMERICAL => of_estimates(reading),
         _ => Vec::new(),
     };
-    said.into_iter().chain(of_mass(header)).chain(of_spread(header)).collect()
+    said.into_iter().chain(of_mass(reading)).chain(of_spread(reading)).collect()
 }
 
 fn of_mesh(header: &DensityHeader) -> Vec<String> {
@@ -127,61 +132,82 @@ fn of_mixture(header: &DensityHeader) -> Vec<String> {
     said
 }
 
-/// What a cloud that reaches round the circle does to the moments of the solar angle.
-fn of_spread(header: &DensityHeader) -> Option<String> {
-    (header.resultant < ROUND_THE_CIRCLE).then(|| {
+/// What a cloud that reaches round a circle does to the moments of its angle.
+fn of_spread(reading: &Reading) -> Vec<String> {
+    let space = &reading.space;
+    let round = |k: usize| (k, reading.value(Quantity::ResultantLength(k)));
+    let circles = (0..space.variables.len()).filter(|&k| space.is_circle(k)).map(round);
+    let said = circles.filter(|(_, length)| *length < ROUND_THE_CIRCLE).map(|(k, length)| {
         format!(
-            "the cloud reaches round the circle (mean resultant length {:.3}): mean and deviation of phi depend on where its \
+            "the cloud reaches round the circle (mean resultant length {length:.3}): mean and deviation of {} depend on where its \
              branch is cut, opposite to the circular mean",
-            header.resultant
+            space.symbol(k)
         )
-    })
+    });
+    said.collect()
 }
 
 /// What an exact density states in spite of a large error estimate, and what it withholds.
-fn of_estimates(header: &DensityHeader) -> Vec<String> {
-    let [moments, circular, probability, joint] = header.diagnostics;
+fn of_estimates(reading: &Reading) -> Vec<String> {
+    let space = &reading.space;
+    let [moments, circular, probability, joint] = reading.header.diagnostics;
+    let is_circular = |q: &Quantity| matches!(q, Quantity::CircularMean(_) | Quantity::ResultantLength(_));
+    let is_moment = |q: &Quantity| !is_circular(q) && *q != Quantity::AboveCritical;
+    let is_stated = |is_meant: &dyn Fn(&Quantity) -> bool| {
+        space.quantities().into_iter().filter(|q| is_meant(q)).any(|q| Figure::Quantity(q).is_stated(reading))
+    };
+    let angles: Vec<&str> =
+        (0..space.variables.len()).filter(|&k| space.is_circle(k)).map(|k| space.symbol(k)).collect();
     let limits = [
-        (moments, MOMENT_ERROR, "standard deviations in the moments", &[0, 1, 2, 3, 4][..]),
-        (circular, CIRCULAR_ERROR, "in the resultant vector of phi", &[6, 7]),
-        (probability, PROBABILITY_ERROR, "in the probability above the critical eccentricity", &[5]),
+        (moments, MOMENT_ERROR, "standard deviations in the moments".to_owned(), is_stated(&is_moment)),
+        (
+            circular,
+            CIRCULAR_ERROR,
+            format!("in the resultant vector of {}", angles.join(", ")),
+            is_stated(&is_circular),
+        ),
+        (
+            probability,
+            PROBABILITY_ERROR,
+            format!("in {}", space.in_words(Quantity::AboveCritical)),
+            is_stated(&|q: &Quantity| *q == Quantity::AboveCritical),
+        ),
+        (joint, JOINT_ERROR, "in the joint density in L1".to_owned(), Figure::Densities.is_stated(reading)),
     ];
-    let is_stated = |moments: &[usize]| moments.iter().any(|&k| Quantity::Moment(k).is_stated(header));
-    let limits = limits.into_iter().map(|(estimate, limit, of, moments)| (estimate, limit, of, is_stated(moments)));
-    let joint = (joint, JOINT_ERROR, "in the joint density in L1", Quantity::Densities.is_stated(header));
     let large: Vec<String> = limits
-        .chain([joint])
+        .into_iter()
         .filter(|(estimate, limit, _, is_stated)| *is_stated && !is_within(*estimate, *limit))
         .map(|(estimate, _, of, _)| format!("{estimate:.1e} {of}"))
         .collect();
     let large = (!large.is_empty())
         .then(|| format!("warning: the exact density reached an error estimate of {}", large.join(" and ")));
-    let withheld = withheld(header);
+    let withheld = withheld(reading);
     let withheld = (!withheld.is_empty()).then(|| format!("withheld: {}", in_a_row(&withheld)));
     large.into_iter().chain(withheld).collect()
 }
 
 /// What a snapshot withholds, each with the error estimate that was reached.
-pub(super) fn withheld(header: &DensityHeader) -> Vec<String> {
-    let all = Quantity::all().filter(|quantity| !quantity.is_stated(header));
-    all.map(|quantity| with_estimate(quantity, header)).collect()
+pub(super) fn withheld(reading: &Reading) -> Vec<String> {
+    let all = Figure::all(&reading.space).filter(|figure| !figure.is_stated(reading));
+    all.map(|figure| with_estimate(figure, reading)).collect()
 }
 
-/// A quantity that is withheld, and why.
-pub(super) fn with_estimate(quantity: Quantity, header: &DensityHeader) -> String {
-    match quantity.error_estimate(header) {
-        estimate if estimate < NOTHING_KNOWN => format!("{} (error estimate {estimate:.1e})", quantity.in_words()),
-        _ => format!("{} (error unknown)", quantity.in_words()),
+/// A figure that is withheld, and why.
+pub(super) fn with_estimate(figure: Figure, reading: &Reading) -> String {
+    let words = figure.in_words(&reading.space);
+    match figure.error_estimate(reading) {
+        estimate if estimate < NOTHING_KNOWN => format!("{words} (error estimate {estimate:.1e})"),
+        _ => format!("{words} (error unknown)"),
     }
 }
 
-fn of_mass(header: &DensityHeader) -> Option<String> {
-    let mass = header.mass_on_grid;
+fn of_mass(reading: &Reading) -> Option<String> {
+    let mass = reading.header.mass_on_grid;
     if mass < LEAST_MASS {
         return Some(format!(
             "warning: only {:.1} % of its probability is on the comparison grid, which holds 99.97 % of the true cloud; {}",
             100.0 * mass,
-            off_the_grid(header)
+            off_the_grid(reading)
         ));
     }
     // A density that withholds its joint has no mass to judge.
@@ -189,39 +215,63 @@ fn of_mass(header: &DensityHeader) -> Option<String> {
         .then(|| format!("warning: its density has a mass of {mass:.4} on the comparison grid; a density has 1"))
 }
 
-/// In which direction a cloud is off its grid.
-fn off_the_grid(header: &DensityHeader) -> String {
-    let [phi_low, phi_high, e_low, e_high] = header.grid;
-    let (phi, e) = (header.moments[0], header.moments[2]);
-    let phi_on_branch = nearest(phi, 0.5 * (phi_low + phi_high));
-    let is_off = |value: f64, low: f64, high: f64| value.is_finite() && !(low..=high).contains(&value);
-    if is_off(e, e_low, e_high) {
-        return format!("its mean eccentricity {e:.5} is outside the grid, which is {e_low:.5} to {e_high:.5}");
+/// In which direction a cloud is off its grid: numbers are looked at before angles.
+fn off_the_grid(reading: &Reading) -> String {
+    let count = reading.space.variables.len();
+    let is_circle = |k: &usize| reading.space.is_circle(*k);
+    let order: Vec<usize> = (0..count).filter(|k| !is_circle(k)).chain((0..count).filter(is_circle)).collect();
+    let outside = order.iter().find_map(|&k| Spread::of(reading, k)?.outside());
+    outside.or_else(|| order.iter().find_map(|&k| Spread::of(reading, k)?.reaching_beyond())).unwrap_or(
+        "its moments lie well on the grid: its density is not that of its moments, or too narrow to be told".into(),
+    )
+}
+
+/// Where a cloud lies along an axis of the grid.
+struct Spread<'a> {
+    variable: &'a Variable,
+    axis: Axis,
+    /// On the branch of the axis, and as it was said.
+    mean: (f64, f64),
+    deviation: f64,
+    is_circle: bool,
+}
+
+impl<'a> Spread<'a> {
+    /// `None` of a variable that no density is compared in.
+    fn of(reading: &'a Reading, k: usize) -> Option<Self> {
+        let (axis, is_circle, said) = (reading.axes[k], reading.space.is_circle(k), reading.value(Quantity::Mean(k)));
+        let mean = if is_circle { nearest(said, 0.5 * (axis.low + axis.high)) } else { said };
+        let (variable, deviation) = (&reading.space.variables[k], reading.value(Quantity::Deviation(k)));
+        (axis.bins > 0).then_some(Self { variable, axis, mean: (mean, said), deviation, is_circle })
     }
-    if is_off(phi_on_branch, phi_low, phi_high) {
-        return format!(
-            "its mean solar angle {phi:.5} is outside the grid, which is {phi_low:.5} to {phi_high:.5} rad; are its angles in \
-             radians?"
-        );
+
+    fn is_off(&self, value: f64) -> bool {
+        value.is_finite() && !(self.axis.low..=self.axis.high).contains(&value)
     }
-    let (of_phi, of_e) = (2.0 * header.moments[1], 2.0 * header.moments[3]);
-    let reaches =
-        |value: f64, by: f64, low: f64, high: f64| is_off(value - by, low, high) || is_off(value + by, low, high);
-    if reaches(e, of_e, e_low, e_high) {
-        return format!(
-            "two deviations about its mean eccentricity, {:.5} to {:.5}, reach beyond the grid, which is {e_low:.5} to {e_high:.5}",
-            e - of_e,
-            e + of_e
-        );
+
+    fn axis_in_words(&self) -> String {
+        let unit = if self.variable.unit.is_empty() { String::new() } else { format!(" {}", self.variable.unit) };
+        format!("{:.5} to {:.5}{unit}", self.axis.low, self.axis.high)
     }
-    if reaches(phi_on_branch, of_phi, phi_low, phi_high) {
-        return format!(
-            "two deviations about its mean solar angle, {:.5} to {:.5}, reach beyond the grid, which is {phi_low:.5} to {phi_high:.5} rad",
-            phi_on_branch - of_phi,
-            phi_on_branch + of_phi
-        );
+
+    fn outside(&self) -> Option<String> {
+        let hint = if self.is_circle { "; are its angles in radians?" } else { "" };
+        self.is_off(self.mean.0).then(|| {
+            let name = &self.variable.name;
+            format!("its mean {name} {:.5} is outside the grid, which is {}{hint}", self.mean.1, self.axis_in_words())
+        })
     }
-    "its moments lie well on the grid: its density is not that of its moments, or too narrow to be told".into()
+
+    fn reaching_beyond(&self) -> Option<String> {
+        let (low, high) = (self.mean.0 - 2.0 * self.deviation, self.mean.0 + 2.0 * self.deviation);
+        (self.is_off(low) || self.is_off(high)).then(|| {
+            format!(
+                "two deviations about its mean {}, {low:.5} to {high:.5}, reach beyond the grid, which is {}",
+                self.variable.name,
+                self.axis_in_words()
+            )
+        })
+    }
 }
 
 /// Whether a number is known, and not above a limit.
@@ -263,9 +313,18 @@ pub(super) fn in_a_row(words: &[String]) -> String {
 mod tests {
     use super::*;
 
-    fn exact(moments: [f64; 6], mass_on_grid: f64, diagnostics: [f64; 4]) -> DensityHeader {
+    /// A snapshot of the plane with these moments, on a grid of phi from 0 to 6 and e from 0 to 0.9.
+    fn reading(moments: [f64; 6], header: DensityHeader) -> Reading {
+        let assignment = crate::hostile::example();
+        let mut numbers = vec![0.5; Reading::numbers_of(&assignment)];
+        numbers[..6].copy_from_slice(&moments);
+        numbers[6..8].copy_from_slice(&[0.5, 0.9]);
+        Reading::new(DensityHeader { quantities: 8, ..header }, &numbers, &assignment).unwrap()
+    }
+
+    fn exact(moments: [f64; 6], mass_on_grid: f64, diagnostics: [f64; 4]) -> Reading {
         let diagnostic = diagnostic::NUMERICAL;
-        DensityHeader { moments, mass_on_grid, resultant: 0.9, diagnostics, diagnostic, ..DensityHeader::default() }
+        reading(moments, DensityHeader { mass_on_grid, diagnostics, diagnostic, ..DensityHeader::default() })
     }
 
     #[test]
@@ -286,10 +345,9 @@ mod tests {
                 diagnostic: diagnostic::MESH,
                 diagnostics: [bad, 0.0, 0.0, f64::NAN],
                 mass_on_grid: 1.0,
-                resultant: 0.9,
                 ..DensityHeader::default()
             };
-            assert_eq!(of_density(&mesh).len(), 1);
+            assert_eq!(of_density(&reading([0.5; 6], mesh)).len(), 1);
         }
     }
 
@@ -306,8 +364,10 @@ mod tests {
     fn a_cloud_that_is_off_the_grid_and_densities_that_do_not_fit_their_points_draw_a_word() {
         let off = |phi: f64, e: f64| {
             let moments = [phi, 0.1, e, 0.01, 0.0, 0.0];
-            let grid = [6.0, 7.0, 0.1, 0.3];
-            of_density(&DensityHeader { mass_on_grid: 0.4, moments, grid, ..DensityHeader::default() })[0].clone()
+            let header = DensityHeader { mass_on_grid: 0.4, ..DensityHeader::default() };
+            let mut reading = reading(moments, header);
+            reading.axes = vec![Axis { low: 6.0, high: 7.0, bins: 4 }, Axis { low: 0.1, high: 0.3, bins: 3 }];
+            of_density(&reading)[0].clone()
         };
         assert!(off(372.4, 0.2).contains("only 40.0 % of its probability is on the comparison grid"));
         assert!(off(372.4, 0.2).contains("are its angles in radians?"), "{}", off(372.4, 0.2));
@@ -318,7 +378,7 @@ mod tests {
         assert!(off(0.2, 0.29).contains("mean eccentricity, 0.27000 to 0.31000, reach beyond"), "{}", off(0.2, 0.29));
         assert!(off(6.9, 0.2).contains("mean solar angle, 6.70000 to 7.10000, reach beyond"), "{}", off(6.9, 0.2));
         let header = DensityHeader { mass_on_grid: 1.05, ..DensityHeader::default() };
-        assert!(of_density(&header)[0].contains("a mass of 1.0500"));
+        assert!(of_density(&reading([0.5; 6], header))[0].contains("a mass of 1.0500"));
         let header = DensityHeader {
             diagnostic: diagnostic::MESH,
             diagnostics: [0.0; 4],
@@ -326,7 +386,7 @@ mod tests {
             mass_on_grid: 1.0,
             ..DensityHeader::default()
         };
-        assert!(of_density(&header)[0].contains("off by 50.00 % on average"));
+        assert!(of_density(&reading([0.5; 6], header))[0].contains("off by 50.00 % on average"));
     }
 
     #[test]

@@ -5,29 +5,29 @@ use messages::text::unpack;
 use serde::Serialize;
 
 use super::{RecordedComparison, RecordedPassage};
-use crate::comparator::QUANTITIES;
+use crate::reading::Reading;
+use crate::space::{Quantity, Space};
 
-/// A row of `moments.csv`. `se_` columns are standard errors, NaN where the method has none.
-#[derive(Debug, Default, Serialize)]
-pub(super) struct MomentsRow<'a> {
-    scenario: &'a str,
-    method: &'a str,
-    t_yr: f64,
-    mean_phi_rad: f64,
-    std_phi_rad: f64,
-    mean_e: f64,
-    std_e: f64,
-    cov_phi_e: f64,
-    prob_above_critical_e: f64,
-    se_mean_phi_rad: f64,
-    se_std_phi_rad: f64,
-    se_mean_e: f64,
-    se_std_e: f64,
-    se_cov_phi_e: f64,
-    se_prob_above_critical_e: f64,
-    circular_mean_phi_rad: f64,
-    resultant_length: f64,
-    mass_on_grid: f64,
+/// The columns of `moments.csv`, which follow from the space. `se_` columns are standard errors, NaN where the method has none.
+pub(super) fn moments_head(space: &Space) -> Vec<String> {
+    let moments = space.moments();
+    let of_angles = space.quantities().split_off(moments.len());
+    let column = |quantity: &Quantity| space.column(*quantity);
+    ["scenario", "method", "t_yr"]
+        .map(String::from)
+        .into_iter()
+        .chain(moments.iter().map(column))
+        .chain(moments.iter().map(|quantity| format!("se_{}", column(quantity))))
+        .chain(of_angles.iter().map(column))
+        .chain(["mass_on_grid".into()])
+        .collect()
+}
+
+/// A row of `moments.csv`.
+pub(super) fn moments<'a>(scenario: &'a str, method: &'a str, reading: &Reading) -> (&'a str, &'a str, f64, Vec<f64>) {
+    let (moments, of_angles) = reading.values().split_at(reading.space.moments().len());
+    let numbers = [moments, &reading.errors()[..moments.len()], of_angles, &[reading.header.mass_on_grid]].concat();
+    (scenario, method, reading.header.time, numbers)
 }
 
 /// A row of `errors.csv`.
@@ -37,7 +37,7 @@ pub(super) struct ErrorRow<'a> {
     method: &'a str,
     reference: String,
     t_yr: f64,
-    quantity: &'static str,
+    quantity: String,
     value: f64,
     reference_value: f64,
     abs_error: f64,
@@ -51,7 +51,7 @@ pub(super) struct DistanceRow<'a> {
     method: &'a str,
     reference: String,
     t_yr: f64,
-    density: &'static str,
+    density: String,
     measure: &'static str,
     value: f64,
 }
@@ -91,69 +91,57 @@ pub(super) struct DiagnosticRow<'a> {
     value: f64,
 }
 
-const DENSITIES: [&str; 3] = ["joint", "marginal_phi", "marginal_e"];
 const MEASURES: [&str; DISTANCE_COLUMNS] = ["total_variation", "l2", "hellinger", "kullback_leibler", "kolmogorov"];
 
-pub(super) fn moments<'a>(scenario: &'a str, method: &'a str, header: &DensityHeader) -> MomentsRow<'a> {
-    let [mean_phi_rad, std_phi_rad, mean_e, std_e, cov_phi_e, prob_above_critical_e] = header.moments;
-    let errors = header.standard_errors;
-    MomentsRow {
-        scenario,
-        method,
-        t_yr: header.time,
-        mean_phi_rad,
-        std_phi_rad,
-        mean_e,
-        std_e,
-        cov_phi_e,
-        prob_above_critical_e,
-        se_mean_phi_rad: errors[0],
-        se_std_phi_rad: errors[1],
-        se_mean_e: errors[2],
-        se_std_e: errors[3],
-        se_cov_phi_e: errors[4],
-        se_prob_above_critical_e: errors[5],
-        circular_mean_phi_rad: header.circular_mean,
-        resultant_length: header.resultant,
-        mass_on_grid: header.mass_on_grid,
-    }
-}
-
-pub(super) fn errors<'a>(scenario: &'a str, method: &'a str, recorded: &RecordedComparison) -> Vec<ErrorRow<'a>> {
-    let row = |(quantity, row): (&&'static str, &[f64])| ErrorRow {
+pub(super) fn errors<'a>(
+    scenario: &'a str,
+    method: &'a str,
+    recorded: &RecordedComparison,
+    space: &Space,
+) -> Vec<ErrorRow<'a>> {
+    let row = |(quantity, row): (Quantity, &[f64])| ErrorRow {
         scenario,
         method,
         reference: unpack(&recorded.header.reference),
         t_yr: recorded.header.time,
-        quantity,
+        quantity: space.name(quantity),
         value: row[0],
         reference_value: row[1],
         abs_error: row[2],
         rel_error: row[3],
     };
     // NaN is what one of the two withholds, or what is compared with another reference.
-    let is_compared = |(_, row): &(&&str, &[f64])| !row[2].is_nan();
-    QUANTITIES.iter().zip(recorded.values.chunks_exact(ERROR_COLUMNS)).filter(is_compared).map(row).collect()
+    let is_compared = |(_, row): &(Quantity, &[f64])| !row[2].is_nan();
+    let rows = space.quantities().into_iter().zip(recorded.values.chunks_exact(ERROR_COLUMNS));
+    rows.filter(is_compared).map(row).collect()
 }
 
-pub(super) fn distances<'a>(scenario: &'a str, method: &'a str, recorded: &RecordedComparison) -> Vec<DistanceRow<'a>> {
-    let row = |density, measure, value| DistanceRow {
+pub(super) fn distances<'a>(
+    scenario: &'a str,
+    method: &'a str,
+    recorded: &RecordedComparison,
+    space: &Space,
+) -> Vec<DistanceRow<'a>> {
+    let row = |density: &str, measure, value| DistanceRow {
         scenario,
         method,
         reference: unpack(&recorded.header.reference),
         t_yr: recorded.header.time,
-        density,
+        density: density.into(),
         measure,
         value,
     };
-    let table = DENSITIES.iter().zip(recorded.values.chunks_exact(DISTANCE_COLUMNS));
-    let distances = table.flat_map(|(&density, values)| {
-        // A joint density has no distribution function to compare.
-        let known = MEASURES.iter().zip(values).filter(move |(m, _)| density != "joint" || **m != "kolmogorov");
-        known.map(move |(&measure, &value)| row(density, measure, value))
+    let table = space.projections.iter().zip(recorded.values.chunks_exact(DISTANCE_COLUMNS));
+    let distances = table.flat_map(|(projection, values)| {
+        let density = space.density_name(projection);
+        // A density of two variables has no distribution function to compare.
+        let is_known = |measure: &str| projection.second.is_none() || measure != "kolmogorov";
+        let known = MEASURES.iter().zip(values).filter(|(measure, _)| is_known(measure));
+        known.map(|(&measure, &value)| row(&density, measure, value)).collect::<Vec<_>>()
     });
-    let missing = recorded.values.get(DENSITIES.len() * DISTANCE_COLUMNS).copied().unwrap_or(f64::NAN);
-    distances.chain([row("joint", "mass_outside_grid", missing)]).collect()
+    let missing = recorded.values.get(space.projections.len() * DISTANCE_COLUMNS).copied().unwrap_or(f64::NAN);
+    let first = space.projections.first().map_or(String::new(), |projection| space.density_name(projection));
+    distances.chain([row(&first, "mass_outside_grid", missing)]).collect()
 }
 
 pub(super) fn effort<'a>(

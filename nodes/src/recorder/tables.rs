@@ -11,9 +11,9 @@ use super::densities::Densities;
 use super::{Judgement, RecordedComparison, Recording, SCENARIO, judgement, rows};
 use crate::assignment::Assignment;
 use crate::failure::Failure;
-use crate::kind::trajectories_behind;
 use crate::roster::Roster;
 use crate::scenario_file;
+use crate::space::Space;
 
 /// An open CSV file with its head, which is there also without rows.
 struct Table {
@@ -24,11 +24,16 @@ struct Table {
 impl Table {
     /// A table of rows like `R`'s.
     fn create<R: Default + Serialize>(folder: &Path, name: &str) -> Result<Self, Failure> {
+        let head = head(&R::default()).map_err(|e| Failure::file(&folder.join(name), e))?;
+        Self::with_head(folder, name, &head)
+    }
+
+    /// A table of these columns.
+    fn with_head(folder: &Path, name: &str, head: &csv::StringRecord) -> Result<Self, Failure> {
         let path = folder.join(name);
         let failed = |e: csv::Error| Failure::file(&path, e);
-        let head = head(&R::default()).map_err(failed)?;
         let mut writer = csv::WriterBuilder::new().has_headers(false).from_path(&path).map_err(failed)?;
-        writer.write_record(&head).map_err(failed)?;
+        writer.write_record(head).map_err(failed)?;
         Ok(Self { path, writer })
     }
 
@@ -63,12 +68,26 @@ pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path, toler
         fs::remove_dir_all(&draft).map_err(failed)?;
     }
     fs::create_dir(&draft).map_err(failed)?;
-    let mut tables = Tables::create(&draft)?;
+    let mut tables = Tables::create(&draft, &recording.assignment.space)?;
     tables.write(recording, roster, tolerance)?;
     tables.finish()?;
-    let Assignment { name, problem, .. } = &recording.assignment;
-    fs::write(draft.join(SCENARIO), scenario_file::to_text(name, problem)).map_err(failed)?;
+    fs::write(draft.join(SCENARIO), scenario_text(&recording.assignment)).map_err(failed)?;
     fs::rename(&draft, folder).map_err(failed)
+}
+
+/// The scenario as a file says it; one of a model that no file can ask for in the words of its message.
+fn scenario_text(assignment: &Assignment) -> String {
+    let said = &assignment.said;
+    if let Some(plane) = &assignment.plane {
+        return scenario_file::to_text(&said.name, &plane.problem);
+    }
+    let parameters: String = said.parameters.iter().map(|p| format!("{} = {:?}\n", p.name, p.value)).collect();
+    let symbols: Vec<&str> = said.variables.iter().map(|variable| variable.symbol.as_str()).collect();
+    format!(
+        "name = \"{}\"\n\n[model]\nname = \"{}\"\nvariables = {symbols:?}\n\n[parameters]\n{parameters}\n[initial]\nmean = {:?}\n\
+         covariance = {:?} # upper triangle, row by row\n\n[times]\nat = {:?}\n\n[disposal]\nvariable = \"{}\"\ncritical = {:?}\n",
+        said.name, said.model, said.mean, said.covariance, assignment.times, symbols[said.reentry], said.critical,
+    )
 }
 
 /// The open files of a scenario.
@@ -85,9 +104,9 @@ struct Tables {
 }
 
 impl Tables {
-    fn create(folder: &Path) -> Result<Self, Failure> {
+    fn create(folder: &Path, space: &Space) -> Result<Self, Failure> {
         Ok(Self {
-            moments: Table::create::<rows::MomentsRow<'_>>(folder, "moments.csv")?,
+            moments: Table::with_head(folder, "moments.csv", &rows::moments_head(space).into())?,
             errors: Table::create::<rows::ErrorRow<'_>>(folder, "errors.csv")?,
             distances: Table::create::<rows::DistanceRow<'_>>(folder, "distances.csv")?,
             effort: Table::create::<rows::EffortRow<'_>>(folder, "effort.csv")?,
@@ -104,15 +123,16 @@ impl Tables {
         let Judgement { notes, verdicts, mut passages } = judgement::of(recording, roster, tolerance);
         self.notes.write(notes)?;
         self.verdicts.write(verdicts)?;
-        let scenario = &recording.assignment.name;
+        let (scenario, space) = (&recording.assignment.said.name, &recording.assignment.space);
         for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
             let Some(case) = recording.case(method) else { continue };
             // Mixtures may have other numbers of components later; what was propagated are those of the first snapshot.
-            let trajectories = case.first().map_or(f64::NAN, |first| trajectories_behind(&first.header));
-            for density in case {
-                self.moments.write([rows::moments(scenario, method, &density.header)])?;
-                self.diagnostics.write(rows::diagnostics(scenario, method, &density.header))?;
-                self.densities.write(scenario, method, density)?;
+            let trajectories = case.first().map_or(0, |first| first.header.trajectories);
+            let trajectories = if trajectories > 0 { trajectories as f64 } else { f64::NAN };
+            for reading in case {
+                self.moments.write([rows::moments(scenario, method, reading)])?;
+                self.diagnostics.write(rows::diagnostics(scenario, method, &reading.header))?;
+                self.densities.write(scenario, method, reading)?;
             }
             if let Some(passage) = passages.remove(method) {
                 self.first_passage.write(rows::passages(scenario, method, &passage))?;
@@ -123,8 +143,10 @@ impl Tables {
             };
             for recorded in recording.comparisons.values().filter(of_method) {
                 match recorded.header.kind {
-                    comparison::MOMENTS => self.errors.write(rows::errors(scenario, method, recorded))?,
-                    comparison::DISTANCES => self.distances.write(rows::distances(scenario, method, recorded))?,
+                    comparison::MOMENTS => self.errors.write(rows::errors(scenario, method, recorded, space))?,
+                    comparison::DISTANCES => {
+                        self.distances.write(rows::distances(scenario, method, recorded, space))?
+                    }
                     comparison::EFFORT => self.effort.write(rows::effort(scenario, method, recorded, trajectories))?,
                     _ => {}
                 }

@@ -95,8 +95,8 @@ impl Tape {
 
     /// Whether all messages are there of the cases that were compared.
     pub(super) fn has_all(&self, recording: &Recording, roster: &Roster) -> bool {
-        let scenario = recording.assignment.scenario;
-        let count = recording.assignment.problem.times.len();
+        let scenario = recording.assignment.scenario();
+        let count = recording.assignment.times.len();
         let is_of = |(of, name): &(u32, Label), label: &str| *of == scenario && unpack(name) == label;
         let has = |messages: &BTreeMap<(u32, Label), OfShards>, each: usize, label: &str| {
             messages.iter().any(|(of, case)| is_of(of, label) && case.have >= each * case.shards)

@@ -4,20 +4,24 @@
 //! no reference states the quantity, by what it knows of its own errors (`density/src/trust.rs`). Two standard errors of the
 //! method and of the reference are the noise of a distance: what does not exceed it is as good as sampling allows.
 
-use density::estimate::Moments;
 use density::trust::{self, Kind, Verdict};
-use messages::layout::{DensityHeader, diagnostic};
+use messages::layout::diagnostic;
 use serde::Serialize;
 
-use super::{RecordedDensity, Recording};
-use crate::comparator::{distance_of_joints, errors};
+use super::Recording;
+use crate::comparator::{difference, distances_on};
 use crate::kind::counted_samples;
+use crate::reading::Reading;
 use crate::roster::Roster;
-use crate::yardstick::{Quantity, stand_for};
+use crate::space::{Quantity, Space};
+use crate::yardstick::{Figure, stand_for};
 
-/// The moments that are judged, by their positions in a message, and their names in the table.
-const JUDGED: [(usize, &str); 5] =
-    [(0, "mean_phi"), (1, "std_phi"), (2, "mean_e"), (3, "std_e"), (5, "prob_above_critical_e")];
+/// The quantities that are judged: means, deviations and the probability above the critical value.
+fn judged_quantities(space: &Space) -> Vec<Quantity> {
+    let is_judged = |q: &Quantity| matches!(q, Quantity::Mean(_) | Quantity::Deviation(_) | Quantity::AboveCritical);
+    space.quantities().into_iter().filter(is_judged).collect()
+}
+
 /// A distance above so many times its noise is more than noise.
 const BEYOND_NOISE: f64 = 2.0;
 
@@ -30,7 +34,7 @@ pub(super) struct VerdictRow {
     tolerance: f64,
     moments_error: f64,
     moments_noise: f64,
-    moments_quantity: &'static str,
+    moments_quantity: String,
     moments_t_yr: f64,
     moments_judged_by: String,
     density_error: f64,
@@ -57,7 +61,7 @@ struct Judged {
     grade: Grade,
     error: f64,
     noise: f64,
-    quantity: &'static str,
+    quantity: String,
     time: f64,
     by: String,
 }
@@ -68,15 +72,15 @@ pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Vec<
     alive.filter_map(|(method, _)| Some(row(recording, roster, method, &recording.case(method)?, tolerance))).collect()
 }
 
-fn row(recording: &Recording, roster: &Roster, method: &str, case: &[&RecordedDensity], tolerance: f64) -> VerdictRow {
+fn row(recording: &Recording, roster: &Roster, method: &str, case: &[&Reading], tolerance: f64) -> VerdictRow {
     let references: Vec<_> =
         roster.standing_references().filter_map(|label| Some((label, recording.case(label)?))).collect();
     let (mut moments, mut density) = (Vec::new(), Vec::new());
     for (index, own) in case.iter().enumerate() {
-        let there: Vec<(&str, &RecordedDensity)> =
+        let there: Vec<(&str, &Reading)> =
             references.iter().filter_map(|(label, all)| Some((*label, *all.get(index)?))).collect();
-        for (place, name) in JUDGED {
-            moments.push(judge_moment(method, own, &there, (place, name), tolerance));
+        for quantity in judged_quantities(&own.space) {
+            moments.push(judge_moment(method, own, &there, quantity, tolerance));
         }
         density.push(judge_density(method, own, &there, tolerance));
     }
@@ -86,13 +90,13 @@ fn row(recording: &Recording, roster: &Roster, method: &str, case: &[&RecordedDe
         grade: Grade::Unknown,
         error: f64::NAN,
         noise: f64::NAN,
-        quantity: "",
+        quantity: String::new(),
         time: f64::NAN,
         by: "".into(),
     };
     let (m, d) = (moments.unwrap_or_else(none), density.unwrap_or_else(none));
     VerdictRow {
-        scenario: recording.assignment.name.clone(),
+        scenario: recording.assignment.said.name.clone(),
         method: method.into(),
         verdict,
         tolerance,
@@ -140,45 +144,42 @@ fn in_words(moments: Option<&Judged>, density: Option<&Judged>) -> String {
 
 fn judge_moment(
     method: &str,
-    own: &RecordedDensity,
-    references: &[(&str, &RecordedDensity)],
-    (place, name): (usize, &'static str),
+    own: &Reading,
+    references: &[(&str, &Reading)],
+    quantity: Quantity,
     tolerance: f64,
 ) -> Judged {
-    let header = &own.header;
     let judged = |grade, error, noise, by: &str| {
-        let (quantity, time, by) = (name, header.time, by.to_owned());
+        let (quantity, time, by) = (own.space.name(quantity), own.header.time, by.to_owned());
         Judged { grade, error, noise, quantity, time, by }
     };
-    if !Quantity::Moment(place).is_stated(header) {
+    if !Figure::Quantity(quantity).is_stated(own) {
         return judged(Grade::Withheld, f64::NAN, f64::NAN, "withheld");
     }
-    let headers = references.iter().map(|(label, reference)| (*label, &reference.header));
-    let chosen = stand_for(headers, Quantity::Moment(place)).filter(|label| *label != method);
+    let chosen = stand_for(references.iter().copied(), Figure::Quantity(quantity)).filter(|label| *label != method);
     let Some((label, reference)) = references.iter().find(|(label, _)| Some(*label) == chosen) else {
-        return own_moment(header, place, tolerance, judged);
+        return own_moment(own, quantity, tolerance, judged);
     };
-    let reference = &reference.header;
-    let unit = unit(reference, place);
-    let error = errors(header, reference)[4 * place + 2] / unit;
-    let noise = 2.0 * noise_of(header, place).hypot(noise_of(reference, place)) / unit;
+    let unit = unit(reference, quantity);
+    let error = difference(&own.space, quantity, own.value(quantity), reference.value(quantity)).abs() / unit;
+    let noise = 2.0 * noise_of(own, quantity).hypot(noise_of(reference, quantity)) / unit;
     judged(graded(error, noise, tolerance), error, noise, label)
 }
 
 /// What a method knows of a moment itself.
 fn own_moment(
-    header: &DensityHeader,
-    place: usize,
+    own: &Reading,
+    quantity: Quantity,
     tolerance: f64,
     judged: impl Fn(Grade, f64, f64, &str) -> Judged,
 ) -> Judged {
     const ITSELF: &str = "its own diagnostics";
-    if header.diagnostic == diagnostic::NUMERICAL {
-        let estimate = Quantity::Moment(place).error_estimate(header);
+    if own.header.diagnostic == diagnostic::NUMERICAL {
+        let estimate = Figure::Quantity(quantity).error_estimate(own);
         return judged(graded(estimate, 0.0, tolerance), estimate, 0.0, ITSELF);
     }
-    let noise = 2.0 * header.standard_errors[place] / unit(header, place);
-    if header.standard_errors[place].is_finite() {
+    let noise = 2.0 * own.error(quantity) / unit(own, quantity);
+    if own.error(quantity).is_finite() {
         return judged(
             if noise <= tolerance { Grade::Good } else { Grade::AsSampled },
             f64::NAN,
@@ -186,7 +187,7 @@ fn own_moment(
             "its standard errors",
         );
     }
-    let grade = match trusted(header, tolerance) {
+    let grade = match trusted(own, tolerance) {
         Verdict::Unknown => Grade::Unknown,
         verdict if verdict.moments() => Grade::Good,
         _ => Grade::Bad,
@@ -194,30 +195,24 @@ fn own_moment(
     judged(grade, f64::NAN, f64::NAN, ITSELF)
 }
 
-fn judge_density(
-    method: &str,
-    own: &RecordedDensity,
-    references: &[(&str, &RecordedDensity)],
-    tolerance: f64,
-) -> Judged {
+fn judge_density(method: &str, own: &Reading, references: &[(&str, &Reading)], tolerance: f64) -> Judged {
     const ITSELF: &str = "its own diagnostics";
     let header = &own.header;
     let judged = |grade, error, noise, by: &str| {
-        let (quantity, time, by) = ("total_variation", header.time, by.to_owned());
+        let (quantity, time, by) = ("total_variation".to_owned(), header.time, by.to_owned());
         Judged { grade, error, noise, quantity, time, by }
     };
-    if !Quantity::Densities.is_stated(header) {
+    if !Figure::Densities.is_stated(own) {
         return judged(Grade::Withheld, f64::NAN, f64::NAN, "withheld");
     }
-    let headers = references.iter().map(|(label, reference)| (*label, &reference.header));
-    let chosen = stand_for(headers, Quantity::Densities).filter(|label| *label != method);
+    let chosen = stand_for(references.iter().copied(), Figure::Densities).filter(|label| *label != method);
     if let Some((label, reference)) = references.iter().find(|(label, _)| Some(*label) == chosen) {
-        let error = distance_of_joints((header, &own.values), (&reference.header, &reference.values));
+        let error = distances_on(own, reference, 0).total_variation;
         let noise = counting_noise(own).hypot(counting_noise(reference));
         return judged(graded(error, noise, tolerance), error, noise, label);
     }
     if header.diagnostic == diagnostic::NUMERICAL {
-        let estimate = 0.5 * Quantity::Densities.error_estimate(header);
+        let estimate = 0.5 * Figure::Densities.error_estimate(own);
         return judged(graded(estimate, 0.0, tolerance), estimate, 0.0, ITSELF);
     }
     if counted_samples(header).is_some() {
@@ -229,7 +224,7 @@ fn judge_density(
             "its counting noise",
         );
     }
-    let grade = match trusted(header, tolerance) {
+    let grade = match trusted(own, tolerance) {
         Verdict::Unknown => Grade::Unknown,
         verdict if verdict.density() => Grade::Good,
         _ => Grade::Bad,
@@ -248,37 +243,32 @@ fn graded(error: f64, noise: f64, tolerance: f64) -> Grade {
     }
 }
 
-fn trusted(header: &DensityHeader, tolerance: f64) -> Verdict {
-    trust::trust(Kind::of_code(header.diagnostic), header.diagnostics, header.resultant, tolerance)
+fn trusted(reading: &Reading, tolerance: f64) -> Verdict {
+    let (header, space) = (&reading.header, &reading.space);
+    let lengths = (0..space.variables.len()).map(|k| reading.value(Quantity::ResultantLength(k)));
+    // Variables that are no angles have none.
+    let shortest = lengths.filter(|length| !length.is_nan()).fold(1.0, f64::min);
+    trust::trust(Kind::of_code(header.diagnostic), header.diagnostics, shortest, tolerance)
 }
 
-/// What the error of a moment is measured in: the deviation of its variable, or 1 for a probability.
-fn unit(header: &DensityHeader, place: usize) -> f64 {
-    let Moments { std_phi, std_e, .. } = Moments::from_array(header.moments);
-    match place {
-        0 | 1 => std_phi,
-        2 | 3 => std_e,
+/// What the error of a quantity is measured in: the deviation of its variable, or 1 for a probability.
+fn unit(reading: &Reading, quantity: Quantity) -> f64 {
+    match quantity {
+        Quantity::Mean(k) | Quantity::Deviation(k) => reading.value(Quantity::Deviation(k)),
         _ => 1.0,
     }
 }
 
-/// The standard error of a moment, 0 of methods that have none.
-fn noise_of(header: &DensityHeader, place: usize) -> f64 {
-    let error = header.standard_errors[place];
+/// The standard error of a quantity, 0 of methods that have none.
+fn noise_of(reading: &Reading, quantity: Quantity) -> f64 {
+    let error = reading.error(quantity);
     if error.is_finite() { error } else { 0.0 }
 }
 
 /// Expected total variation that counting causes, 0 of what was not counted.
-fn counting_noise(recorded: &RecordedDensity) -> f64 {
-    let header = &recorded.header;
-    let bins = (header.phi_bins as usize).saturating_mul(header.e_bins as usize);
-    match (recorded.values.get(..bins), counted_samples(header)) {
-        (Some(joint), Some(samples)) => {
-            let area = (header.grid[1] - header.grid[0]) * (header.grid[3] - header.grid[2]) / bins as f64;
-            trust::counting_noise(joint, area, f64::from(samples))
-        }
-        _ => 0.0,
-    }
+fn counting_noise(reading: &Reading) -> f64 {
+    counted_samples(&reading.header)
+        .map_or(0.0, |samples| trust::counting_noise(reading.joint(), reading.cell(0), f64::from(samples)))
 }
 
 #[cfg(test)]
@@ -298,8 +288,14 @@ mod tests {
 
     #[test]
     fn a_verdict_says_what_a_method_is_good_for_and_what_its_samples_allow() {
-        let judged =
-            |grade, error, noise| Judged { grade, error, noise, quantity: "mean_e", time: 1.0, by: "exact".into() };
+        let judged = |grade, error, noise| Judged {
+            grade,
+            error,
+            noise,
+            quantity: "mean_e".into(),
+            time: 1.0,
+            by: "exact".into(),
+        };
         let good = judged(Grade::Good, 0.001, 0.0);
         let bad = judged(Grade::Bad, 0.3, 0.0);
         let sampled = judged(Grade::AsSampled, 0.02, 0.031);
