@@ -292,7 +292,7 @@ mod tests {
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
         assert_eq!(size_of::<crate::scenario::ScenarioHeader>(), 2096);
         assert_eq!(size_of::<SnapshotHeader>(), 176);
-        assert_eq!(size_of::<DensityHeader>(), 160);
+        assert_eq!(size_of::<DensityHeader>(), 152);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<PassageHeader>(), 264);
         assert_eq!(size_of::<StatusHeader>(), 464);
