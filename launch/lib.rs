@@ -30,7 +30,7 @@ mod exit;
 mod live;
 mod observe;
 pub mod plan;
-mod report;
+pub mod report;
 mod results;
 mod run;
 mod shown;

@@ -4,66 +4,18 @@
 use std::f64::consts::{PI, TAU};
 
 use density::angle::nearest;
-use density::flow::{Flow, FromEquations, Loss, Passages};
+use density::flow::{Flow, Loss, Passages};
 use density::gaussian::Gaussian;
 use density::mixture::any_model::{Propagator, moments};
 use density::mixture::library::{Library, Variance};
 use density::mixture::unscented::Unscented;
-use density::model::{Kind, Model, Quantity, Variable};
+use density::model::Model;
 use density::orbits::Orbits;
 use density::sampling::draw_variables;
 use density::variable_moments::{VariableMoments, weighted_moments};
 
-/// Points turn about an axis through the origin by `turns` radians a year. The state is Cartesian; points are given and read out by
-/// their angle about the `z` axis, their distance from it and their height.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct RigidRotation {
-    axis: [f64; 3],
-    turns: f64,
-}
-
-impl Model for RigidRotation {
-    type State<T: Quantity> = [T; 3];
-    type Variables = [f64; 3];
-    type Series<const P: usize> = FromEquations<Self, P>;
-
-    const VARIABLES: &'static [Variable] = &[
-        Variable { name: "angle", symbol: "psi", unit: "rad", kind: Kind::Circle },
-        Variable { name: "distance", symbol: "r", unit: "m", kind: Kind::Interval { low: 0.0, high: 100.0 } },
-        Variable { name: "height", symbol: "z", unit: "m", kind: Kind::Interval { low: -100.0, high: 100.0 } },
-    ];
-    const REENTRY: usize = 2;
-
-    fn rate<T: Quantity>(&self, _: T, [x, y, z]: [T; 3]) -> [T; 3] {
-        let [a, b, c] = self.axis.map(|component| component * self.turns);
-        [z * b - y * c, x * c - z * a, y * a - x * b]
-    }
-
-    fn is_inside(&self, [x, y, z]: [f64; 3]) -> bool {
-        x.hypot(y) < 100.0 && z.abs() < 100.0
-    }
-
-    fn state(&self, _: f64, [angle, distance, height]: [f64; 3]) -> [f64; 3] {
-        [distance * angle.cos(), distance * angle.sin(), height]
-    }
-
-    fn read_out(&self, _: f64, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        [y.atan2(x).rem_euclid(TAU), x.hypot(y), z]
-    }
-
-    fn clearance<T: Quantity>(&self, [_, _, z]: [T; 3]) -> T {
-        -z
-    }
-
-    fn critical_clearance(&self, critical: f64) -> f64 {
-        -critical
-    }
-
-    /// Volume is kept, which is the distance for each unit of the variables.
-    fn density_growth(&self, [x0, y0, _]: [f64; 3], [x, y, _]: [f64; 3]) -> Option<f64> {
-        Some(x.hypot(y) / x0.hypot(y0))
-    }
-}
+mod rotation;
+use rotation::RigidRotation;
 
 /// About the `z` axis: angles grow, all else stays.
 const UPRIGHT: RigidRotation = RigidRotation { axis: [0.0, 0.0, 1.0], turns: 4.0 };

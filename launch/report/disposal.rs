@@ -36,7 +36,7 @@ pub fn print(scenario: &str, problem: &Problem<Planar>, rows: &[&moments::Row], 
     let mut table = new_table(header.collect(), 1);
     for method in moments::methods(rows) {
         let now = rows.iter().filter(|row| row.method == method);
-        let cells = now.map(|row| row.prob_above_critical_e.map_or(String::new(), probability));
+        let cells = now.map(|row| row.above.map_or(String::new(), probability));
         let last = passages.iter().rfind(|row| row.method == method && row.t_yr == end);
         let ever = last.map_or("-".into(), |row| probability(row.prob_reached_critical_e));
         let interval = match last {

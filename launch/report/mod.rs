@@ -22,7 +22,7 @@ trait OfScenario {
 
 /// Prints the results in `folder`.
 pub fn print(launch: &Launch, folder: &Path) {
-    let rows: moments::Rows = read_file(&folder.join("moments.csv"));
+    let rows = csv::Reader::from_path(folder.join("moments.csv")).map(moments::read).unwrap_or_default();
     let effort_rows: effort::Rows = read_file(&folder.join("effort.csv"));
     let papers =
         Launch::load(None, None).ok().and_then(|launch| Some(launch.scenarios.first()?.content.problem.clone()));
@@ -55,6 +55,12 @@ pub fn errors(folder: &Path) -> Vec<String> {
 /// The same by the label of the case under which each stands; of several the first.
 pub fn errors_by_case(folder: &Path) -> BTreeMap<String, String> {
     notes::errors_by_case(&read_file::<notes::Note>(&folder.join("notes.csv")))
+}
+
+/// Means and deviations of a scenario in the table `moments.csv` at `path`, whatever the variables of its model.
+pub fn moments_at(path: &Path, scenario: &str) -> Table {
+    let rows = csv::Reader::from_path(path).map(moments::read).unwrap_or_default();
+    moments::table(&of_scenario(&rows, scenario), false)
 }
 
 fn of_scenario<'a, T: OfScenario>(rows: &'a [T], name: &str) -> Vec<&'a T> {

@@ -2,7 +2,7 @@
 //!
 //! A case with the label `L-corrected` is shown beside the case `L`.
 
-use super::moments::{Row, Rows, SYMBOLS, table_3, times};
+use super::moments::{Row, Rows, symbol, table_3, times};
 use super::{new_table, number, time_heads};
 use crate::plan::launch_file::Launch;
 
@@ -66,11 +66,12 @@ fn of<'a>(rows: &[&'a Row], method: &str) -> Vec<&'a Row> {
 fn table(sources: &[(&str, Vec<&Row>)], times: &[f64]) -> comfy_table::Table {
     let header = ["", ""].map(str::to_owned).into_iter().chain(time_heads(times));
     let mut table = new_table(header.collect(), 2);
-    for (quantity, symbol) in SYMBOLS.iter().enumerate() {
+    let columns = sources.iter().find_map(|(_, rows)| rows.first()).map_or(&[][..], |row| &row.values);
+    for (quantity, (column, _)) in columns.iter().enumerate() {
         for (place, (source, rows)) in sources.iter().filter(|(_, rows)| !rows.is_empty()).enumerate() {
-            let name = if place == 0 { symbol } else { "" };
-            let cells = rows.iter().map(|row| number(row.values()[quantity]));
-            table.add_row([name, source].map(str::to_owned).into_iter().chain(cells).collect::<Vec<_>>());
+            let name = if place == 0 { symbol(column) } else { String::new() };
+            let cells = rows.iter().map(|row| number(row.values[quantity].1));
+            table.add_row([name, (*source).to_owned()].into_iter().chain(cells).collect::<Vec<_>>());
         }
     }
     table

@@ -367,7 +367,7 @@ mod tests {
         refused(|header| header.projections[0].first_bins = 9000, "at most 2000");
         refused(|header| header.projections[1].first = 7, "there is no variable 7");
         refused(|header| header.projections[0].dimensions = 3, "it must have 1 or 2");
-        refused(|header| header.projection_count = 0, "projections");
+        refused(|header| header.projection_count = 0, "with 0 axes");
         refused(|header| header.scenario = 3, "number 3 of 1");
         let gaussian = 5;
         let rows: Vec<f64> = items[gaussian..].chunks(1 + 2 * AXES).rev().flatten().copied().collect();

@@ -26,10 +26,10 @@ impl Mixture {
     /// A mixture of which nobody knows how far the flow over a component is from linear.
     pub const UNJUDGED: Self = Self { disagreement: f64::NAN };
 
-    /// Writes a component into its row: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\],
-    /// variance of `e`.
-    pub fn write_row(items: &mut [f64], row: usize, component: [f64; 6]) {
-        for (column, value) in split::<6>(items).into_iter().zip(component) {
+    /// Writes a component into its row: its weight, its means, and the upper triangle of its covariance, row by row. In the plane that is
+    /// weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
+    pub fn write_row<const N: usize>(items: &mut [f64], row: usize, component: [f64; N]) {
+        for (column, value) in split::<N>(items).into_iter().zip(component) {
             column[row] = value;
         }
     }
