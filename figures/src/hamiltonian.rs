@@ -6,8 +6,8 @@
 //! cos(phi) = (h - s - (W/3)/s³) / (C e)      s = sqrt(1 - e²)
 //! ```
 //!
-//! so contours are drawn piece by piece between the eccentricities where the right side passes ±1, with points that crowd
-//! where the curve turns.
+//! so contours are drawn in pieces between the eccentricities where the right side passes ±1. The points of a piece lie
+//! close together where the curve turns.
 
 use std::f64::consts::PI;
 
@@ -16,14 +16,14 @@ use density::model::PlanarHamiltonian;
 
 use crate::elements::Point;
 
-/// Eccentricities at which pieces of a contour are looked for.
+/// Number of eccentricities at which pieces of a contour are looked for.
 const NODES: usize = 480;
-/// Points of a piece.
+/// Number of points of a piece.
 const POINTS: usize = 40;
-/// Eccentricities drawn at most.
+/// Largest eccentricity drawn.
 const HIGHEST: f64 = 0.995;
 
-/// Radiation parameters below this leave the eccentricity as it is.
+/// Radiation parameter below which the eccentricity counts as constant.
 pub const STILL: f64 = 1e-9;
 
 /// The Hamiltonian at `(phi, e)`.
@@ -31,7 +31,7 @@ pub fn at(force: Force, phi: f64, e: f64) -> f64 {
     force.hamiltonian(State::from_polar(phi, e))
 }
 
-/// The pieces of the contour `H = level` with `phi` in `[0, π]`; its mirror images in `phi` belong to it too.
+/// The pieces of the contour `H = level` with `phi` in `[0, π]`; their mirror images in `phi` belong to the contour too.
 pub fn contour(force: Force, level: f64) -> Vec<Vec<Point>> {
     if force.radiation < STILL {
         return level_circles(force, level);
@@ -42,7 +42,7 @@ pub fn contour(force: Force, level: f64) -> Vec<Vec<Point>> {
     };
     let is_on = |e: f64| cosine(e).abs() <= 1.0;
     let mut nodes: Vec<f64> = (0..=NODES).map(|i| 1e-6 + (HIGHEST - 1e-6) * i as f64 / NODES as f64).collect();
-    // Contours turn sharply in a saddle; a piece ends there.
+    // Contours turn sharply at a saddle, so a piece ends there.
     let stationary = stationary_points(force);
     let corners: Vec<f64> = stationary.iter().filter(|p| (p.level - level).abs() < 1e-9).map(|p| p.e).collect();
     nodes.retain(|e| corners.iter().all(|corner| (e - corner).abs() > 1e-5));
@@ -74,7 +74,7 @@ pub fn contour(force: Force, level: f64) -> Vec<Vec<Point>> {
     pieces.into_iter().map(points).collect()
 }
 
-/// The last place towards `outside` where `is_on` still holds; it holds at `inside`.
+/// The last place on the way from `inside`, where `is_on` holds, to `outside` at which it still holds.
 pub(crate) fn border(is_on: impl Fn(f64) -> bool, outside: f64, inside: f64) -> f64 {
     let (mut outside, mut inside) = (outside, inside);
     for _ in 0..48 {
@@ -99,7 +99,7 @@ pub struct Stationary {
     pub phi: f64,
     /// Eccentricity.
     pub e: f64,
-    /// Whether contours around it are closed (a centre); else they cross in it (a saddle).
+    /// Whether contours around it are closed (a centre); otherwise they cross in it (a saddle).
     pub is_centre: bool,
     /// Its Hamiltonian.
     pub level: f64,
@@ -112,7 +112,7 @@ pub fn still_circle(force: Force) -> Option<f64> {
     (force.radiation < STILL && e > 0.0 && e < HIGHEST).then_some(e)
 }
 
-/// The single stationary points of the flow; without radiation pressure that is `e = 0` alone.
+/// The isolated stationary points of the flow; without radiation pressure this is only `e = 0`.
 pub fn stationary_points(force: Force) -> Vec<Stationary> {
     let is_single = |state: &State| force.radiation >= STILL || state.eccentricity() < 1e-6;
     let point = |state: State| {
