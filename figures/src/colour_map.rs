@@ -34,7 +34,7 @@ impl Scale {
         match self {
             Self::Linear(_) => colorous::VIRIDIS.eval_continuous(share).into_array(),
             Self::Difference(_) => colorous::PURPLE_ORANGE.eval_continuous(share).into_array(),
-            // A mask is transparent where it is white.
+            // A mask lets the ink through where it is white.
             Self::Strength(_) => [u8::MAX; 3],
         }
     }

@@ -223,8 +223,8 @@ pub(super) fn graded_triangles(outer: &[f64], inner: &[f64]) -> Vec<[u32; 3]> {
 
 /// Cells per side of a tile, in which all triangles are equally large.
 const TILE: usize = 12;
-/// Standard deviations out to which triangles are as small as possible: where a critical eccentricity is exceeded with a
-/// probability of a per cent, it lies within them.
+/// Standard deviations out to which triangles are as small as possible: a critical eccentricity that is exceeded with a
+/// probability of a per cent lies within them.
 const FULL: f64 = 2.9;
 /// Widths of triangles in cells; all of them divide a tile.
 const STEPS: [usize; 4] = [1, 2, 3, 4];

@@ -65,10 +65,10 @@ pub enum PassageError {
 pub struct PassageCurve {
     /// The probability at each time.
     pub probability: Vec<f64>,
-    /// An estimate of its error, the sum of four terms: three times the change by half the refinement and half the
-    /// degree of interpolation; the change if peaks are off by as much as the quintic between steps may be; the largest
-    /// defect of the invariant measure so far; and the probability outside the lattice. Rounding at `t = 0`, where the
-    /// probability is that of the initial Gaussian.
+    /// An estimate of its error, the sum of these terms: three times the change by half the refinement and half the degree
+    /// of interpolation; the change if peaks are off by as much as the quintic between steps may be; the largest defect of
+    /// the invariant measure so far; and the probability outside the lattice. Rounding at `t = 0`, where the probability
+    /// is that of the initial Gaussian.
     pub error: Vec<f64>,
 }
 

@@ -312,7 +312,7 @@ mod tests {
         (0..count).map(|i| reach * (2.0 * f64::from(i) / f64::from(count - 1) - 1.0)).collect()
     }
 
-    /// Moments of a round cloud of deviation `sigma` about `(x1, x2)`, by a lattice of 21 points a side.
+    /// Moments of a round cloud of standard deviation `sigma` about `(x1, x2)`, by a lattice of 21 points per side.
     fn round_cloud(x1: f64, x2: f64, sigma: f64) -> (Moments, Circular) {
         let nodes = lines(21, 5.0);
         let quadrature = Quadrature::new([nodes.clone(), nodes.clone()], 7);

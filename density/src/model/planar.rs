@@ -189,8 +189,8 @@ impl<const P: usize> PlanarSeries<P> {
         for l in 0..LANES {
             let (x1, x2, s) = (self.x1[0][l], self.x2[0][l], self.s[0][l]);
             let has_passed = before[l] * step[l] > 0.0 && x1 * step[l] <= 0.0;
-            // The axis has the length N, and the state lies at the distance d along it: the least s is (d - C sqrt(1 -
-            // d²))/N.
+            // The axis has the length N, and the state lies at the distance d along it. So the least s is
+            // (d - C sqrt(1 - d²))/N.
             let along = (s + radiation * x2) / (1.0 + radiation * radiation).sqrt();
             if has_passed && along < radiation * (1.0 - along * along).max(0.0).sqrt() {
                 self.s[0][l] = f64::NAN;

@@ -140,8 +140,8 @@ pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: 
 
 /// Factor by which the oracle's error may exceed its own estimate.
 ///
-/// Of 60 figures of 40 scenarios in which the oracle and `exact` differed by more than the sum of both estimates, the
-/// largest ratio at `t > 0` was 2.9. For joint densities a ratio of 8.6 has been seen since (`--seed 3 --index 43`: two
+/// Of 60 figures of 40 scenarios in which the oracle and `exact` differed by more than the estimates of both, the largest
+/// factor at `t > 0` was 2.9. For joint densities a factor of 8.6 has been seen since (`--seed 3 --index 43`: two
 /// ways of `exact` agree to 6e-6 there, while the oracle is off by 2.4e-4 and estimates 2.8e-5).
 fn trust_in_oracle(kind: Kind) -> f64 {
     if kind == Kind::Joint { 10.0 } else { 4.0 }

@@ -4,7 +4,7 @@
 //! they go round the circle, and their weight is the Gaussian summed over all turns. Both sums converge faster than any
 //! power. Along `e` the nodes are the middles of even cells of a parameter `x`. Where the Gaussian is cut at `e = 0` or
 //! `e = 1` within 8 standard deviations, `e(x)` is a polynomial with three vanishing derivatives at both ends, so that
-//! the cut lowers no order below `1/n⁴`.
+//! the convergence is still of order `1/n⁴` or better.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 

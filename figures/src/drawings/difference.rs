@@ -8,7 +8,7 @@ use crate::draw_error::DrawError;
 use crate::figure::Figure;
 use crate::scene::{Method, Scene};
 
-/// Whether a case is the one from which others differ wherever it gives its density.
+/// Whether a case is the one that is subtracted from the others wherever it gives its density.
 pub fn is_exact(scene: &Scene<'_>, method: &Method<'_>) -> bool {
     scene.exact.unwrap_or(scene.reference) == method.label
 }

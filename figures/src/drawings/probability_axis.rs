@@ -23,8 +23,8 @@ pub struct ProbabilityAxis {
 }
 
 impl ProbabilityAxis {
-    /// The axes that a figure needs: a linear one; a logarithmic one if all of `values` are rare; or both if only some
-    /// of `decisive` are rare, the values that a reader looks for.
+    /// The axes that a figure needs: a linear one; a logarithmic one if all of `values` are rare; or both if some of
+    /// `decisive`, the values that a reader looks for, are rare and others are not.
     pub fn all(label: &str, values: &[f64], decisive: &[f64]) -> Vec<Self> {
         let is_positive = |p: &f64| p.is_finite() && *p > LEAST;
         let highest = values.iter().copied().filter(is_positive).fold(0.0, f64::max);
