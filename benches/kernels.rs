@@ -1,6 +1,6 @@
-//! Time of the kernels on scenario 1: `cargo bench`, or `cargo bench -- NAME` for some. See docs/performance.md.
+//! Times of the kernels on scenario 1: `cargo bench`, or `cargo bench -- NAME` for some of them. See docs/performance.md.
 //!
-//! Every figure is wall time on the number of threads given, on the cloud that the paper's launch file makes.
+//! Every time is wall time on the given number of threads, for the cloud of the paper's launch file.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -22,7 +22,7 @@ use divan::{Bencher, black_box};
 use rayon::ThreadPoolBuilder;
 
 const SAMPLES: usize = 100_000;
-/// Threads of each figure.
+/// Numbers of threads for each time.
 const THREADS: [usize; 2] = [1, 2];
 /// The paper's Ngrid: 25 million interpolation points.
 const RESOLUTION: usize = 5000;
@@ -66,7 +66,7 @@ static CLOUD: LazyLock<Cloud> = LazyLock::new(|| {
     Cloud { orbits, phi, e, n, grid }
 });
 
-/// Times `work` on a pool of so many threads.
+/// Times `work` on a pool with the given number of threads.
 fn on_threads<T: Send>(bencher: Bencher, threads: usize, work: impl Fn() -> T + Sync) {
     LazyLock::force(&CLOUD);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -131,7 +131,7 @@ fn first_passage_1e5(bencher: Bencher, threads: usize) {
     on_threads(bencher, threads, || first_passage_times(&flow(), &x1, &x2, problem().critical_e, 2.0).unwrap());
 }
 
-/// Counting alone, and with moments and their standard errors.
+/// Counting only; `estimate_samples_1e5` also computes moments and their standard errors.
 #[divan::bench(args = THREADS)]
 fn bin_1e5(bencher: Bencher, threads: usize) {
     on_threads(bencher, threads, || CLOUD.grid.count(&CLOUD.phi, &CLOUD.e));
@@ -147,7 +147,7 @@ fn triangulate_1e5(bencher: Bencher, threads: usize) {
     on_threads(bencher, threads, || triangulate(&CLOUD.phi, &CLOUD.e).unwrap());
 }
 
-/// The same points in a crate that does nothing but triangulate.
+/// The same points with a crate that only triangulates.
 #[divan::bench]
 fn triangulate_1e5_delaunator(bencher: Bencher) {
     let points: Vec<_> = CLOUD.phi.iter().zip(&CLOUD.e).map(|(&x, &y)| delaunator::Point { x, y }).collect();
@@ -236,7 +236,7 @@ fn exact_all_snapshots(bencher: Bencher, threads: usize) {
     });
 }
 
-/// A state is read out so often that it is worth a figure of its own.
+/// A state is read out so often that its time is measured separately.
 #[divan::bench]
 fn solar_angle(bencher: Bencher) {
     let state = State { x1: 0.1, x2: -0.3 };

@@ -1,14 +1,15 @@
-//! Tries the methods on scenarios drawn at random, each held against an oracle.
+//! Tries the methods on random scenarios and compares each with an oracle.
 //!
 //! `cargo run --release -p phasecloud-density --example campaign -- --scenarios 500 --seed 1`
 //!
-//! - `--index K`: only scenario `K` of the seed, once more; `--first K`: from `K` on
-//! - `--file FILE`: the scenario in a file instead
-//! - `--methods exact,mc`: of exact, dee-961, dee-1e5, gmm-ut, mc
-//! - `--bins N`: bins an axis of the comparison grids; `--threads N`
-//! - `--quick`: with a coarser oracle first, and the finer one where something seems to be silently wrong
+//! - `--index K`: only scenario `K` of the seed; `--first K`: scenarios from `K` on
+//! - `--file FILE`: the scenario in a file instead of random ones
+//! - `--methods exact,mc`: a selection of exact, dee-961, dee-1e5, gmm-ut, mc
+//! - `--bins N`: bins per axis of the comparison grids; `--threads N`
+//! - `--quick`: first with a coarser oracle, then with the finer one if something seems to be silently wrong
 //!
-//! Whatever is wrong without a warning is printed with the scenario. Exit code 1 if `exact` was.
+//! Every figure that is wrong without a warning is printed with its scenario. The exit code is 1 if a figure of `exact`
+//! was.
 
 #[path = "../tests/campaign_support/mod.rs"]
 mod campaign_support;
@@ -92,7 +93,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs it and returns how often `exact` was silently wrong.
+/// Runs the campaign and returns the number of scenarios in which `exact` was silently wrong.
 fn campaign(options: &Options) -> Result<usize, String> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| e.to_string())?;
     let mut rows: Vec<(Method, Row)> = options.methods.iter().map(|&method| (method, Row::default())).collect();
@@ -109,7 +110,7 @@ fn campaign(options: &Options) -> Result<usize, String> {
     Ok(rows.iter().filter(|(method, _)| *method == Method::Exact).map(|(_, row)| row.silently_wrong()).sum())
 }
 
-/// Whether the scenario could be tried at all.
+/// Tries the methods on a scenario. Returns whether the scenario could be tried at all.
 fn try_scenario(scenario: &Scenario, options: &Options, rows: &mut [(Method, Row)]) -> bool {
     let (problem, name) = (&scenario.problem, &scenario.name);
     let grids = match comparison_grids(problem, &Flow::new(problem.model), options.bins, options.bins) {

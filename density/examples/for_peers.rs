@@ -1,8 +1,9 @@
-//! Our half of the comparison with other programs: writes the samples that all start from, and times our kernels.
+//! Our part of the comparison with other programs: writes the samples from which all start, and times our kernels.
 //!
 //! Run by `benches/peers/compare.py`; by hand: `cargo run --release -p phasecloud-density --example for_peers -- FOLDER 5`.
-//! Files are little-endian f64, column after column, and u32 for triangles. A line `stage,level,threads,seconds` is printed for every figure, the
-//! median of so many runs: CPU time on one thread, which other programs on the machine disturb less, wall time on two.
+//! Files are little-endian f64, column after column, and u32 for triangles. Every time is printed as a line
+//! `stage,level,threads,seconds`, the median of the given number of runs: CPU time on one thread, which other programs
+//! on the machine disturb less, and wall time on two.
 
 use std::f64::consts::PI;
 use std::path::Path;

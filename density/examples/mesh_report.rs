@@ -60,7 +60,7 @@ fn main() {
     }
 }
 
-/// The value and the shortest of a few times \[ms\].
+/// The value, and the shortest of a few measured times \[ms\].
 fn fastest<T>(work: impl Fn() -> T) -> (T, f64) {
     let run = || {
         let start = Instant::now();

@@ -1,4 +1,4 @@
-//! The paper's DEE with 1e5 random samples over many seeds, beside its Table 3: how much of the difference is chance.
+//! The paper's DEE over many seeds, beside its Table 3: how much of the difference is chance.
 //!
 //! `cargo run --release -p phasecloud-density --example table_3_spread -- [seeds] [points]`
 

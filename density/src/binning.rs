@@ -1,7 +1,8 @@
-//! Monte Carlo's density: the share of samples in each bin, per area (Eqs. 9-10 of Sun et al. 2022).
+//! Density of a Monte Carlo cloud: the share of samples in each bin, per area (Eqs. 9-10 of Sun et al. 2022).
 //!
-//! Moments are those of the samples themselves, not of the bins, from sums that can be taken in parts ([`sample_sums`]). Their [standard errors](standard_errors) come with
-//! them; those of the bins are a function of the density, [`standard_errors::of_density`].
+//! The moments are computed from the samples themselves, not from the bins, by sums that can be taken in parts
+//! ([`sample_sums`]). Their [standard errors](standard_errors) come with them; the standard errors of the bins are a
+//! function of the density ([`standard_errors::of_density`]).
 
 use crate::estimate::Estimate;
 use crate::grid::Grid;
@@ -16,8 +17,8 @@ pub fn estimate(phi: &[f64], e: &[f64], grid: Grid, critical_e: f64) -> Estimate
     sample_sums::estimate(phi, e, grid, critical_e)
 }
 
-/// As [`estimate`], of samples drawn in `replicates` independent groups ([`crate::sampling::group`] tells which row is
-/// in which): their standard errors are those of the spread of the groups.
+/// Like [`estimate`], for samples drawn in `replicates` independent groups ([`crate::sampling::group`] gives the group
+/// of a row). The standard errors are computed from the spread between the groups.
 ///
 /// # Panics
 /// If `phi` and `e` differ in length.

@@ -1,7 +1,7 @@
 //! How far one density lies from another on the same grid.
 //!
-//! With the probabilities `p` (method) and `q` (reference) of the cells, and the further cell "outside the grid" that
-//! holds what each is short of 1:
+//! `p` (method) and `q` (reference) are the probabilities of the cells. One further cell, "outside the grid", holds what
+//! each of the two falls short of 1.
 //!
 //! ```text
 //! total variation    TV = 1/2 Σ |p - q|              largest difference of the probability of any set of cells
@@ -13,18 +13,19 @@
 //!
 //! Gibbs & Su, *On choosing and bounding probability metrics* (Int. Stat. Rev. 70, 2002) give the first three and their
 //! inequalities; `D` is in Csiszár's form (Ann. Probab. 3, 1975), which is the usual one for densities of mass 1 and
-//! stays nonnegative, term by term, for a method that lost mass. Distances of cell averages never exceed those of the
-//! densities themselves, and reach them as the square of the cells' width.
+//! stays nonnegative, term by term, for a method that lost mass. Distances between cell averages never exceed the
+//! distances between the densities themselves, and converge to them with the square of the cells' width.
 //!
-//! Where the method is zero, `D` takes `q`: empty bins of a Monte Carlo run do no harm, which is why the method comes
-//! first. Where the reference is below [`FLOOR`] and the method above it, `q` is taken as [`FLOOR`]: infinity would say
-//! no more than that one cell far out is filled. Probabilities below zero count as zero, but in TV, L2 and K.
+//! Where the method's probability is zero, its term of `D` is `q`: empty bins of a Monte Carlo run do no harm, which is
+//! why the method comes first. Where the reference is below [`FLOOR`] and the method above it, `q` is taken as [`FLOOR`]:
+//! infinity would say no more than that one cell far out is filled. Probabilities below zero count as zero, except in TV,
+//! L2 and K.
 
 use crate::estimate::Estimate;
 use crate::grid::Grid;
 
-/// Probability of a cell below which the reference is not told from zero, in the Kullback-Leibler divergence alone: the
-/// rounding of a probability of order 1.
+/// Probability of a cell below which the reference is not distinguished from zero, in the Kullback-Leibler divergence
+/// only: the rounding of a probability of order 1.
 pub const FLOOR: f64 = 1e-16;
 
 /// Distances of a method's density from a reference; formulas in the [module's text](self).
@@ -45,16 +46,17 @@ pub struct Distances {
 /// A method's estimate against a reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Comparison {
-    /// Of the joint densities.
+    /// Distances between the joint densities.
     pub joint: Distances,
-    /// Of the marginals of the solar angle. Its Kolmogorov distance is of distribution functions that start at the
-    /// grid's lower edge; another branch of the circle would give up to twice its value or half of it (Kuiper).
+    /// Distances between the marginals of the solar angle. The Kolmogorov distance compares distribution functions that
+    /// start at the grid's lower edge; on another branch of the circle it could be up to twice or down to half as large
+    /// (Kuiper).
     pub marginal_phi: Distances,
-    /// Of the marginals of the eccentricity.
+    /// Distances between the marginals of the eccentricity.
     pub marginal_e: Distances,
-    /// What the method's density on the grid is short of 1: outside the grid or lost.
+    /// Probability that the method's density on the grid falls short of 1: it is outside the grid or lost.
     pub mass_outside: f64,
-    /// The same of the reference.
+    /// The same for the reference.
     pub reference_mass_outside: f64,
 }
 
@@ -76,7 +78,7 @@ pub struct DifferentGrids {
 /// [`DifferentGrids`] if the two are not on the same grid.
 ///
 /// # Panics
-/// If a density has not one value for every bin of its grid.
+/// If a density does not have one value for every bin of its grid.
 pub fn compare(method: &Estimate, reference: &Estimate) -> Result<Comparison, DifferentGrids> {
     if method.grid != reference.grid {
         return Err(DifferentGrids { method: method.grid, reference: reference.grid });
@@ -91,7 +93,8 @@ pub fn compare(method: &Estimate, reference: &Estimate) -> Result<Comparison, Di
     })
 }
 
-/// Distances of densities averaged over cells of area `cell`; without Kolmogorov's, which needs an order of the cells.
+/// Distances of densities averaged over cells of area `cell`; the Kolmogorov distance, which needs an order of the
+/// cells, is NaN.
 ///
 /// # Panics
 /// If the slices differ in length.

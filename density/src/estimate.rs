@@ -1,4 +1,4 @@
-//! What every method ends in: a density on the comparison grid, its marginals and its moments.
+//! The result of every method: a density on the comparison grid, its marginals and its moments.
 
 use rayon::prelude::*;
 
@@ -18,7 +18,7 @@ pub struct Moments {
     pub std_e: f64,
     /// Covariance of solar angle and eccentricity \[rad\].
     pub cov_phi_e: f64,
-    /// Probability that the eccentricity exceeds its critical value at this instant.
+    /// Probability that the eccentricity exceeds its critical value at the time of the snapshot.
     pub prob_above_critical_e: f64,
 }
 
@@ -73,16 +73,17 @@ impl Estimate {
         Self { grid, joint, marginal_phi, marginal_e, moments, standard_errors: Moments::NONE, circular }
     }
 
-    /// Probability on the grid; what is missing to 1 lies outside or was lost.
+    /// Probability on the grid; the rest up to 1 lies outside the grid or was lost.
     pub fn mass(&self) -> f64 {
         self.joint.iter().sum::<f64>() * self.grid.bin_area()
     }
 }
 
-/// Points a thread sums at a time. Sums of chunks are added in order, so a result does not depend on the threads.
+/// Number of points that a thread sums at a time. Sums of chunks are added in order, so a result does not depend on the
+/// threads.
 const CHUNK: usize = 8192;
 
-/// Circular mean and moments of weighted points. Weights need not be normalised; `None` weighs all alike.
+/// Circular mean and moments of weighted points. Weights need not be normalised; `None` gives all points the same weight.
 ///
 /// # Panics
 /// If the slices differ in length.

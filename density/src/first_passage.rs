@@ -1,11 +1,11 @@
 //! First passage: the probability that the eccentricity has EVER reached its critical value by time `t`.
 //!
-//! A satellite that touched the critical eccentricity once has re-entered, so the snapshot probability `P(e(t) > e_crit)`
-//! is only a lower bound of what matters for disposal: an orbit may peak and come back between snapshots. With `T` the
-//! first time at which `e >= e_crit` (0 if it starts there), the curve is `P(T <= t)`.
+//! A satellite that has once touched the critical eccentricity has re-entered. So the snapshot probability
+//! `P(e(t) > e_crit)` is only a lower bound of what matters for disposal: an orbit may peak and come back between
+//! snapshots. With `T` the first time at which `e >= e_crit` (0 if the orbit starts there), the curve is `P(T <= t)`.
 //!
 //! - [`passage_times`]: `T` of every orbit of a sample, read off the integrator's own series;
-//! - [`times`]: the same, searched for in segments: what the former is tested against;
+//! - [`times`]: the same, searched for in segments, as a test of [`passage_times`];
 //! - [`empirical`]: the curve of a weighted sample;
 //! - [`exact`]: the curve without sampling.
 
@@ -44,11 +44,12 @@ pub fn curve_times(end: f64, count: usize) -> Vec<f64> {
     (0..count.max(1)).map(|i| end * (i as f64 / last as f64)).collect()
 }
 
-/// Segments of an interval in each of which an orbit with `e <= critical_e` turns by less than a radian: short enough for
-/// a fifth-degree polynomial to be good to 1e-5, and about as long as the integrator's own steps.
+/// Number of segments of an interval such that an orbit with `e <= critical_e` turns by less than a radian in each. A
+/// segment is short enough for a fifth-degree polynomial to be accurate to 1e-5, and about as long as the integrator's
+/// own steps.
 fn segments(model: &impl PlanarHamiltonian, critical_e: f64, years: f64) -> usize {
     const PHASE: f64 = 1.0;
-    /// So near to `e = 1` the rates have lost their meaning.
+    /// So near to `e = 1` the rates lose their meaning.
     const RIM: f64 = 0.999_999_5;
     let turning = |e: f64| model.turning_rate(State { x1: 0.0, x2: e });
     let fastest = turning(0.0).max(turning(critical_e.min(RIM))).max(1.0) + model.pull();
@@ -86,8 +87,8 @@ impl Quintic {
         (slope, 2.0 * c + x * (6.0 * d + x * (12.0 * e + x * 20.0 * f)))
     }
 
-    /// The time of the peak inside. `None` if there is none: the slope is positive at 0 and negative at `length` only
-    /// if there is, or the value at an inner point is above both ends.
+    /// The time of the peak inside, `None` if there is none. There is a peak only if the slope is positive at 0 and
+    /// negative at `length`, or if the value at an inner point is above both ends.
     pub(crate) fn peak(&self) -> Option<f64> {
         let (rise, fall) = (self.slope_and_bend(0.0).0, self.slope_and_bend(1.0).0);
         let (mut low, mut high) = (0.0, 1.0);
@@ -110,7 +111,7 @@ impl Quintic {
         Some(x * self.length)
     }
 
-    /// The first zero on the way up between 0 and `until`, where the polynomial is positive or nearly so.
+    /// The first zero on the way up between 0 and `until`, at which the polynomial is positive or nearly so.
     fn first_rise(&self, until: f64) -> f64 {
         const PARTS: u32 = 16;
         let time = |k: u32| until * f64::from(k) / f64::from(PARTS);

@@ -2,13 +2,13 @@
 //!
 //! | file | idea |
 //! |---|---|
-//! | `taylor` | the integrator: lanes, steps, who boards and who has arrived |
+//! | `taylor` | the integrator: lanes, steps, which orbit enters a lane and which has arrived |
 //! | `step_size` | how far a series reaches |
-//! | `accuracy` | how accurate orbits are to be |
+//! | `accuracy` | how accurately orbits are propagated |
 //! | [`equations`], `from_equations` | the series of a model, made from the model's equations of motion |
 //! | `threshold` | first passages, read off the series |
 //! | `record` | orbits kept step by step |
-//! | `in_plane` | the same in two slices, for planar models |
+//! | `in_plane` | the same for planar models, with the orbits in two slices |
 
 mod accuracy;
 pub mod equations;
@@ -31,15 +31,15 @@ pub use threshold::Passages;
 use crate::model::variable::Place;
 use crate::model::{Coordinates, Model};
 
-/// Orbits a thread takes at a time.
+/// Number of orbits that a thread takes at a time.
 const CHUNK: usize = 1024;
 
-/// The flow of a model: moves orbits in time. Orbits are given as columns, one a coordinate of the model's state.
+/// The flow of a model: moves orbits in time. Orbits are given as columns, one per coordinate of the model's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flow<M> {
-    /// The model that drives it.
+    /// The model that drives the flow.
     pub model: M,
-    /// How accurately.
+    /// How accurately orbits are propagated.
     pub accuracy: Accuracy,
 }
 
@@ -47,13 +47,13 @@ pub struct Flow<M> {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("orbit {index} {why} within {years} yr of the state {place}")]
 pub struct Escaped {
-    /// Which of the orbits given.
+    /// Index of the orbit among those given.
     pub index: usize,
-    /// Why.
+    /// Why it could not be followed.
     pub why: Loss,
     /// Length of the interval \[yr\].
     pub years: f64,
-    /// Where it was at the start of the interval.
+    /// Where the orbit was at the start of the interval.
     pub place: Place,
 }
 
@@ -63,7 +63,7 @@ impl<M: Model> Flow<M> {
         Self { model, accuracy: Accuracy::default() }
     }
 
-    /// Moves orbits from `from` to `to` \[yr\], backwards if that is earlier, on all threads of the current rayon pool.
+    /// Moves orbits from `from` to `to` \[yr\], backwards if `to` is earlier, on all threads of the current rayon pool.
     ///
     /// # Errors
     /// [`Escaped`] names the first orbit that cannot be continued; the columns then hold no meaningful states.
@@ -81,8 +81,8 @@ impl<M: Model> Flow<M> {
             .reduce(|| Ok(()), Result::and)
     }
 
-    /// As [`Flow::carry`], and notes when each orbit first has its re-entry variable at `critical` or beyond, to the accuracy of
-    /// the flow.
+    /// Like [`Flow::carry`], and notes when each orbit's re-entry variable first reaches `critical` or goes beyond it,
+    /// to the accuracy of the flow.
     ///
     /// # Errors
     /// As [`Flow::carry`].
@@ -111,8 +111,8 @@ impl<M: Model> Flow<M> {
             .reduce(|| Ok(()), Result::and)
     }
 
-    /// As [`Flow::carry`], but an orbit that cannot be continued ends as NaN instead of stopping the others. Backward
-    /// orbits from outside a cloud may have come from nowhere, where the density is zero.
+    /// Like [`Flow::carry`], but an orbit that cannot be continued ends as NaN instead of stopping the others. A
+    /// backward orbit from a point outside a cloud may have no start at all; the density is zero there.
     ///
     /// # Panics
     /// As [`Flow::carry`].
@@ -137,7 +137,7 @@ impl<M: Model> Flow<M> {
         Ok(Coordinates::from_fn(|k| values[k][0]))
     }
 
-    /// Moves a batch of orbits, the first of which is number `first`, and names the first that is lost.
+    /// Moves a batch of orbits, the first of which has the number `first`; the error names the first orbit that is lost.
     fn carry_batch(&self, batch: Batch<'_, '_>, first: usize, watch: &mut impl Watch) -> Result<(), Escaped> {
         let Batch { columns, from, years } = batch;
         let batch = Batch { columns, from, years };

@@ -1,8 +1,8 @@
-//! A Gaussian over any number of variables, by mean and covariance.
+//! A Gaussian over any number of variables, given by its mean and covariance.
 
 use std::fmt;
 
-/// A Gaussian over `N` variables. A variable on a circle counts as an unbounded one here.
+/// A Gaussian over `N` variables. A variable on a circle is treated as an unbounded one here.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gaussian<const N: usize> {
     /// Mean.
@@ -11,7 +11,7 @@ pub struct Gaussian<const N: usize> {
     root: [[f64; N]; N],
 }
 
-/// A matrix that is no covariance.
+/// A matrix that is not a covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoCovariance {
     /// The first variable that has no variance of its own, given those before it.
@@ -31,7 +31,7 @@ impl fmt::Display for NoCovariance {
 }
 
 impl<const N: usize> Gaussian<N> {
-    /// From the mean and the covariance, of which the lower triangle counts.
+    /// From the mean and the covariance, of which only the lower triangle is read.
     ///
     /// # Errors
     /// [`NoCovariance`] if the covariance is not positive definite.
@@ -50,14 +50,14 @@ impl<const N: usize> Gaussian<N> {
         Ok(Self { mean, root })
     }
 
-    /// Of independent variables, from their standard deviations.
+    /// A Gaussian of independent variables, from their standard deviations.
     pub fn independent(mean: [f64; N], sigmas: [f64; N]) -> Self {
         let mut root = [[0.0; N]; N];
         (0..N).for_each(|k| root[k][k] = sigmas[k]);
         Self { mean, root }
     }
 
-    /// The point at these standardised coordinates `z`: `m + S z`.
+    /// The point at the standardised coordinates `z`: `m + S z`.
     pub fn point(&self, standard: [f64; N]) -> [f64; N] {
         std::array::from_fn(|row| (0..=row).fold(self.mean[row], |sum, k| sum + standard[k] * self.root[row][k]))
     }

@@ -1,6 +1,7 @@
 //! The common grid on which the densities of all methods are compared.
 //!
-//! One grid a snapshot, fixed by the problem alone: the image of the 4-sigma ellipse under the flow bounds the cloud.
+//! There is one grid per snapshot, fixed by the problem alone: the image of the 4-sigma ellipse under the flow bounds
+//! the cloud.
 
 use std::f64::consts::{PI, TAU};
 
@@ -29,7 +30,7 @@ impl Axis {
         (self.high - self.low) / self.bins as f64
     }
 
-    /// Lower edge of bin `i`; the upper edge of the last for `i = bins`.
+    /// Lower edge of bin `i`; for `i = bins`, the upper edge of the last bin.
     pub fn edge(&self, i: usize) -> f64 {
         self.low + (self.high - self.low) * (i as f64 / self.bins as f64)
     }
@@ -44,8 +45,8 @@ impl Axis {
         self.low + (self.high - self.low) * ((i as f64 + 0.5) / self.bins as f64)
     }
 
-    /// The bin that `value` falls into: from its lower edge, which belongs to it, to its upper edge, which does not; the upper edge of
-    /// the last bin belongs to it, as in numpy's `histogram`.
+    /// The bin that `value` falls into. The lower edge of a bin belongs to it and the upper edge does not, except for
+    /// the upper edge of the last bin, as in numpy's `histogram`.
     pub fn bin(&self, value: f64) -> Option<usize> {
         let position = (value - self.low) / (self.high - self.low) * self.bins as f64;
         (self.bins > 0 && self.low <= value && value <= self.high).then(|| (position as usize).min(self.bins - 1))
@@ -77,8 +78,8 @@ impl Grid {
         self.phi.width() * self.e.width()
     }
 
-    /// The representative of `phi` on the branch that starts at the grid's lower edge, moved down by half of what the
-    /// grid leaves of the circle, so that a point just below the grid stays below it.
+    /// The representative of `phi` on the branch that starts below the grid's lower edge, by half of the part of the
+    /// circle that the grid leaves free, so that a point just below the grid stays below it.
     pub fn fold(&self, phi: f64) -> f64 {
         fold(phi, self.branch_low())
     }
@@ -88,14 +89,14 @@ impl Grid {
         self.phi.low.midpoint(self.phi.high) - PI
     }
 
-    /// The flat index of the bin that `(phi, e)` falls into; `phi` on any branch.
+    /// The flat index of the bin that `(phi, e)` falls into, with `phi` on any branch; `None` outside the grid.
     pub fn bin(&self, phi: f64, e: f64) -> Option<usize> {
         Some(self.phi.bin(self.fold(phi))? * self.e.bins + self.e.bin(e)?)
     }
 
     /// How many samples fall into each bin.
     pub fn count(&self, phi: &[f64], e: &[f64]) -> Vec<u64> {
-        /// Samples that a thread counts at a time.
+        /// Number of samples that a thread counts at a time.
         const CHUNK: usize = 65_536;
         let add = |mut sum: Vec<u64>, counts: Vec<u64>| {
             sum.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
@@ -111,7 +112,7 @@ impl Grid {
 }
 
 /// Bounds the cloud of `problem` at each snapshot: the comparison grids, `bins_phi` x `bins_e` each. Orbits that have left `e < 1`
-/// are nowhere, and bound nothing.
+/// do not count.
 ///
 /// # Errors
 /// [`LostOrbit`] if no trajectory of the 4-sigma ellipse can be followed.

@@ -62,7 +62,7 @@ pub mod standard_errors;
 pub mod trust;
 pub mod variable_moments;
 
-/// The names of the paper's planar model by which the rest of the house has known them.
+/// Older names of the paper's planar model, used by the other crates.
 pub mod dynamics {
     pub use crate::model::earth::{self, SUN_MEAN_MOTION};
     pub use crate::model::planar::{Force, force_from_orbit};

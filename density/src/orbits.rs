@@ -1,4 +1,4 @@
-//! A set of orbits on their way from `t = 0` through the snapshot times.
+//! A set of orbits that moves from `t = 0` through the snapshot times.
 
 use rayon::prelude::*;
 
@@ -8,15 +8,15 @@ use crate::model::plane::{PlanarHamiltonian, State};
 use crate::model::variable::Place;
 use crate::model::{Coordinates, Model};
 
-/// Orbits that a thread reads out at a time.
+/// Number of orbits that a thread reads out at a time.
 const CHUNK: usize = 4096;
 
 /// Orbits that share a flow and a clock.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Orbits<M = Force> {
-    /// What moves them.
+    /// The flow that moves them.
     pub flow: Flow<M>,
-    /// Their states: one column a coordinate.
+    /// Their states, one column per coordinate.
     columns: Vec<Vec<f64>>,
     time: f64,
 }
@@ -25,11 +25,11 @@ pub struct Orbits<M = Force> {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("sample {index}, which started at {place}, {why} between t = {from} and {to} yr")]
 pub struct LostOrbit {
-    /// Which orbit.
+    /// Index of the orbit.
     pub index: usize,
-    /// Why.
+    /// Why it could not be followed.
     pub why: Loss,
-    /// Where it was at `t = 0`.
+    /// Where the orbit was at `t = 0`.
     pub place: Place,
     /// Start of the interval in which it was lost \[yr\].
     pub from: f64,
@@ -38,14 +38,14 @@ pub struct LostOrbit {
 }
 
 impl LostOrbit {
-    /// The same of a part of a larger set that starts at number `first` of it.
+    /// The same error for a larger set, in which this set starts at number `first`.
     pub fn counted_from(self, first: usize) -> Self {
         Self { index: first + self.index, ..self }
     }
 }
 
 impl<M: Model> Orbits<M> {
-    /// Orbits in the states at `t = 0` whose coordinates stand in these columns.
+    /// Orbits in the states at `t = 0` whose coordinates are in these columns.
     ///
     /// # Panics
     /// If there is not one column for every coordinate, or if they differ in length.
@@ -55,7 +55,7 @@ impl<M: Model> Orbits<M> {
         Self { flow, columns, time: 0.0 }
     }
 
-    /// Orbits at `t = 0` whose variables stand in these columns.
+    /// Orbits at `t = 0` whose variables are in these columns.
     ///
     /// # Panics
     /// If there is not one column for every variable, or if they differ in length.
@@ -79,15 +79,15 @@ impl<M: Model> Orbits<M> {
         self.len() == 0
     }
 
-    /// The states, one column a coordinate.
+    /// The states, one column per coordinate.
     pub fn columns(&self) -> &[Vec<f64>] {
         &self.columns
     }
 
-    /// Moves all to `time` \[yr\].
+    /// Moves all orbits to `time` \[yr\].
     ///
     /// # Errors
-    /// [`LostOrbit`] names the first that cannot be followed; the set is then of no use.
+    /// [`LostOrbit`] names the first orbit that cannot be followed; the set is then of no use.
     pub fn advance_to(&mut self, time: f64) -> Result<(), LostOrbit> {
         let from = self.time;
         self.time = time;
@@ -95,8 +95,8 @@ impl<M: Model> Orbits<M> {
         moved.map_err(|escaped| self.trace(escaped, from, time))
     }
 
-    /// As [`Orbits::advance_to`], and notes when each orbit's re-entry variable is first at `critical` or beyond, see
-    /// [`Flow::carry_watching`].
+    /// Like [`Orbits::advance_to`], and notes when each orbit's re-entry variable first reaches `critical` or goes
+    /// beyond it, see [`Flow::carry_watching`].
     ///
     /// # Errors
     /// As [`Orbits::advance_to`].
@@ -123,7 +123,7 @@ impl<M: Model> Orbits<M> {
         LostOrbit { index, why, place: Place::new(M::VARIABLES, |k| start.component(k)), from, to }
     }
 
-    /// Writes the variables of all orbits, a column each.
+    /// Writes the variables of all orbits, one column per variable.
     ///
     /// # Panics
     /// If there is not one column for every variable, or one is not as long as there are orbits.
@@ -160,12 +160,12 @@ impl<M: PlanarHamiltonian> Orbits<M> {
         Self::from_variables(flow, &[phi, e])
     }
 
-    /// `e sin(phi)` of each.
+    /// `e sin(phi)` of each orbit.
     pub fn x1(&self) -> &[f64] {
         &self.columns[0]
     }
 
-    /// `e cos(phi)` of each.
+    /// `e cos(phi)` of each orbit.
     pub fn x2(&self) -> &[f64] {
         &self.columns[1]
     }
@@ -194,8 +194,8 @@ mod tests {
 
     #[test]
     fn a_lost_orbit_is_named_by_where_it_started() {
-        // Without oblateness the flow turns (e, sqrt(1-e²)) about an axis; from the circular orbit e peaks at
-        // 2C/(1+C²), and from e = 0.6 at phi = 0 it passes 1 when C = 3.
+        // Without oblateness the flow turns (e, sqrt(1-e²)) about an axis. For an orbit that starts circular, e peaks at
+        // 2C/(1+C²); for one that starts at e = 0.6 and phi = 0, it passes 1 when C = 3.
         let flow = Flow::new(Force { radiation: 3.0, oblateness: 0.0 });
         let mut orbits = Orbits::from_polar(flow, &[0.3, 0.0], &[0.1, 0.6]);
         let lost = (1..100).find_map(|k| orbits.advance_to(0.005 * f64::from(k)).err()).expect("one escapes");

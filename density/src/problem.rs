@@ -1,5 +1,7 @@
-//! The problem that every method solves: a force, an initial Gaussian in `(phi, e)`, the times at which the density is
-//! wanted, and the eccentricity at which the satellite re-enters.
+//! The problem that every method solves: a force, an initial Gaussian, snapshot times and a critical eccentricity.
+//!
+//! The Gaussian is in `(phi, e)`, the density is wanted at the times, and the satellite re-enters at the critical
+//! eccentricity.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -23,8 +25,8 @@ pub struct InitialGaussian {
 }
 
 impl InitialGaussian {
-    /// Density at `(phi, e)` \[1/rad\]; zero outside `0 < e < 1`. `phi` counts as an unbounded variable here: choose the
-    /// representative nearest to the mean.
+    /// Density at `(phi, e)` \[1/rad\]; zero outside `0 < e < 1`. `phi` is treated as an unbounded variable here: pass
+    /// the representative nearest to the mean.
     pub fn density(&self, phi: f64, e: f64) -> f64 {
         if e <= 0.0 || e >= 1.0 {
             return 0.0;
@@ -61,7 +63,7 @@ impl InitialGaussian {
 }
 
 impl From<InitialGaussian> for Gaussian<2> {
-    /// Before the cut.
+    /// The Gaussian before the cut.
     fn from(InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e }: InitialGaussian) -> Self {
         Self::independent([mean_phi, mean_e], [sigma_phi, sigma_e])
     }
@@ -72,10 +74,10 @@ fn tail(sigmas: f64) -> f64 {
     0.5 * libm::erfc(sigmas / SQRT_2)
 }
 
-/// A scenario's science: all that a method needs to know.
+/// The scientific part of a scenario: everything that a method needs to know.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem<M = Force> {
-    /// What moves the orbits.
+    /// The model that moves the orbits.
     pub model: M,
     /// The cloud at `t = 0`.
     pub initial: InitialGaussian,
@@ -85,14 +87,14 @@ pub struct Problem<M = Force> {
     pub critical_e: f64,
 }
 
-/// The longest time that a snapshot may be taken at \[yr\].
+/// The latest permitted snapshot time \[yr\].
 pub const MOST_YEARS: f64 = 1000.0;
 
 impl<M: PlanarHamiltonian> Problem<M> {
-    /// A problem whose every number is one that the methods are made for.
+    /// A problem, if every number is in the range for which the methods are made.
     ///
     /// # Errors
-    /// [`ProblemError`] with the first field that is wrong, and what would be right.
+    /// [`ProblemError`] with the first field that is wrong and the values that are allowed.
     pub fn new(model: M, initial: InitialGaussian, times: Vec<f64>, critical_e: f64) -> Result<Self, ProblemError> {
         for (Parameter { name, low, high, .. }, value) in model.parameters() {
             let right =
@@ -122,7 +124,7 @@ fn check_fraction(field: Field, value: f64) -> Result<(), ProblemError> {
     check(field, value, value > 0.0 && value < 1.0, "between 0 and 1, both excluded".into())
 }
 
-/// Times ascend from 0.
+/// Checks that times ascend from 0.
 fn check_times(times: &[f64]) -> Result<(), ProblemError> {
     let first = times.first().copied().unwrap_or(f64::NAN);
     check(Field::Times, first, first == 0.0, "0.0 for the first of the times, which must ascend".into())?;

@@ -1,4 +1,4 @@
-//! What can be wrong with a problem: which field, its value, and what would be right.
+//! Errors of a problem: the field that is wrong, its value, and which values are allowed.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 /// A field of a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Field {
-    /// A parameter of the model, or one of the orbit from which such parameters follow, by its name.
+    /// A parameter of the model, or a parameter of the orbit from which those of the model follow, by its name.
     Parameter(&'static str),
     /// Mean solar angle.
     MeanPhi,
@@ -40,16 +40,16 @@ impl fmt::Display for Field {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{field}: {}", self.problem())]
 pub struct ProblemError {
-    /// Which field is wrong.
+    /// The field that is wrong.
     pub field: Field,
     /// Its value.
     pub value: f64,
-    /// What would be right: `between 0 and 1, both excluded`.
+    /// Which values are allowed: `between 0 and 1, both excluded`.
     pub right: String,
 }
 
 impl ProblemError {
-    /// What is wrong, for readers that say themselves which field it is.
+    /// The text without the name of the field, for callers that name the field themselves.
     pub fn problem(&self) -> String {
         format!("{} is not allowed, it must be {}", self.value, self.right)
     }
@@ -60,10 +60,11 @@ pub(crate) fn check(field: Field, value: f64, is_right: bool, right: String) -> 
     if value.is_finite() && is_right { Ok(()) } else { Err(ProblemError { field, value, right }) }
 }
 
-/// A full turn \[rad\], with room for one that was written with six digits.
+/// A full turn \[rad\], with a margin for a turn that was written with six digits.
 const TURN: f64 = TAU + 1e-5;
 
-/// Refuses an angle that is not between `low` and a full turn; one that is too large for that may be meant in degrees.
+/// Refuses an angle that is not between `low` and a full turn. If it is larger, the message suggests that degrees may
+/// be meant.
 pub(crate) fn check_angle(field: Field, value: f64, low: f64, range: &str) -> Result<(), ProblemError> {
     let is_right = |angle: f64| (low.max(-TURN)..=TURN).contains(&angle);
     let hint = match value.to_radians() {

@@ -1,27 +1,28 @@
 //! Random draws from the initial Gaussian, cut to `0 < e < 1`.
 //!
-//! Draw `i` depends on the [`Plan`] and on `i` alone, not on how many are drawn, so results are the same bytes for any
-//! number of threads, shards or restarts. Independent draws each have their own stream of a ChaCha8 generator
-//! (Bernstein 2008; a counter-based generator whose streams are independent) and are drawn again while `e` is outside
+//! Draw `i` depends only on the [`Plan`] and on `i`, not on how many are drawn, so results are the same bytes for any
+//! number of threads, shards or restarts. Each independent draw has its own stream of a ChaCha8 generator
+//! (Bernstein 2008; a counter-based generator whose streams are independent) and is repeated while `e` is outside
 //! `(0, 1)`.
 //!
-//! The other two kinds reduce the error of Monte Carlo at the same number of orbits:
+//! The other two kinds reduce the error of Monte Carlo for the same number of orbits:
 //!
 //! - Antithetic pairs (Hammersley & Morton, Proc. Camb. Phil. Soc. 52, 1956): draw `2k + 1` mirrors draw `2k` about the
-//!   mean. What is odd about the mean cancels, what is even gains nothing: at `t = 0` the means are exact, the
-//!   deviations no better than those of half as many draws.
+//!   mean. Functions that are odd about the mean cancel; functions that are even gain nothing. At `t = 0` the means are
+//!   exact, and the standard deviations are no better than those of half as many draws.
 //! - A scrambled Sobol sequence (see the text of `sampling/sobol.rs`) through the inverse normal distribution.
 //!
-//! Measured on scenario 1 at half a year, one and two years, with 4096 draws, root mean square error of independent
-//! draws over that of the others: Sobol 15 to 258 in the moments, 5.7 in `P(e > 0.6) = 0.011`; antithetic 3.9 to 6.6 in
-//! the mean of `phi`, 0.6 to 8 in the others.
+//! Measured on scenario 1 at half a year, one and two years, with 4096 draws, the root mean square error of independent
+//! draws is larger by these factors: than that of Sobol draws, 15 to 258 in the moments and 5.7 in
+//! `P(e > 0.6) = 0.011`; than that of antithetic draws, 3.9 to 6.6 in the mean of `phi` and 0.6 to 8 in the others.
 //!
-//! Where the cut takes a part of the Gaussian, both work on the probabilities of the cut Gaussian in `e`: a pair's
-//! shares add up to 1. So nothing is drawn again (which would distort the pairs' distribution: mirroring about a mean
-//! of zero never leaves both inside) and each draw alone has the cut Gaussian's distribution.
+//! Where the cut takes a part of the Gaussian, both kinds work on the probabilities of the cut Gaussian in `e`: the
+//! shares below the two draws of a pair add up to 1. So no draw is repeated (which would distort the distribution of
+//! pairs: about a mean of zero, the mirror image of a point inside is never inside) and each single draw has the cut
+//! Gaussian's distribution.
 //!
-//! Neither kind is made of independent samples. Their standard errors are measured by drawing `R` groups that are
-//! independent of one another and comparing these, [`crate::standard_errors::of_groups`].
+//! The samples of neither kind are independent. Their standard errors are measured by drawing `R` groups that are
+//! independent of one another and comparing the groups, [`crate::standard_errors::of_groups`].
 
 mod quantile;
 mod sobol;
@@ -45,28 +46,28 @@ use sobol::Scramble;
 /// How draws depend on one another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Draws {
-    /// Not at all.
+    /// Draws are independent.
     #[default]
     Independent,
-    /// In pairs of opposites.
+    /// Draws come in pairs of opposites.
     Antithetic,
-    /// They fill the plane evenly: a scrambled Sobol sequence, best with a power of two in each group.
+    /// Draws fill the plane evenly: a scrambled Sobol sequence, best with a power of two in each group.
     Sobol,
 }
 
-/// What a draw depends on, besides its index.
+/// Everything on which a draw depends besides its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
     /// How draws depend on one another within a group.
     pub draws: Draws,
     /// Seed of all groups.
     pub seed: u64,
-    /// Number of groups that are independent of one another; [`group`] tells which a draw is in.
+    /// Number of groups that are independent of one another; [`group`] gives the group of a draw.
     pub replicates: NonZeroUsize,
 }
 
-/// The group of draw `index`: pairs are dealt to the groups in turn, so all groups are equally large, within a pair,
-/// for any number of draws.
+/// The group of draw `index`. Pairs are dealt to the groups in turn, so for any number of draws the sizes of the groups
+/// differ by at most a pair.
 ///
 /// # Panics
 /// If there are no groups.
@@ -117,7 +118,7 @@ impl Plan {
     }
 }
 
-/// Draw number `index` of independent ones from `initial`: `phi` \[rad\] and `e`.
+/// Independent draw number `index` from `initial`: `phi` \[rad\] and `e`.
 pub fn draw_one(initial: &InitialGaussian, generator: &ChaCha8Rng, index: u64) -> (f64, f64) {
     let mut stream = generator.clone();
     stream.set_stream(index);
@@ -129,8 +130,8 @@ pub fn draw_one(initial: &InitialGaussian, generator: &ChaCha8Rng, index: u64) -
     }
 }
 
-/// Draws the numbers in `range` of independent draws from a Gaussian over a model's variables, cut to their ranges; one column a
-/// variable. Where the Gaussian is the plane's, the draws are those of [`Plan`], byte for byte.
+/// The independent draws with the numbers in `range` from a Gaussian over a model's variables, cut to their ranges; one
+/// column per variable. For the Gaussian of the plane, the draws are those of [`Plan`], byte for byte.
 pub fn draw_variables<const N: usize>(
     initial: &Gaussian<N>,
     variables: &[Variable],
@@ -159,7 +160,7 @@ fn scramble(generator: &ChaCha8Rng, group: u64) -> Scramble {
     Scramble { keys: [stream.next_u64(), stream.next_u64()] }
 }
 
-/// What the cut takes from the Gaussian in `e`.
+/// The probabilities that the cut takes from the Gaussian in `e`.
 #[derive(Debug, Clone, Copy)]
 struct Cut {
     below_zero: f64,
@@ -172,14 +173,14 @@ impl Cut {
         Self { below_zero: normal_tail(mean_e / sigma_e), above_one: normal_tail((1.0 - mean_e) / sigma_e) }
     }
 
-    /// The point above which the shares `phi` and `e` of the cut Gaussian's marginals lie.
+    /// The point above which the shares `phi` and `e` of the cut Gaussian's two marginals lie.
     fn at_shares(self, initial: &InitialGaussian, [phi, e]: [f64; 2]) -> (f64, f64) {
         let tail = self.above_one + e * (1.0 - self.below_zero - self.above_one);
         inside(initial.point(normal_quantile_of_tail(phi), quantile(tail)))
     }
 
-    /// The point with as much of the cut Gaussian above it in `e` as the given one has below, and the mirror image in
-    /// `phi`.
+    /// The opposite point: in `e`, as much of the cut Gaussian lies above it as lies below the given point; in `phi` it
+    /// is the mirror image.
     fn opposite(self, initial: &InitialGaussian, phi: f64, e: f64) -> (f64, f64) {
         let (u, v) = initial.standardise(phi, e);
         // The smaller tail keeps its digits.

@@ -1,4 +1,4 @@
-//! Standard errors of Monte Carlo: of the moments of a sample and of the density in its bins.
+//! Standard errors of Monte Carlo: for the moments of a sample and for the density in its bins.
 //!
 //! For `n` independent samples, with central moments `m_jk = mean of (phi - mean)^j (e - mean)^k`, to leading order in
 //! `1/n` (Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Chapter 10):
@@ -11,14 +11,15 @@
 //! bin count c  sqrt(c (1 - c/n))                        binomial; about sqrt(c) for a bin that holds few of all
 //! ```
 //!
-//! Where a cloud reaches round the circle, moments of `phi` also depend on where its branch is cut, and the cut on the sample:
-//! see [`Cut`].
+//! If a cloud reaches round the circle, moments of `phi` also depend on where its branch is cut, and the cut depends on
+//! the sample: see [`Cut`].
 //!
-//! These hold for independent samples alone. Antithetic and low-discrepancy samples are correlated within a group of
-//! [`crate::sampling::Plan`], their groups are not: with the same moment taken of each of `R` groups, the standard
-//! error of the whole is about `s_R / sqrt(R)`, `s_R` the deviation of the groups' values (Owen, *Monte Carlo theory,
-//! methods and examples*, 2013, Chapter 17). With few groups it is itself uncertain, by `1/sqrt(2(R-1))` of its value,
-//! and an interval is `± t` of Student with `R - 1` degrees of freedom: 2.26 for 10 groups, not 1.96.
+//! These formulas hold for independent samples only. Antithetic and low-discrepancy samples are correlated within a
+//! group of [`crate::sampling::Plan`], but the groups are not. With the same moment taken of each of `R` groups, the
+//! standard error of the whole is about `s_R / sqrt(R)`, with `s_R` the standard deviation of the groups' values (Owen,
+//! *Monte Carlo theory, methods and examples*, 2013, Chapter 17). With few groups it is itself uncertain, by
+//! `1/sqrt(2(R-1))` of its value, and an interval is `± t` of Student with `R - 1` degrees of freedom: 2.26 for 10
+//! groups, not 1.96.
 
 use std::f64::consts::TAU;
 
@@ -26,15 +27,15 @@ use crate::angle::{Circular, nearest};
 use crate::estimate::{Moments, ordered_sum};
 use crate::sampling::group;
 
-/// What the cut of the branch of `phi`, which follows the sample's circular mean, does to a sample's influence on moments: see
-/// [`crate::sample_sums`]. All zero for a cloud that does not reach round the circle.
+/// The effect of the branch cut of `phi` on a sample's influence on moments: the cut follows the sample's circular
+/// mean, see [`crate::sample_sums`]. All fields are zero for a cloud that does not reach round the circle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cut {
     /// Density of `phi` at the cut \[1/rad\].
     pub density: f64,
     /// Mean of `phi` less the circular mean \[rad\].
     pub mean_from_circular: f64,
-    /// Mean of `e` beside the cut less that of all.
+    /// Mean of `e` beside the cut, less the mean of `e` of all samples.
     pub e_beside: f64,
     /// Mean of `(phi - μ) g`, `g = sin(phi - c)/R`.
     pub with_phi: f64,
@@ -46,11 +47,11 @@ pub struct Cut {
     pub square: f64,
 }
 
-/// Standard errors of the moments of `n` independent samples, of which the share `p` is above the critical eccentricity, from
-/// their central moments `m_20, m_40, m_02, m_04, m_11, m_22`.
+/// Standard errors of the moments of `n` independent samples, from their central moments
+/// `m_20, m_40, m_02, m_04, m_11, m_22` and the share `p` of samples above the critical eccentricity.
 pub fn of_independent(n: f64, [phi2, phi4, e2, e4, phi_e, phi2_e2]: [f64; 6], cut: Cut, p: f64) -> Moments {
     let error = |variance: f64| (variance.max(0.0) / n).sqrt();
-    // The variance of an influence function of which `a g` is a part.
+    // The variance of an influence function that contains the term `a g`.
     let with_cut = |variance: f64, a: f64, with: f64| {
         if a == 0.0 { variance } else { variance + 2.0 * a * with + a * a * cut.square }
     };
@@ -68,9 +69,9 @@ pub fn of_independent(n: f64, [phi2, phi4, e2, e4, phi_e, phi2_e2]: [f64; 6], cu
 }
 
 /// Standard errors of the moments of samples that were drawn in `replicates` independent groups, from the spread of the
-/// groups' moments: the right ones for every kind of [`crate::sampling::Draws`]. Each group has its own branch of `phi`, as the
-/// whole has, so the spread is also that of where it is cut. [`Moments::NONE`] for fewer than two
-/// groups, or fewer samples than put two in each.
+/// groups' moments. They are right for every kind of [`crate::sampling::Draws`]. Each group has its own branch of
+/// `phi`, as the whole sample has, so the spread includes that of the branch cut. [`Moments::NONE`] for fewer than two
+/// groups, or if there are too few samples to put two into each group.
 ///
 /// # Panics
 /// If `phi` and `e` differ in length.
@@ -114,8 +115,8 @@ fn group_moments(rows: &[usize], point: impl Fn(usize) -> (f64, f64) + Sync, cri
 }
 
 /// Standard errors of a density estimated from `samples` independent samples by counts in cells of area `cell`:
-/// `sqrt(c (1 - c/n)) / (n A)`. Also of a marginal, with the bin's width for `cell`. Zero in an empty bin, of which the
-/// data say no more than that its probability is below `3/n` (95 %).
+/// `sqrt(c (1 - c/n)) / (n A)`. For a marginal, `cell` is the bin's width. The standard error is zero in an empty bin,
+/// about which the data say only that its probability is below `3/n` (95 %).
 pub fn of_density(density: &[f64], samples: usize, cell: f64) -> Vec<f64> {
     let n = samples as f64;
     let error = |share: f64| (share * (1.0 - share).max(0.0) / n).sqrt() / cell;

@@ -1,24 +1,27 @@
 //! Whether a method's own diagnostics say that its result can be trusted to a given tolerance.
 //!
-//! A method is good for the moments where the two means are right to `tolerance` standard deviations and the two standard
-//! deviations to `tolerance` of themselves; it is good for the density where the total variation distance of its joint
-//! density on the comparison grid from the right one is at most `tolerance`.
+//! A method is good for the moments if the errors of the two means are within `tolerance` standard deviations and the
+//! relative errors of the two standard deviations within `tolerance`. It is good for the density if the total variation
+//! distance of its joint density on the comparison grid from the exact one is at most `tolerance`.
 //!
 //! The diagnostics are the four numbers that a density carries. What they mean depends on the method, see [`Kind`].
 
-/// The tolerance that a verdict is about unless another is asked for.
+/// The default tolerance of a verdict.
 pub const TOLERANCE: f64 = 0.01;
 
-/// What the four diagnostics of a density are. The codes of `messages::layout::diagnostic` are the same in numbers.
+/// The meaning of the four diagnostics of a density. The codes are those of `messages::layout::diagnostic`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Nothing (code 0): the method does not judge itself. Samples have standard errors instead, see [`of_samples`].
+    /// No diagnostics (code 0): the method does not judge itself. Samples have standard errors instead, see
+    /// [`of_samples`].
     None,
-    /// Of a carried mesh (code 1): defect of the invariant measure, probability of flipped elements, probability outside the
-    /// mesh, estimated misplacement of the joint density in total variation, by triangles and interpolation (NaN if not estimated).
+    /// Diagnostics of a carried mesh (code 1): defect of the invariant measure, probability of flipped elements,
+    /// probability outside the mesh, estimated misplacement of the joint density in total variation, by triangles and
+    /// interpolation (NaN if not estimated).
     Mesh,
-    /// Of a mixture (code 2): disagreement of the unscented and the linear prediction, probability that the mixture has
-    /// below `e = 0` (NaN if not known), sum of its weights, share of the initial Gaussian beyond `e = 1` (NaN if not known).
+    /// Diagnostics of a mixture (code 2): disagreement of the unscented and the linear prediction, probability that the
+    /// mixture has below `e = 0` (NaN if not known), sum of its weights, share of the initial Gaussian beyond `e = 1`
+    /// (NaN if not known).
     Mixture,
     /// Error estimates of an exact density (code 3): moments in standard deviations, resultant vector, probability above the
     /// critical eccentricity, joint density in L1.
@@ -26,7 +29,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The meaning of a diagnostic code; `None` for codes unknown to this version too.
+    /// The meaning of a diagnostic code; `None` also for codes unknown to this version.
     pub fn of_code(code: u32) -> Self {
         match code {
             1 => Self::Mesh,
@@ -48,12 +51,12 @@ pub enum Verdict {
     Density,
     /// Neither.
     Neither,
-    /// The method says nothing that would tell.
+    /// The method gives nothing from which to judge.
     Unknown,
 }
 
 impl Verdict {
-    /// From what is good.
+    /// From whether the moments and whether the density are good.
     pub fn new(moments: bool, density: bool) -> Self {
         match (moments, density) {
             (true, true) => Self::Good,
@@ -85,10 +88,10 @@ impl Verdict {
     }
 }
 
-/// What a density with these diagnostics is good for at a tolerance (a share of one, [`TOLERANCE`] by default); `resultant` is the mean
-/// resultant length of its solar angle.
+/// What a density with these diagnostics is good for at a tolerance (a share of one, [`TOLERANCE`] by default).
+/// `resultant` is the mean resultant length of its solar angle.
 ///
-/// A diagnostic that is no number where the method should give one counts as bad.
+/// A diagnostic that is NaN counts as bad if the method should give a number.
 pub fn trust(kind: Kind, diagnostics: [f64; 4], resultant: f64, tolerance: f64) -> Verdict {
     let [first, second, third, fourth] = diagnostics;
     match kind {
@@ -110,9 +113,10 @@ pub fn trust(kind: Kind, diagnostics: [f64; 4], resultant: f64, tolerance: f64) 
     }
 }
 
-/// What a density of samples is good for, from the standard errors of its moments in standard deviations (the largest of
-/// mean and deviation of both coordinates, see [`relative_standard_error`]) and the expected total variation of its bins'
-/// counting noise: two standard errors must be within the tolerance, and the expected noise.
+/// What a density of samples is good for. `relative_standard_error` is the largest standard error of the means and
+/// standard deviations in standard deviations (see [`relative_standard_error`]), and `counting_noise` the expected
+/// total variation of its bins' counting noise. Two standard errors, and the expected noise, must be within the
+/// tolerance.
 pub fn of_samples(relative_standard_error: f64, counting_noise: f64, tolerance: f64) -> Verdict {
     if relative_standard_error.is_nan() {
         return Verdict::Unknown;
@@ -120,7 +124,8 @@ pub fn of_samples(relative_standard_error: f64, counting_noise: f64, tolerance: 
     Verdict::new(2.0 * relative_standard_error <= tolerance, counting_noise <= tolerance)
 }
 
-/// The largest standard error of the two means and the two deviations, in standard deviations; NaN if one is missing.
+/// The largest standard error of the two means and the two standard deviations, in standard deviations; NaN if one is
+/// missing.
 pub fn relative_standard_error(moments: &crate::estimate::Moments, errors: &crate::estimate::Moments) -> f64 {
     let relative = [
         errors.mean_phi / moments.std_phi,
@@ -132,33 +137,35 @@ pub fn relative_standard_error(moments: &crate::estimate::Moments, errors: &crat
 }
 
 /// Expected total variation between the joint density of `samples` independent samples (per area, in bins of area `area`)
-/// and the right one: half of `sqrt(2/π)` standard errors a bin.
+/// and the exact one: half of `sqrt(2/π)` standard errors, summed over the bins.
 pub fn counting_noise(joint: &[f64], area: f64, samples: f64) -> f64 {
     let error = |share: f64| (share * (1.0 - share).max(0.0) / samples).sqrt();
     let sum: f64 = joint.iter().map(|density| error((density * area).max(0.0))).sum();
     0.5 * std::f64::consts::FRAC_2_PI.sqrt() * sum
 }
 
-// The factors below follow from measurements in the paper's three scenarios (`mesh::diagnostics`, `mixture::linearity`) and from
-// the first 55 random ones of the campaign's seed 3 (docs/methods.md): there a mixture's density was off by 2.3 % at a disagreement
-// of 0.068, its covariance by 2.6 % at 0.13.
+// The factors below follow from measurements in the paper's three scenarios (`mesh::diagnostics`, `mixture::linearity`)
+// and in the first 55 random scenarios of the campaign's seed 3 (docs/methods.md). There a mixture's density was off by
+// 2.3 % at a disagreement of 0.068, and its covariance by 2.6 % at 0.13.
 
-/// Defects of the invariant measure, in tolerances, up to which a mesh is good for moments.
+/// Defect of the invariant measure, in units of the tolerance, up to which a mesh is good for moments.
 const MESH_MOMENTS: f64 = 1.0;
-/// Total variation of the joint density for each unit of the defect.
+/// Total variation of the joint density per unit of the defect.
 const MESH_DENSITY: f64 = 2.0;
-/// A mixture has no edge at `e = 1`, where the initial Gaussian is cut. A cut at `k` standard deviations moves the mean by `φ(k)` of
-/// them, which is about four times what it takes away, `1 - Φ(k)`, for the `k` at which that is a per cent or less.
+/// Error of a mixture's mean per probability beyond `e = 1`. A mixture has no edge at `e = 1`, where the initial
+/// Gaussian is cut. A cut at `k` standard deviations moves the mean by `φ(k)` standard deviations. That is about four
+/// times the probability cut away, `1 - Φ(k)`, for the `k` at which that probability is a per cent or less.
 const EDGE: f64 = 4.0;
-/// Disagreement, in tolerances, up to which a mixture is good for moments.
+/// Disagreement, in units of the tolerance, up to which a mixture is good for moments.
 const MIXTURE_MOMENTS: f64 = 10.0;
-/// The same where the cloud reaches round the circle, so that what lies beside the branch cut of the solar angle counts with a whole
-/// turn. Of the campaign's seed 1, indices 285 and 289 are such clouds: their means of `phi` were off by 2.4 % and 1.7 % of a deviation,
-/// their covariances by 3.4 % and 5.2 %, at disagreements of 0.057 and 0.063.
+/// The same for a cloud that reaches round the circle, so that probability beside the branch cut of the solar angle
+/// counts with a whole turn. Indices 285 and 289 of the campaign's seed 1 are such clouds: their means of `phi` were
+/// off by 2.4 % and 1.7 % of a standard deviation, and their covariances by 3.4 % and 5.2 %, at disagreements of 0.057
+/// and 0.063.
 const MIXTURE_ROUND: f64 = 1.0;
-/// Mean resultant length below which a cloud counts as one that reaches round the circle: a deviation of about 0.85 rad.
+/// Mean resultant length below which a cloud counts as reaching round the circle: a standard deviation of about 0.85 rad.
 const ROUND: f64 = 0.7;
-/// Disagreement, in tolerances, up to which a mixture is good for the density.
+/// Disagreement, in units of the tolerance, up to which a mixture is good for the density.
 const MIXTURE_DENSITY: f64 = 5.0;
 
 #[cfg(test)]

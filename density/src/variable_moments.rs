@@ -9,11 +9,11 @@ use crate::model::Variable;
 /// Mean and covariance of a cloud.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VariableMoments<const N: usize> {
-    /// Means; those of angles on the branch within π of their circular means \[rad\].
+    /// Means; the mean of an angle is on the branch within π of its circular mean \[rad\].
     pub mean: [f64; N],
     /// Covariance.
     pub covariance: [[f64; N]; N],
-    /// Circular means and resultant lengths; `None` for variables that are no angles.
+    /// Circular means and resultant lengths; `None` for variables that are not angles.
     pub circular: [Option<Circular>; N],
 }
 
@@ -24,7 +24,8 @@ impl<const N: usize> VariableMoments<N> {
     }
 }
 
-/// Moments of weighted points, one column a variable. Weights need not be normalised; `None` weighs all alike.
+/// Moments of weighted points, one column per variable. Weights need not be normalised; `None` gives all points the
+/// same weight.
 ///
 /// # Panics
 /// If there are not `N` variables, or the columns differ in length.

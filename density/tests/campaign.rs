@@ -1,4 +1,4 @@
-//! The random campaign's oracle against what others worked out, and `exact` against the oracle.
+//! Compares the oracle of the random campaign with values computed by others, and `exact` with the oracle.
 
 mod campaign_support;
 mod common;
@@ -18,7 +18,7 @@ use density::flow::Flow;
 use density::grid::{Axis, Grid, comparison_grids};
 use density::problem::Problem;
 
-/// A grid that costs little, where no density is asked for.
+/// A grid of little cost, for when no density is needed.
 fn few_bins(problem: &Problem) -> Vec<Grid> {
     let axis = |low: f64, high: f64| Axis { low, high, bins: 4 };
     vec![Grid { phi: axis(0.0, 6.0), e: axis(0.0, 1.0) }; problem.times.len()]
@@ -50,13 +50,13 @@ fn the_oracle_has_the_reference_moments_of_the_paper() {
                 let off = (off / scale).abs();
                 assert!(off < 2e-6 + truth.error.moments[i], "{name} {} {i}: {off:e}", row[0]);
             }
-            // Its probabilities are less good than its moments, see `exact.rs`.
+            // The file's probabilities are less accurate than its moments, see `exact.rs`.
             assert!((truth.above - row[6]).abs() < 1e-7, "{name} {}: {:e} {:e}", row[0], truth.above, row[6]);
         }
     }
 }
 
-/// What is off by more than it may be, in words.
+/// Describes every figure that is off by more than it may be.
 fn differences(known: &Known, truth: &Truth) -> Vec<String> {
     let mut found = Vec::new();
     let mut compare = |name: &str, off: f64, allowed: f64| {
@@ -89,10 +89,10 @@ fn differences(known: &Known, truth: &Truth) -> Vec<String> {
 fn the_oracle_has_the_values_of_the_cases() {
     for (scenario, known) in all() {
         let oracle = quadrature_alone(&scenario.problem, 2);
-        // An oracle that knows nothing contradicts nothing.
+        // An oracle that does not know a figure cannot contradict it.
         let knows = |truth: &Truth| truth.error.moments.iter().all(|e| *e < 0.05) && truth.error.ever < 0.02;
         if !oracle.truths.iter().all(knows) {
-            // Two refinements are too few for a cloud that a saddle has pulled apart for ten years.
+            // Two refinements are not enough for a cloud that a saddle has pulled apart for ten years.
             assert_eq!(scenario.name, "saddle");
             continue;
         }
@@ -144,7 +144,7 @@ fn a_scenario_survives_being_written_down() {
     assert_eq!((read.problem, read.name), (scenario.problem, scenario.name));
 }
 
-/// Figures of the cases that `exact` does not reach, by case, name and time: it says so, and must not say anything else.
+/// Figures of the cases that `exact` may withhold, by case, name and time; it must withhold no others.
 const BEYOND_EXACT: &[(&str, &str, f64)] = &[];
 
 #[test]
@@ -202,7 +202,7 @@ fn exact_is_silently_wrong_in_no_case_by_the_oracle() {
 
 #[test]
 fn exact_is_not_refused_for_the_side_of_zero_on_which_the_mean_of_a_symmetric_cloud_lies() {
-    // Mixed along its orbits, the cloud is symmetric about phi = 0: its circular mean is 0 or just short of 2π.
+    // Once mixed along its orbits, the cloud is symmetric about phi = 0: its circular mean is 0 or just below 2π.
     let mut problem = draw(1, 35).problem;
     let end = problem.times[problem.times.len() - 1];
     problem.times = (0..=8).map(|k| end - 0.25 * f64::from(8 - k)).collect();
@@ -217,11 +217,12 @@ fn exact_is_not_refused_for_the_side_of_zero_on_which_the_mean_of_a_symmetric_cl
     }
 }
 
-/// Scenarios of the gate's campaign; `cargo run --release -p phasecloud-density --example campaign` has as many as one likes.
+/// Scenarios of this test's campaign; `cargo run --release -p phasecloud-density --example campaign` runs any number.
 const SCENARIOS: u64 = 50;
 const SEED: u64 = 20_261_127;
 
-/// On the first of them every method is tried, on the others those that cost little.
+/// Number of scenarios, from the first, on which all methods but `dee-1e5` are tried; on the others only the cheap ones
+/// are.
 const WITH_ALL_METHODS: u64 = 10;
 
 #[test]

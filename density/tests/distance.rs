@@ -1,10 +1,10 @@
-//! Distances of densities against the closed forms for Gaussians.
+//! Tests of the distances of densities against the closed forms for Gaussians.
 //!
-//! For normal densities of one deviation `s` whose means lie `d` apart, with `D = d/s`:
+//! For normal densities with the same standard deviation `s` whose means lie `d` apart, with `D = d/s`:
 //! `TV = erf(D / (2 sqrt 2))`, Kolmogorov the same value (the distribution functions differ most midway),
 //! `h² = 1 - exp(-D²/8)`, Kullback-Leibler `D²/2`, `L2² = (1 - exp(-D²/4)) / (s sqrt pi)`
-//! (Gibbs & Su 2002; the last from the product of two Gaussians). In the plane the same holds for the first, third and
-//! fourth with Mahalanobis' distance for `D`.
+//! (Gibbs & Su 2002; the last from the product of two Gaussians). In the plane the first, third and fourth of these
+//! hold with Mahalanobis' distance for `D`.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -13,15 +13,15 @@ use density::distance::{Distances, FLOOR, between, between_marginals, compare};
 use density::estimate::{Estimate, Moments};
 use density::grid::{Axis, Grid};
 
-/// Averages over the bins of the normal density.
+/// Averages of the normal density over the bins.
 fn normal(axis: Axis, mean: f64, sigma: f64) -> Vec<f64> {
     let tail = |edge: f64| 0.5 * libm::erfc((edge - mean) / (sigma * SQRT_2));
     axis.edges().windows(2).map(|edges| (tail(edges[0]) - tail(edges[1])) / axis.width()).collect()
 }
 
-/// How far an average over bins may fall short: with `x = h/s` and `D`, a second-order expansion in the bin's width `h`
-/// gives `x² D²/24` for Kullback-Leibler, `x² D²/96` for `h²`, `x² D/(8 sqrt(2 pi))` for TV (from the one bin where the
-/// densities cross) and `x²/12` times `∫ f'² / ∫ f² s²` for `L2²`; half as much again for the higher orders.
+/// By how much an average over bins may fall short. With `x = h/s` and `D`, a second-order expansion in the bin's width
+/// `h` gives `x² D²/24` for Kullback-Leibler, `x² D²/96` for `h²`, `x² D/(8 sqrt(2 pi))` for TV (from the one bin where
+/// the densities cross) and `x²/12` times `∫ f'² / ∫ f² s²` for `L2²`; half of that is added for the higher orders.
 fn assert_close(distances: Distances, shift: f64, sigma: f64, width: f64) {
     let (x2, d2) = ((width / sigma).powi(2), shift * shift);
     let tv = libm::erf(shift / (2.0 * SQRT_2));
@@ -57,7 +57,7 @@ fn divergence_is_of_the_method_relative_to_the_reference() {
     let backward = between(&wide, &narrow, axis.width()).kullback_leibler;
     // Bins of 1/100 of the smaller deviation: x²/24 times the mean squared slope of ln(p/q), which is 9/4 and 9.
     assert!((forward - (2f64.ln() + 0.125 - 0.5)).abs() < 1e-4 / 24.0 * 9.0, "{forward}");
-    // Beyond 3.95 the narrow density is below FLOOR a bin; the wide one has 7.8e-5 there, on which 2x² - 31 is about 4.
+    // Beyond 3.95 the narrow density is below FLOOR per bin; the wide one has 7.8e-5 there, on which 2x² - 31 is about 4.
     assert!(backward > forward && (backward - (0.5f64.ln() + 2.0 - 0.5)).abs() < 5e-4, "{backward}");
 }
 
@@ -77,8 +77,8 @@ fn joint_distances_are_those_of_mahalanobis_shift_and_marginal_ones_of_their_own
     assert_close(comparison.marginal_phi, 0.6, sigmas.0, grid.phi.width());
     assert_close(comparison.marginal_e, 0.8, sigmas.1, grid.e.width());
     let joint = comparison.joint;
-    // Bins of 0.1 and 0.133 deviations: x² D² / 96 and / 24 with D = 1; in total variation, cells that the line of
-    // equal density crosses fall short, by less than x²/8 times the density's slope along the shift.
+    // Bins of 0.1 and 0.133 standard deviations: x² D² / 96 and / 24 with D = 1. In total variation, cells that the
+    // line of equal density crosses fall short, by less than x²/8 times the density's slope along the shift.
     let x2 = 0.02;
     assert!(joint.kolmogorov.is_nan());
     assert!((joint.total_variation - libm::erf(1.0 / (2.0 * SQRT_2))).abs() < x2 / 8.0);
@@ -104,7 +104,7 @@ fn an_estimate_is_at_distance_zero_from_itself() {
 
 #[test]
 fn lost_mass_is_a_distance() {
-    // A method that keeps only 0.9 of every bin: 0.1 has moved to the outside, in all bins alike.
+    // A method that keeps only 0.9 of every bin; the other 0.1 of all bins has moved to the outside.
     let axis = Axis { low: -10.0, high: 10.0, bins: 500 };
     let reference = normal(axis, 0.0, 1.0);
     let method: Vec<f64> = reference.iter().map(|density| 0.9 * density).collect();

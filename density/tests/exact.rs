@@ -1,7 +1,7 @@
-//! The exact reference against numbers computed elsewhere, against itself by another way, and against sampling.
+//! Tests of the exact reference against numbers computed elsewhere, against a second computation, and against sampling.
 //!
 //! `tests/reference/exact-*.csv` are copies of the project's reference data: moments by quadrature over the initial
-//! Gaussian, densities by characteristics, both computed independently of this crate.
+//! Gaussian and densities by characteristics, both computed independently of this crate.
 
 mod common;
 
@@ -13,7 +13,7 @@ use density::flow::Flow;
 use density::grid::comparison_grids;
 use density::problem::{InitialGaussian, Problem};
 
-/// Which paper scenario a row of a reference file is about, and its numbers.
+/// The numbers of the rows of a reference file that belong to one of the paper's scenarios.
 fn of_scenario(file: &str, number: usize) -> Vec<Vec<f64>> {
     let name = format!("scenario-{number}");
     rows(file).into_iter().filter(|(scenario, _)| *scenario == name).map(|(_, numbers)| numbers).collect()
@@ -84,7 +84,7 @@ fn probability_above_by_lines(problem: &Problem, time: f64) -> f64 {
 
 #[test]
 fn rare_probabilities_above_critical_e_agree_with_a_scan_of_the_initial_plane() {
-    // The reference file has 5.259065e-9 and 4.4717e-7 here, which neither way confirms.
+    // The reference file has 5.259065e-9 and 4.4717e-7 here, which neither of the two computations confirms.
     for time in [1.5, 2.0] {
         let problem = paper(3);
         let flow = Flow::new(problem.model);
@@ -130,7 +130,7 @@ fn bin_averages_are_the_averages_of_the_density_at_points() {
                 })
                 .unzip();
             let mean = exact.density(&phi, &e, problem.times[index]).iter().sum::<f64>() / phi.len() as f64;
-            // The midpoint rule is good to a few 1e-4 of the peak here.
+            // The midpoint rule is accurate to a few 1e-4 of the peak here.
             assert!((joint[bin] - mean).abs() < 1e-3 * largest, "{index} {bin} {} {mean}", joint[bin]);
         }
     }
@@ -150,7 +150,8 @@ fn joint_density_has_the_mass_that_its_border_encloses() {
                 "{number} {index} {}",
                 snapshot.joint_error
             );
-            // The grid bounds the 4-sigma ellipse, outside which 3.4e-4 lie, but not all of that is outside the grid.
+            // The grid bounds the 4-sigma ellipse. A probability of 3.4e-4 lies outside the ellipse, and not all of it
+            // is outside the grid.
             assert!(snapshot.mass_outside > 0.0 && snapshot.mass_outside < 3.4e-4);
             assert!((snapshot.estimate.mass() + snapshot.mass_outside - 1.0).abs() < 1e-6 + snapshot.joint_error);
         }
@@ -227,7 +228,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| Exact::new(&problem, &flow, Settings::default()).snapshot(&grids, 4).unwrap())
     };
-    // NaN standard errors are not equal to themselves: compare what is printed, to the last digit.
+    // NaN standard errors are not equal to themselves, so the printed values are compared, to the last digit.
     assert_eq!(format!("{:?}", with(1)), format!("{:?}", with(3)));
 }
 

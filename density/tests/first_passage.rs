@@ -1,4 +1,4 @@
-//! First passage against rigid rotation, against sampling, and against what probability demands.
+//! Tests of first passage against rigid rotation, against sampling, and against the rules of probability.
 
 mod common;
 
@@ -49,7 +49,7 @@ fn without_oblateness_orbits_pass_when_rigid_rotation_says() {
 #[test]
 fn a_peak_a_hair_above_the_critical_eccentricity_is_found_and_one_below_is_not() {
     let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.40921 });
-    // Where the orbit stands at its peak, on the axis phi = 0 to the left of the saddle, or on phi = π.
+    // The state at an orbit's peak, on the axis phi = 0 to the left of the saddle, or on phi = π.
     for (x2, before) in [(0.45, 0.37), (-0.75, 0.23), (-0.72, 0.4)] {
         let peak = State { x1: 0.0, x2 };
         let start = flow.advance_one(peak, -before).unwrap();
@@ -58,7 +58,7 @@ fn a_peak_a_hair_above_the_critical_eccentricity_is_found_and_one_below_is_not()
             let passage =
                 |critical: f64| first_passage_times(&flow, &[start.x1], &[start.x2], critical, 0.6).unwrap()[0];
             let time = passage(peak.eccentricity() - hair);
-            // Near its peak e falls off as a parabola, of curvature of the order of 10 per year squared.
+            // Near its peak e falls as a parabola, with a curvature of the order of 10 per year squared.
             assert!(time <= before && time > before - 20.0 * hair.sqrt(), "{x2} {hair} {time}");
             assert_eq!(passage(peak.eccentricity() + hair), f64::INFINITY);
         }
@@ -89,7 +89,7 @@ fn passages_read_off_the_integrators_series_are_those_that_are_searched_for() {
             read_off.iter().filter(|t| t.is_finite()).count()
         );
         for (a, b) in searched.iter().zip(&read_off).filter(|(a, _)| a.is_finite()) {
-            // Near a peak the time is as uncertain as the root of the state's error, 1e-12.
+            // Near a peak the time is as uncertain as the square root of the state's error, 1e-12.
             assert!((a - b).abs() < 1e-5, "{number} {critical_e}: {a} {b}");
         }
         let mut differences: Vec<f64> =

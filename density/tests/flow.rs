@@ -1,4 +1,4 @@
-//! The integrator against what is known exactly.
+//! Tests of the integrator against exact solutions.
 #![allow(missing_docs)]
 
 mod common;
@@ -13,7 +13,7 @@ use density::sampling::draw;
 
 const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
 
-/// Table 1: mean and half of delta for phi and e, and the years.
+/// Table 1: means of phi and e, half of the deltas of phi and e, and the number of years.
 const SCENARIOS: [(f64, f64, f64, f64, f64); 3] = [
     (2.2069, 0.145, PI / 16.0, 0.025, 2.0),
     (0.5419, 0.095, PI / 80.0, 0.005, 3.0),
@@ -48,7 +48,7 @@ fn without_oblateness_the_flow_is_a_rigid_rotation() {
     for (phi, e) in [(0.0, 0.0), (1.0, 0.3), (2.5, 0.7), (4.0, 0.1), (5.9, 0.55)] {
         let start = State::from_polar(phi, e);
         for years in [0.3, 1.0 / frequency, 2.0, -0.7] {
-            // Along the axis nothing changes; the rest is a circle through x1.
+            // The component along the axis is constant; the rest is a circle through x1.
             let along = (c * start.x2 + start.s()) / (1.0 + c * c);
             let (fixed_x2, across) = (c * along, start.x2 - c * along);
             let angle = TAU * years * frequency;
@@ -86,7 +86,8 @@ fn every_accuracy_keeps_what_it_promises_to_a_cloud() {
             }
             (x1, x2)
         };
-        // Cut into 64 pieces the finest series is far shorter than its steps: a reference good to rounding.
+        // In 64 pieces the intervals are far shorter than the steps of the finest series, which gives a reference
+        // accurate to rounding.
         let reference = propagate(Accuracy::Fine, 64);
         for accuracy in Accuracy::ALL {
             let (x1, x2) = propagate(accuracy, 4);
@@ -99,7 +100,7 @@ fn every_accuracy_keeps_what_it_promises_to_a_cloud() {
 
 #[test]
 fn every_accuracy_keeps_what_it_promises_against_states_computed_with_40_digits() {
-    // tests/reference/make_states.py; by orbit phi0, e0, and then t, x1, x2 every half year.
+    // From tests/reference/make_states.py: for each orbit phi0, e0, and then t, x1, x2 every half year.
     let rows = common::rows("states.csv");
     assert_eq!(rows.len(), 3 * 17 * 4);
     for accuracy in Accuracy::ALL {
@@ -157,7 +158,7 @@ fn an_orbit_that_turns_too_fast_is_told_from_one_that_leaves_the_domain() {
     let error = fast.advance_one(State { x1: 0.0, x2: 0.999_999_9 }, 1e-3).unwrap_err();
     assert_eq!(error.why, Loss::Stuck, "{error}");
     assert!(error.to_string().contains("turns too fast"), "{error}");
-    // Without oblateness strong radiation takes an orbit through e = 1.
+    // Without oblateness, strong radiation takes an orbit through e = 1.
     let strong = Flow::new(Force { radiation: 3.0, oblateness: 0.0 });
     let error = strong.advance_one(State { x1: 0.0, x2: 0.6 }, 1.0).unwrap_err();
     assert_eq!(error.why, Loss::LeftTheDomain, "{error}");

@@ -1,4 +1,4 @@
-//! The corrected methods against the exact density, in every snapshot of the paper's three scenarios.
+//! Tests of the corrected methods against the exact density, in every snapshot of the paper's three scenarios.
 #![allow(missing_docs)]
 
 mod common;
@@ -46,7 +46,7 @@ fn adaptive_mixture(problem: &Problem, grids: &[Grid]) -> (Course, usize) {
     (problem.times.iter().zip(grids).map(estimate).collect(), points)
 }
 
-/// Largest relative error of the two means and two deviations.
+/// Largest relative error of the two means and the two standard deviations.
 fn worst_moment(method: &Estimate, exact: &Estimate) -> f64 {
     let (found, exact) = (method.moments.to_array(), exact.moments.to_array());
     (0..4).map(|k| (found[k] - exact[k]).abs() / exact[k].abs()).fold(0.0, f64::max)
@@ -58,7 +58,7 @@ fn l1(method: &Estimate, exact: &Estimate) -> f64 {
     sum * exact.grid.bin_area()
 }
 
-/// Checks all snapshots of all scenarios; the limits are shares of one.
+/// Checks all snapshots of all scenarios; the limits are fractions, not per cent.
 fn check(name: &str, moment: f64, joint: f64, method: impl Fn(&Problem, &[Grid]) -> Course) {
     for number in 1..=3 {
         let problem = scenario(number);

@@ -1,4 +1,4 @@
-//! The mesh methods against exact moments, the exact density and the paper's Table 3.
+//! Tests of the mesh methods against exact moments, the exact density and the paper's Table 3.
 
 mod mesh_support;
 
@@ -81,7 +81,7 @@ fn carried_lattice_of_1e5_points_keeps_every_moment_to_a_hundredth_of_a_per_cent
     }
 }
 
-/// The snapshots that stretch the cloud most, and how finely bins are sampled for their exact density.
+/// The snapshots in which the cloud is stretched most, and how finely bins are sampled for their exact density.
 const HARDEST: [(usize, f64, [usize; 2]); 5] =
     [(1, 1.0, [8, 16]), (1, 2.0, [8, 8]), (2, 1.5, [32, 32]), (2, 3.0, [8, 8]), (3, 2.0, [8, 8])];
 
@@ -137,8 +137,8 @@ fn as_printed_hull_of_1e5_random_samples_reproduces_table_3() {
         let m = hull.moments;
         let found = [m.mean_phi, m.std_phi, m.mean_e, m.std_e];
         let paper = paper_table_3("dee-1e5", s.time);
-        // At one and two years the slivers along the hull depend on the outermost few samples. Two draws then differ by
-        // chance: four times the standard deviation over seeds 0 to 19 (example `table_3_spread`).
+        // At one and two years the slivers along the hull depend on the outermost few samples, so that two draws differ
+        // by chance. The tolerance is four times the standard deviation over seeds 0 to 19 (example `table_3_spread`).
         let tolerance = match s.time {
             1.0 => [4.69e-3, 4.28e-3, 2.11e-4, 3.01e-4].map(|spread| 4.0 * spread),
             2.0 => [1.25e-3, 3.84e-4, 3.92e-4, 7.36e-4].map(|spread| 4.0 * spread),
@@ -188,7 +188,7 @@ fn results_are_the_same_bytes_for_any_number_of_threads() {
         (hull, carried, lattice, diagnostics)
     };
     let with = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(run);
-    // As text, which tells every bit of a number and takes NaN for NaN.
+    // Compared as text, which shows every bit of a number and treats NaN as equal to NaN.
     assert!(format!("{:?}", with(1)) == format!("{:?}", with(3)));
 }
 

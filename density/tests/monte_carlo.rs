@@ -1,4 +1,4 @@
-//! Monte Carlo against the exact moments.
+//! Tests of Monte Carlo against the exact moments.
 #![allow(missing_docs)]
 
 mod common;
@@ -11,7 +11,7 @@ use density::grid::comparison_grids;
 use density::orbits::Orbits;
 use density::sampling::draw;
 
-/// Exact moments by quadrature (`exact-moments.csv`): scenario, time, then mean and deviation of phi and of e.
+/// Exact moments by quadrature (`exact-moments.csv`): scenario, time, then mean and standard deviation of phi and of e.
 const EXACT: &str = include_str!("reference/exact-moments.csv");
 
 const SAMPLES: usize = 40_000;

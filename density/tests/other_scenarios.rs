@@ -1,5 +1,7 @@
-//! DEE and GMM-UT in scenarios unlike the paper's, against quadrature over 300 x 1,200 orbits of the initial Gaussian by another
-//! program (good to 1e-5, over `e = 0` to 1e-3).
+//! Tests of DEE and GMM-UT in scenarios unlike the paper's.
+//!
+//! The reference is a quadrature over 300 x 1,200 orbits of the initial Gaussian by another program (accurate to 1e-5,
+//! and to 1e-3 for a cloud across `e = 0`).
 #![allow(missing_docs)]
 
 use density::angle::nearest;
@@ -44,7 +46,7 @@ fn strong_radiation() -> Problem {
     problem(force, [4.1147, 0.1294, 0.7906, 0.08176], &[0.0, 0.1228125, 0.5, 2.62], 0.583)
 }
 
-/// Moments and diagnostics of DEE at all snapshots, the points read out modulo a turn as they are between processes.
+/// Moments and diagnostics of DEE at all snapshots. The points are read out modulo a turn, as they are between processes.
 fn carried(problem: &Problem, count: usize) -> Vec<(Moments, f64, [f64; 4])> {
     let flow = Flow::new(problem.model);
     let grids = comparison_grids(problem, &flow, 50, 50).unwrap();
@@ -65,7 +67,7 @@ fn carried(problem: &Problem, count: usize) -> Vec<(Moments, f64, [f64; 4])> {
     problem.times.iter().zip(&grids).map(at).collect()
 }
 
-/// The largest error of means and deviations, in standard deviations.
+/// The largest error of means and standard deviations, in standard deviations.
 fn off(found: &Moments, [mean_phi, std_phi, mean_e, std_e]: [f64; 4]) -> f64 {
     let means = [nearest(found.mean_phi - mean_phi, 0.0) / std_phi, (found.mean_e - mean_e) / std_e];
     let deviations = [found.std_phi / std_phi - 1.0, found.std_e / std_e - 1.0];
@@ -74,7 +76,8 @@ fn off(found: &Moments, [mean_phi, std_phi, mean_e, std_e]: [f64; 4]) -> f64 {
 
 #[test]
 fn dee_keeps_the_moments_of_a_cloud_over_zero_eccentricity() {
-    // At the start the moments of a normal distribution cut at -0.2 deviations; then by a midpoint rule of 1000 x 3000 orbits.
+    // At the start the moments are those of a normal distribution cut at -0.2 deviations; later, of a midpoint rule
+    // with 1000 x 3000 orbits.
     let right = [[2.2, 0.005, 0.021_876_826, 0.015_993_374], [1.900_827_8, 0.098_677_3, 0.024_663_357, 0.015_934_548]];
     for count in [961, 10_000] {
         for ((moments, mass, _), right) in carried(&near_circular(), count).iter().zip(right) {
@@ -96,7 +99,7 @@ fn dee_starts_from_a_cloud_wider_than_the_circle() {
     for ((moments, _, _), right) in carried(&wide_start(), 10_000).iter().zip(right) {
         assert!(off(moments, right) < 5e-3, "{moments:?} {right:?}");
     }
-    // Round the circle and more: 2π is the widest that a scenario may ask for.
+    // The cloud reaches round the circle and beyond: 2π is the widest that a scenario may ask for.
     let widest = problem(PAPER, [2.2069, 0.145, std::f64::consts::TAU, 0.05], &[0.0, 0.5], 0.6);
     assert_eq!(carried(&widest, 961).len(), 2);
 }
@@ -136,7 +139,7 @@ fn dee_passages_of_961_points_are_right_within_the_error_that_they_claim() {
 
 #[test]
 fn a_mixture_over_zero_eccentricity_has_the_moments_of_the_cut_gaussian_at_the_start() {
-    // A normal cut at two deviations below its mean: Φ(2), and mean and variance of what is above.
+    // A normal distribution cut at two deviations below its mean: Φ(2), and mean and variance of the part above.
     let problem = problem(PAPER, [2.2069, 0.02, 0.4, 0.02], &[0.0, 0.1], 0.6);
     let settings = mixture::Settings::default();
     let propagator = Propagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
@@ -151,7 +154,7 @@ fn a_mixture_over_zero_eccentricity_has_the_moments_of_the_cut_gaussian_at_the_s
 
 #[test]
 fn the_verdict_on_dee_is_never_good_where_its_moments_are_off() {
-    // The moments of scenario 1 at ten years, which 31 x 31 points do not resolve.
+    // The moments of scenario 1 up to ten years; 31 x 31 points do not resolve the last snapshot.
     let problem = problem(PAPER, [2.2069, 0.145, std::f64::consts::FRAC_PI_8, 0.05], &[0.0, 2.0, 4.0, 10.0], 0.6);
     let right = [
         None,

@@ -1,9 +1,10 @@
-//! What must hold of any scenario, not of the paper's three alone.
+//! Properties that must hold for any scenario, not only for the paper's three.
 //!
-//! Scenarios are random but from a fixed seed, so that a run that passes passes everywhere: forces up to a little
-//! beyond what keeps satellites up, clouds that start at least 10 deviations inside `0 < e < 1` and whose 4-sigma
-//! ellipse stays below `e = 0.95` on its way, snapshots up to two years. Closer to `e = 1`, where the oblateness term
-//! grows as `(1-e²)^-2`, orbits are followed less accurately or given up (`Escaped`); satellites do not get there.
+//! Scenarios are random but from a fixed seed, so that a run that passes passes everywhere. Forces go a little beyond
+//! those that keep satellites up. Clouds start at least 10 standard deviations inside `0 < e < 1`, and their 4-sigma
+//! ellipse stays below `e = 0.95` on its way. Snapshots are at most two years ahead. Closer to `e = 1`, where the
+//! oblateness term grows as `(1-e²)^-2`, orbits are followed less accurately or given up (`Escaped`); satellites do not
+//! get there.
 
 use std::f64::consts::TAU;
 
@@ -24,7 +25,7 @@ fn config(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, rng_seed: RngSeed::Fixed(20_220_701), failure_persistence: None, ..Default::default() }
 }
 
-/// A random valid scenario with one snapshot, whose cloud stays inside the domain.
+/// A random valid scenario with one snapshot, whose cloud stays well inside `e < 1`.
 fn problem() -> impl Strategy<Value = Problem> {
     any_problem().prop_filter("the cloud comes near e = 1", stays_inside)
 }
@@ -59,7 +60,7 @@ prop_compose! {
     }
 }
 
-/// An independent sample at the snapshot, binned.
+/// The estimate of an independent sample at the snapshot.
 fn monte_carlo(problem: &Problem, flow: Flow<Force>, grid: Grid, count: usize) -> Estimate {
     let (x1, x2) = sampling::draw(&problem.initial, 5, count);
     let mut orbits = Orbits::new(flow, x1, x2);
@@ -82,7 +83,7 @@ proptest! {
         let before = energy(&x1, &x2);
         flow.advance(&mut x1, &mut x2, problem.times[0]).unwrap();
         for (before, after) in before.iter().zip(energy(&x1, &x2)) {
-            // What `Accuracy::Fine` promises.
+            // The accuracy that `Accuracy::Fine` promises.
             prop_assert!((after / before - 1.0).abs() < 1e-12, "{} {}", before, after);
         }
     }
@@ -121,13 +122,13 @@ proptest! {
         let sample = monte_carlo(&problem, flow, grid, 20_000);
         let (ours, bars) = (sample.moments.to_array(), sample.standard_errors.to_array());
         let theirs = [moments.mean_phi, moments.std_phi, moments.mean_e, moments.std_e, moments.cov_phi_e];
-        // Moments of an angle depend on the branch, and that on the circular mean, unless all samples are far from its
-        // cut.
+        // Moments of an angle depend on the branch, and the branch depends on the circular mean, unless all samples are
+        // far from its cut.
         let first = if moments.circular.resultant > 0.9 { 0 } else { 2 };
         for k in (first..5).filter(|&k| first == 0 || k < 4) {
             prop_assert!((ours[k] - theirs[k]).abs() <= 5.0 * bars[k], "{} {:?} {:?} {:?}", k, ours, theirs, bars);
         }
-        // The bar of the true probability, which is not zero where no sample lies above.
+        // The error bar of the true probability, which is not zero even if no sample lies above.
         let bar = (probability.value * (1.0 - probability.value) / 20_000.0).sqrt();
         let difference = (ours[5] - probability.value).abs();
         prop_assert!(difference <= 5.0 * bar + 1.0 / 20_000.0, "{} {:?}", ours[5], probability);

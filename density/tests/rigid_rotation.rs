@@ -1,5 +1,6 @@
-//! A model that is not ours goes through the methods by the trait alone: a rigid rotation in space, with three variables, no
-//! Hamiltonian and an answer in closed form.
+//! A model that is not part of this crate goes through the methods by its trait alone.
+//!
+//! It is a rigid rotation in space, with three variables, no Hamiltonian and a solution in closed form.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,9 +18,9 @@ use density::variable_moments::{VariableMoments, weighted_moments};
 mod rotation;
 use rotation::RigidRotation;
 
-/// About the `z` axis: angles grow, all else stays.
+/// A rotation about the `z` axis: angles grow, and the other variables stay.
 const UPRIGHT: RigidRotation = RigidRotation { axis: [0.0, 0.0, 1.0], turns: 4.0 };
-/// About the `x` axis: heights go up and down.
+/// A rotation about the `x` axis: heights go up and down.
 const TILTED: RigidRotation = RigidRotation { axis: [1.0, 0.0, 0.0], turns: 4.0 };
 
 const MEAN: [f64; 3] = [1.0, 5.0, -2.0];
@@ -29,7 +30,8 @@ fn cloud() -> Gaussian<3> {
     Gaussian::new(MEAN, COVARIANCE).unwrap()
 }
 
-/// Compares with the cloud turned about the `z` axis for so many years, each moment to so many of its natural units.
+/// Compares with the cloud turned about the `z` axis for `years`; each moment must agree to `tolerance` in its natural
+/// unit.
 fn is_turned_cloud(found: &VariableMoments<3>, years: f64, tolerance: f64) {
     let angle = nearest(found.mean[0], MEAN[0] + UPRIGHT.turns * years);
     let expected = [MEAN[0] + UPRIGHT.turns * years, MEAN[1], MEAN[2]];

@@ -1,7 +1,8 @@
-//! Monte Carlo's error bars against exact moments, over many seeds.
+//! Tests of Monte Carlo's error bars against exact moments, over many seeds.
 //!
-//! All at snapshots of scenario 1 where the cloud is far from Gaussian. That 95 % intervals cover is judged by the
-//! number of seeds that do: the band holds a binomial number of probability 0.95 but for 0.05 % on either side.
+//! All tests are at snapshots of scenario 1 where the cloud is far from Gaussian. Whether 95 % intervals cover the
+//! exact moments is judged by the number of seeds for which they do: it must lie in the range of a binomial count of
+//! probability 0.95 that leaves out 0.05 % on either side.
 
 mod common;
 
@@ -21,11 +22,11 @@ use density::sampling::{Draws, Plan};
 use density::standard_errors;
 
 const SEEDS: u64 = 200;
-/// 97.5 % quantiles of the normal distribution and of Student's with 9 degrees of freedom.
+/// 97.5 % quantiles of the normal distribution and of Student's distribution with 9 degrees of freedom.
 const NORMAL: f64 = 1.959_963_984_540_054;
 const STUDENT_9: f64 = 2.262_157_162_740_99;
 
-/// The range of a binomial count of probability 0.95, but for 0.05 % on either side.
+/// The range of a binomial count of probability 0.95, without 0.05 % on either side.
 fn band(trials: u64) -> std::ops::RangeInclusive<u64> {
     let p: f64 = 0.95;
     let mut term = (1.0 - p).powi(trials as i32);
@@ -70,7 +71,7 @@ impl Snapshot {
         Self { problem, flow, grid, years, exact }
     }
 
-    /// The estimate of a sample; standard errors by groups if there are several.
+    /// The estimate of a sample; the standard errors are computed by groups if there are several.
     fn estimate(&self, draws: Draws, seed: u64, replicates: usize, count: usize) -> Estimate {
         let plan = Plan { draws, seed, replicates: NonZeroUsize::new(replicates).unwrap() };
         let (x1, x2) = plan.draw(&self.problem.initial, count);
@@ -92,7 +93,7 @@ impl Snapshot {
         std::array::from_fn(|k| moments[k] - self.exact[k])
     }
 
-    /// How many seeds' intervals of `quantile` standard errors hold the exact moment.
+    /// Number of seeds whose intervals of `quantile` standard errors hold the exact moment, for each moment.
     fn covered(&self, draws: Draws, replicates: usize, count: usize, quantile: f64) -> [u64; 6] {
         let mut covered = [0; 6];
         for seed in 0..SEEDS {
@@ -164,7 +165,8 @@ fn error_bars_by_groups_cover_the_exact_moments_for_every_kind_of_draws() {
     }
 }
 
-/// By what factor `draws` err less than independent ones, moment by moment, with 4096 samples. Known to 16 %.
+/// Factor by which the error of `draws` is smaller than that of independent draws, for each moment, with 4096 samples.
+/// The factor is known to 16 %.
 fn gains(snapshot: &Snapshot, draws: Draws) -> [f64; 6] {
     let (independent, other) = (snapshot.rms(Draws::Independent, 4096), snapshot.rms(draws, 4096));
     std::array::from_fn(|k| independent[k] / other[k])
@@ -183,7 +185,8 @@ fn sobol_draws_err_less_than_independent_ones_by_more_than_ten() {
 
 #[test]
 fn antithetic_draws_gain_in_the_mean_angle_and_lose_at_most_half_their_number_elsewhere() {
-    // Moments even about the mean lose up to sqrt(1/2); measured: 3.9 to 6.6 in the mean angle, 0.6 to 8 elsewhere.
+    // Moments that are even about the mean lose up to sqrt(1/2); measured: 3.9 to 6.6 in the mean angle, 0.6 to 8
+    // elsewhere.
     for index in [1, 2, 4] {
         let gains = gains(&Snapshot::of_scenario_1(index), Draws::Antithetic);
         assert!(gains[0] > 3.0 && gains[..5].iter().all(|&gain| gain > 0.5f64.sqrt() * 0.7), "{index} {gains:?}");

@@ -1,5 +1,6 @@
-//! The paper's scenarios with the gravity of the Sun and the Moon, by every method, against moments and probabilities that another
-//! programme found by quadrature over the initial Gaussian.
+//! Tests of every method in the paper's scenarios with the gravity of the Sun and the Moon.
+//!
+//! The reference is moments and probabilities that another program computed by quadrature over the initial Gaussian.
 
 use std::f64::consts::PI;
 use std::num::NonZeroUsize;
@@ -17,7 +18,8 @@ use density::problem::{InitialGaussian, Problem};
 use density::sampling::{Draws, Plan};
 use serde_json::Value;
 
-/// What the reference says of a snapshot: means, deviations, covariance, probability above, probability that it ever was.
+/// The reference values of a snapshot: means, standard deviations, covariance, probability above, probability of ever
+/// having been.
 struct Snapshot {
     years: f64,
     moments: [f64; 5],
@@ -74,7 +76,7 @@ fn the_exact_density_has_the_moments_and_probabilities_of_the_reference() {
             let found = exact.moments(snapshot.years).unwrap();
             let found = [found.mean_phi, found.std_phi, found.mean_e, found.std_e, found.cov_phi_e];
             let difference = apart(found, snapshot.moments);
-            // The reference is good to 1e-6 of a mean, which is up to 60 deviations.
+            // The reference is accurate to 1e-6 of a mean, and a mean is up to 60 standard deviations.
             assert!(difference < 2e-5, "{number} at {}: {difference:e}", snapshot.years);
             let above = exact.probability_above(problem.critical_e, snapshot.years).unwrap();
             assert!((above.value - snapshot.above).abs() < 1e-6, "{number} at {}", snapshot.years);

@@ -17,7 +17,7 @@ pub struct Group {
     pub key: &'static str,
     /// Its heading.
     pub heading: &'static str,
-    /// What is to be known of all of its figures; empty if their captions say it.
+    /// A text that applies to all of its figures; empty if their captions say everything.
     pub text: &'static str,
     /// The figures; a group with a text has many small ones side by side.
     pub figures: Vec<Figure>,
@@ -27,7 +27,7 @@ pub struct Group {
 
 type Job<'a> = Box<dyn Fn() -> Result<Figure, DrawError> + Send + Sync + 'a>;
 
-/// What a group is to hold.
+/// The contents of a group before its figures are drawn.
 struct Plan<'a> {
     key: &'static str,
     heading: &'static str,
@@ -52,7 +52,8 @@ fn plans<'a>(scene: &'a Scene<'a>) -> Vec<Plan<'a>> {
     });
     let differences = indices().flat_map(move |index| {
         let subtracted = difference::subtrahend(scene, index).map(|subtrahend| subtrahend.label);
-        // Where the exact case withholds its density another stands in, and neither of the two has a difference to show.
+        // If the exact case withholds its density, another case stands in, and neither of the two has a difference to
+        // show.
         let differs =
             move |m: &&Method<'a>| subtracted.is_some_and(|label| label != m.label) && !difference::is_exact(scene, m);
         let others = scene.methods.iter().filter(differs);

@@ -1,6 +1,6 @@
 //! Axes: range, ticks and how they are labelled.
 //!
-//! A logarithmic axis is a linear one of `log10` of the quantity; one kind of panel then serves all figures.
+//! A logarithmic axis is a linear axis of `log10` of the quantity, so that one kind of panel serves all figures.
 
 use std::ops::Range;
 
@@ -9,11 +9,11 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 /// An axis of a panel.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// What is on it, with its unit.
+    /// The quantity on the axis, with its unit.
     pub label: String,
-    /// From where to where, `log10` of the quantity if logarithmic.
+    /// Range of the axis, in `log10` of the quantity if the axis is logarithmic.
     pub range: Range<f64>,
-    /// Where the ticks are, likewise.
+    /// Places of the ticks, in `log10` of the quantity if the axis is logarithmic.
     pub ticks: Vec<f64>,
     /// How ticks are labelled.
     pub labels: Labels,
@@ -26,11 +26,11 @@ pub enum Labels {
     Decimals(usize),
     /// As powers of ten.
     Powers,
-    /// As powers of ten from this place on; with these words below.
+    /// As powers of ten from this place on; ticks below it have these words.
     PowersFrom(f64, String),
-    /// With these names, one a tick.
+    /// With these names, one per tick.
     Names(Vec<String>),
-    /// Not at all: the neighbouring panel has them.
+    /// Without labels: the neighbouring panel has them.
     None,
 }
 
@@ -46,7 +46,7 @@ impl Axis {
         Self { label: label.into(), range, ticks, labels: Labels::Decimals(decimals) }
     }
 
-    /// A logarithmic axis from `low` to `high` (of the quantity, greater than 0) with at most about `count` ticks.
+    /// A logarithmic axis from `low` to `high` (values of the quantity, greater than 0) with at most about `count` ticks.
     pub fn logarithmic(label: &str, low: f64, high: f64, count: usize) -> Self {
         let range = widened(low.log10()..high.log10());
         let (first, last) = ((range.start - 1e-9).ceil() as i64, (range.end + 1e-9).floor() as i64);
@@ -98,7 +98,7 @@ impl Axis {
         }
     }
 
-    /// The longest label of a tick, in letters.
+    /// The label of a tick that has the most characters.
     pub fn longest_label(&self) -> String {
         let labels = self.ticks.iter().map(|&tick| self.tick_label(tick));
         labels.max_by_key(|label| label.chars().count()).unwrap_or_default()
@@ -111,7 +111,7 @@ impl Ranged for Axis {
 
     fn map(&self, value: &f64, (first, last): (i32, i32)) -> i32 {
         let share = (value - self.range.start) / (self.range.end - self.range.start);
-        // A point far outside must not leave the integers.
+        // The clamp keeps a point far outside in the range of the integers.
         (f64::from(first) + share.clamp(-100.0, 100.0) * f64::from(last - first)).round() as i32
     }
 

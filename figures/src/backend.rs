@@ -1,9 +1,9 @@
 //! A plotters backend that writes SVG elements.
 //!
-//! plotters lays out areas, coordinates, ticks and labels; its own SVG backend knows neither dashes, nor pictures stretched
-//! to a rectangle, nor anything by which a page could recolour a figure for a dark screen. Here every colour of the palette
+//! plotters lays out areas, coordinates, ticks and labels. Its own SVG backend has no dashes, no pictures stretched to a
+//! rectangle, and nothing by which a page could recolour a figure for a dark screen. Here every colour of the palette
 //! is written as a plain attribute, so that any program shows the file, and as a class, so that a style sheet can
-//! override it. Coordinates are tenths of a pixel: plotters rounds them to integers.
+//! override it. Coordinates are in tenths of a pixel, because plotters rounds them to integers.
 
 use std::convert::Infallible;
 
@@ -18,7 +18,7 @@ use plotters_backend::{
 use crate::palette::{Ink, Stroke};
 use crate::text::{SUBSCRIPT, drawn_width, text_width, with_subscripts};
 
-/// Backend units a pixel.
+/// Backend units per pixel.
 pub const SCALE: u32 = 10;
 
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
@@ -28,11 +28,11 @@ type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 pub struct SvgBackend<'a> {
     elements: &'a mut String,
     size: (u32, u32),
-    /// Stencils that it has so far.
+    /// Number of stencils so far.
     stencils: usize,
 }
 
-/// Stands for the name of the figure in what its elements are called; the figure puts its name there.
+/// Placeholder for the name of the figure in the names of its elements; the figure puts its name there.
 pub const FIGURE: char = '\u{E002}';
 
 /// A whole figure or a part of it, to draw on.
@@ -43,7 +43,7 @@ pub fn canvas(elements: &mut String, size: (u32, u32)) -> Area<'_> {
     SvgBackend { elements, size: (size.0 * SCALE, size.1 * SCALE), stencils: 0 }.into_drawing_area()
 }
 
-/// A number of pixels given in backend units, with at most one decimal.
+/// A length given in backend units and written in pixels, with at most one decimal.
 #[derive(Debug, Clone, Copy)]
 struct Px(f64);
 
@@ -124,7 +124,7 @@ impl SvgBackend<'_> {
         });
     }
 
-    /// A picture stretched over a rectangle, each of its pixels with sharp borders.
+    /// A picture stretched over a rectangle; its pixels have sharp borders.
     pub fn picture(&mut self, (x0, y0): BackendCoord, (x1, y1): BackendCoord, address: &str) {
         let (left, top) = (x0.min(x1), y0.min(y1));
         self.add(&html! {
@@ -133,7 +133,7 @@ impl SvgBackend<'_> {
         });
     }
 
-    /// A colour that is laid on a rectangle as strongly as a picture is opaque there.
+    /// A colour laid on a rectangle, as opaque as the picture at `address` is at each place.
     pub fn stencil(&mut self, (x0, y0): BackendCoord, (x1, y1): BackendCoord, address: &str, ink: Ink) {
         let name = format!("{FIGURE}-stencil-{}", self.stencils);
         self.stencils += 1;
@@ -146,7 +146,7 @@ impl SvgBackend<'_> {
         });
     }
 
-    /// What follows is cut off outside this rectangle, until [`SvgBackend::end_window`].
+    /// Everything that is drawn until [`SvgBackend::end_window`] is cut off outside this rectangle.
     pub fn begin_window(&mut self, (x0, y0): BackendCoord, (x1, y1): BackendCoord) {
         let (x, y) = (px(x0.min(x1)), px(y0.min(y1)));
         let (width, height) = (px((x1 - x0).abs()), px((y1 - y0).abs()));
@@ -232,7 +232,7 @@ impl DrawingBackend for SvgBackend<'_> {
 
     fn draw_text<T: BackendTextStyle>(&mut self, text: &str, style: &T, (x, y): BackendCoord) -> Drawn {
         let size = style.size().round() / f64::from(SCALE);
-        // Programs disagree on what is centred where a text has parts, so such a text is placed by its left end.
+        // Programs disagree on the centre of a text that has parts, so such a text is placed by its left end.
         let (anchor, shift) = match (style.anchor().h_pos, text.contains(SUBSCRIPT)) {
             (HPos::Left, _) => ("start", 0.0),
             (HPos::Center, false) => ("middle", 0.0),
@@ -241,7 +241,7 @@ impl DrawingBackend for SvgBackend<'_> {
             (HPos::Right, true) => ("start", -drawn_width(text, size)),
         };
         let left = Px(f64::from(x) + shift * f64::from(SCALE));
-        // From the named edge of the letters to their base line.
+        // Distance from the named edge of the letters to their base line.
         let down = size
             * match style.anchor().v_pos {
                 VPos::Top => 0.76,

@@ -1,9 +1,9 @@
-//! The stretch of the solar angle that a figure shows: the circle cut open where no cloud is.
+//! The range of the solar angle that a figure shows: the circle cut open where no cloud is.
 //!
-//! The densities of a scenario come each on the branch that keeps its own cloud whole. In a figure of several snapshots the
+//! Each density of a scenario comes on the branch that keeps its own cloud whole. In a figure of several snapshots the
 //! clouds share an axis: `[0, 2π)` as in the paper if no cloud crosses 0, else `[-π, π)`, else the circle cut open in the
-//! middle of the widest gap between clouds. If the clouds together cover the circle, the axis is as long as they need; if one
-//! of them does, it is `[0, 2π)`.
+//! middle of the widest gap between clouds. If the clouds together cover the circle, the axis is as long as they need;
+//! if a single cloud covers it, the axis is `[0, 2π)`.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -11,7 +11,7 @@ use std::ops::Range;
 use density::angle::fold;
 use density::grid::Axis;
 
-/// Bins below this share of the peak do not count as cloud: they are not visible in any figure either.
+/// Bins below this share of the peak do not count as part of the cloud: they are not visible in any figure either.
 const VISIBLE: f64 = 1e-3;
 
 /// The part of `axis` where a marginal density is visible.
@@ -22,8 +22,8 @@ pub fn visible(axis: &Axis, marginal: &[f64]) -> Range<f64> {
     axis.edge(first)..axis.edge(last + 1)
 }
 
-/// The same for a solar angle: a cloud that reaches over the ends of an axis of a whole turn is joined there, and cut open in
-/// the widest stretch that it leaves free.
+/// The same for a solar angle. If the axis is a whole turn and the cloud reaches over its ends, the cloud is joined
+/// there, and the circle is cut open in the widest stretch that the cloud leaves free.
 pub fn visible_angle(axis: &Axis, marginal: &[f64]) -> Range<f64> {
     let plain = visible(axis, marginal);
     let is_turn = (axis.high - axis.low - TAU).abs() < 1e-6;
@@ -54,7 +54,7 @@ pub fn common(clouds: &[Range<f64>]) -> Range<f64> {
     };
     let gaps = ends.filter(|&end| is_free(end)).map(gap_after);
     let widest = gaps.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(end, width)| fold(end + 0.5 * width, -PI));
-    // A ring has no gap to be cut in, and can be followed over the ends of the axis.
+    // A ring has no gap in which it could be cut, and can be followed over the ends of the axis.
     if clouds.iter().any(|cloud| cloud.end - cloud.start >= TAU - 1e-6) {
         return 0.0..TAU;
     }
@@ -74,7 +74,7 @@ pub fn common(clouds: &[Range<f64>]) -> Range<f64> {
     }
 }
 
-/// By how many turns \[rad\] `cloud` must be moved to lie on `axis`, its middle at least.
+/// The shift of `cloud` by whole turns \[rad\] that puts at least its middle on `axis`.
 pub fn shift_into(axis: &Range<f64>, cloud: &Range<f64>) -> f64 {
     let middle = 0.5 * (cloud.start + cloud.end);
     let around = 0.5 * (axis.start + axis.end) - PI;

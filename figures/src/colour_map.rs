@@ -1,29 +1,30 @@
-//! Arrays as pictures: one pixel a bin, in a perceptually uniform or a diverging colour scale, transparent where there is
-//! nothing to show.
+//! Arrays as pictures: one pixel per bin, in a perceptually uniform or a diverging colour scale.
+//!
+//! A pixel is transparent where there is nothing to show.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::draw_error::DrawError;
 
-/// Colours of a picture; palette entry 0 is transparent.
+/// Number of colours of a picture; palette entry 0 is transparent.
 const SHADES: usize = 255;
 
 /// How values become colours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
-    /// Densities from 0 to this peak, viridis, transparent below a thousandth of it.
+    /// Densities from 0 to this peak in the colours of viridis, transparent below a thousandth of the peak.
     Linear(f64),
-    /// Densities from a thousandth of this peak to the peak, by the logarithm, as the opacity of a stencil for some ink;
-    /// transparent below.
+    /// Densities from a thousandth of this peak to the peak on a logarithmic scale, as the opacity of a stencil that is
+    /// filled with an ink; transparent below.
     Strength(f64),
-    /// Differences from minus to plus this limit, purple to orange, fading where small.
+    /// Differences from minus to plus this limit, from purple to orange; small ones fade.
     Difference(f64),
 }
 
 /// Smallest density shown, as a share of the peak.
 pub const LEAST: f64 = 1e-3;
-/// Opacity of the smallest density shown where opacity says how high a density is.
+/// Opacity of the smallest density shown, where opacity stands for the density.
 const FAINTEST: f64 = 0.2;
 
 impl Scale {
@@ -33,12 +34,12 @@ impl Scale {
         match self {
             Self::Linear(_) => colorous::VIRIDIS.eval_continuous(share).into_array(),
             Self::Difference(_) => colorous::PURPLE_ORANGE.eval_continuous(share).into_array(),
-            // A mask lets through what is white.
+            // A mask lets the ink through where it is white.
             Self::Strength(_) => [u8::MAX; 3],
         }
     }
 
-    /// Opacity of a shade: differences fade into the page, be it light or dark, where they are small.
+    /// Opacity of a shade: where differences are small, they fade into the page, whether it is light or dark.
     fn opacity(self, shade: usize) -> u8 {
         let share = shade as f64 / (SHADES - 1) as f64;
         let opacity = match self {
@@ -62,7 +63,8 @@ impl Scale {
     }
 }
 
-/// The picture of an array over `(phi, e)`, `phi` outermost, as the address of an image; `phi` runs to the right, `e` up.
+/// The picture of an array over `(phi, e)`, `phi` outermost, as the address of an image. `phi` runs to the right and
+/// `e` upwards.
 ///
 /// # Errors
 /// If the array does not have `phi_bins` x `e_bins` elements.
@@ -76,7 +78,7 @@ pub fn picture(values: &[f64], phi_bins: usize, e_bins: usize, scale: Scale) -> 
     encode(&pixels, phi_bins, e_bins, scale)
 }
 
-/// The colours of a scale from its lower to its upper end, upwards.
+/// The colours of a scale, from its lower end at the bottom to its upper end at the top.
 ///
 /// # Errors
 /// If the picture cannot be made.

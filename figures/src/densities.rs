@@ -1,4 +1,4 @@
-//! `densities.npz`, read back.
+//! Reads `densities.npz`.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,7 +14,7 @@ use crate::results::{FolderError, MomentsRow};
 /// The density of a case at a snapshot.
 #[derive(Debug, Clone)]
 pub struct Density {
-    /// Its bins, `phi` on the branch that keeps the cloud whole.
+    /// Its bins; `phi` is on the branch that keeps the cloud whole.
     pub grid: Grid,
     /// Joint density \[1/rad\], `phi` outermost.
     pub joint: Vec<f64>,
@@ -25,7 +25,7 @@ pub struct Density {
 }
 
 impl Density {
-    /// Whether the case gives no density here: it says so by values that are not numbers.
+    /// Whether the case withholds its density here: its values are then NaN.
     pub fn is_withheld(&self) -> bool {
         [&self.joint, &self.marginal_phi, &self.marginal_e].iter().any(|values| values.iter().any(|v| !v.is_finite()))
     }
@@ -36,13 +36,13 @@ impl Density {
     }
 }
 
-/// Densities by scenario, then by case: one a snapshot.
+/// Densities by scenario, then by case, one per snapshot.
 pub type Densities = BTreeMap<String, BTreeMap<String, Vec<Density>>>;
 
-/// Reads the densities of all snapshots that `moments` has rows of.
+/// Reads the densities of all snapshots that have a row in `moments`.
 ///
 /// # Errors
-/// [`FolderError`] if one is missing or does not fit its edges.
+/// [`FolderError`] if a density is missing or does not fit its edges.
 pub fn read(path: &Path, moments: &[MomentsRow]) -> Result<Densities, FolderError> {
     let failed = |problem: String| FolderError::new(path, problem);
     let file = File::open(path).map_err(|e| failed(e.to_string()))?;
@@ -54,7 +54,7 @@ pub fn read(path: &Path, moments: &[MomentsRow]) -> Result<Densities, FolderErro
         let joint = array::<Ix2>(&mut archive, &format!("{group}/joint")).map_err(failed)?;
         let mut vector = |name: &str| array::<Ix1>(&mut archive, &format!("{group}/{name}")).map_err(failed);
         let (phi_edges, e_edges) = (vector("phi_edges")?, vector("e_edges")?);
-        // A density that is withheld may come with edges that are: any will do then, nothing is drawn on them.
+        // A withheld density may come with withheld edges. Any edges will do then, because nothing is drawn on them.
         let is_withheld = joint.iter().all(|p| p.is_nan());
         let stand_in =
             |edges: &[f64]| is_withheld.then_some(Axis { low: 0.0, high: 1.0, bins: edges.len().max(2) - 1 });

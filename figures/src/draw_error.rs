@@ -1,4 +1,4 @@
-//! Why a figure could not be drawn.
+//! The error of a figure that could not be drawn.
 
 use std::convert::Infallible;
 

@@ -1,6 +1,6 @@
-//! What plotters has no element for: dashed curves, markers, bands, and pictures stretched over a rectangle.
+//! Elements that plotters lacks: dashed curves, markers, bands, and pictures stretched over a rectangle.
 //!
-//! Each is placed in the coordinates of its panel by plotters and drawn by [`SvgBackend`].
+//! plotters places each element in the coordinates of its panel, and [`SvgBackend`] draws it.
 
 use plotters::element::{Drawable, PointCollection};
 use plotters_backend::{BackendCoord, DrawingErrorKind};
@@ -62,7 +62,7 @@ impl Element {
         Self { points: vec![corner, opposite], shape: Shape::Picture(address, None) }
     }
 
-    /// A picture as a stencil: where it is opaque, `ink` is laid on. Other shapes stay as they are.
+    /// Uses a picture as a stencil: `ink` is laid on where the picture is opaque. Other shapes stay as they are.
     pub fn inked(self, ink: Ink) -> Self {
         match self.shape {
             Shape::Picture(address, _) => Self { shape: Shape::Picture(address, Some(ink)), ..self },
@@ -79,7 +79,7 @@ impl Element {
     }
 }
 
-/// An element where it belongs on the canvas.
+/// An element at its place on the canvas.
 #[derive(Debug)]
 pub struct Placed<'e> {
     points: Vec<BackendCoord>,
@@ -111,7 +111,7 @@ impl Drawable<SvgBackend<'_>> for Placed<'_> {
     }
 }
 
-/// Begins or ends a window that cuts off what is drawn in between.
+/// Begins or ends a window outside which everything drawn in between is cut off.
 #[derive(Debug)]
 pub struct Window {
     corners: [Point; 2],
@@ -124,7 +124,7 @@ impl Window {
         Self { corners: [corner, opposite], opens: true }
     }
 
-    /// Its end.
+    /// The end of a window.
     pub fn end() -> Self {
         Self { corners: [(0.0, 0.0); 2], opens: false }
     }

@@ -1,4 +1,4 @@
-//! A finished figure: an SVG file of its own, and a part of a page.
+//! A finished figure: a separate SVG file, and a part of a page.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -7,7 +7,7 @@ use crate::draw_error::DrawError;
 use crate::legend::{self, Entry};
 use crate::panel::units;
 
-/// Typefaces that look alike and of which every system has one.
+/// Similar typefaces, one of which exists on every system.
 pub const TYPEFACES: &str = "Helvetica Neue, Arial, Liberation Sans, DejaVu Sans, sans-serif";
 
 /// A figure.
@@ -15,19 +15,19 @@ pub const TYPEFACES: &str = "Helvetica Neue, Arial, Liberation Sans, DejaVu Sans
 pub struct Figure {
     /// Name of its file, without ending.
     pub name: String,
-    /// What it shows, in a line.
+    /// What it shows, in one line.
     pub title: String,
-    /// What it shows to someone who cannot see it, and how to read it.
+    /// A description for readers who cannot see the figure, and how to read it.
     pub caption: String,
     elements: String,
     size: (u32, u32),
 }
 
 impl Figure {
-    /// Draws a figure of `size` pixels below a key; the key makes it taller.
+    /// Draws a figure of `size` pixels below a key, which adds to its height.
     ///
     /// # Errors
-    /// If plotters refuses.
+    /// `DrawError` if plotters reports an error.
     pub fn draw(
         name: &str,
         title: &str,
@@ -52,15 +52,15 @@ impl Figure {
         Ok(Self { name: name.into(), title: title.into(), caption: caption.into(), elements, size })
     }
 
-    /// A file of its own, on white.
+    /// The figure as a separate file, on white.
     pub fn to_file(&self) -> String {
         let (width, height) = self.size;
         let backdrop = html! { rect width=(width) height=(height) fill="#ffffff" {} };
         format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", self.svg("", Some(width), &backdrop).0)
     }
 
-    /// A part of a page: as wide as there is room, at most its own width, in the page's colours. `place` keeps the names of
-    /// one run apart from those of another; a `brief` figure shows no more than its title below.
+    /// The figure as a part of a page: as wide as there is room, at most its own width, in the page's colours. `place`
+    /// keeps the names of one run apart from those of another. Below a `brief` figure there is only its title.
     pub fn to_page(&self, place: &str, brief: bool) -> Markup {
         html! {
             figure.flat[self.size.1 < self.size.0] id={ (place) (self.name) } {

@@ -11,11 +11,11 @@ use density::model::plane::{State, zero_between};
 
 use crate::elements::Point;
 
-/// Eccentricities at which pieces of a contour are looked for.
+/// Number of eccentricities at which pieces of a contour are looked for.
 const NODES: usize = 480;
-/// Points of a piece.
+/// Number of points of a piece.
 const POINTS: usize = 40;
-/// Eccentricities drawn at most.
+/// Largest eccentricity drawn.
 const HIGHEST: f64 = 0.995;
 
 /// A pull below this leaves the eccentricity as it is.
@@ -87,7 +87,7 @@ fn pieces<M: PlanarHamiltonian>(model: M, level: f64, cosine: impl Fn(f64) -> f6
     pieces.into_iter().map(points).collect()
 }
 
-/// The last place towards `outside` where `is_on` still holds; it holds at `inside`.
+/// The last place on the way from `inside`, where `is_on` holds, to `outside` at which it still holds.
 pub(crate) fn border(is_on: impl Fn(f64) -> bool, outside: f64, inside: f64) -> f64 {
     let (mut outside, mut inside) = (outside, inside);
     for _ in 0..48 {
@@ -112,7 +112,7 @@ pub struct Stationary {
     pub phi: f64,
     /// Eccentricity.
     pub e: f64,
-    /// Whether contours around it are closed (a centre); else they cross in it (a saddle).
+    /// Whether contours around it are closed (a centre); otherwise they cross in it (a saddle).
     pub is_centre: bool,
     /// Its Hamiltonian.
     pub level: f64,

@@ -1,8 +1,8 @@
-//! Words beside clouds: each at its own cloud or led to it by a line in the cloud's colour, clear of other words and of other
-//! clouds.
+//! Words beside clouds, clear of other words and of other clouds.
 //!
-//! A cloud may be a ring or lie in parts, so what counts is where its points are, not the rectangle around them. Where there
-//! are too many clouds for words beside each, the first, the last and what fits evenly between have them.
+//! Words stand at their own cloud, or a line in the cloud's colour leads from them to it. A cloud may be a ring or
+//! consist of several parts, so the places of its points count, not the rectangle around them. If there are too many
+//! clouds for words beside each, only the first, the last and as many as fit evenly between them have words.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
@@ -19,43 +19,43 @@ type Box4 = [f64; 4];
 /// A point in pixels.
 type Pixel = (f64, f64);
 
-/// Side of the squares in which clouds are noted \[px\].
+/// Side of the squares in which the places of clouds are recorded \[px\].
 const CELL: f64 = 4.0;
 const HEIGHT: f64 = 1.3 * SMALL;
 /// Distances from a cloud at which places are tried \[px\].
 const DISTANCES: [f64; 7] = [3.0, 8.0, 14.0, 24.0, 36.0, 52.0, 72.0];
-/// From this distance on a line leads from the words to their cloud \[px\].
+/// Distance beyond which a line leads from the words to their cloud \[px\].
 const FAR: f64 = 7.0;
-/// What is closer to words than this might be taken for what they name \[px\].
+/// Distance from the words within which another cloud might be taken for the one that they name \[px\].
 const AROUND: f64 = 10.0;
-/// Parts of a cloud beside which places are tried, at most.
+/// Largest number of parts of a cloud beside which places are tried.
 const ANCHORS: usize = 60;
-/// Labels that are written, at most: more would hide what they name.
+/// Largest number of labels written: more would hide the clouds that they name.
 const MOST: usize = 16;
 
-/// Words that are to stand beside a cloud.
+/// Words to be placed beside a cloud.
 #[derive(Debug, Clone)]
 pub struct Label {
-    /// The words; none for a cloud that others are to keep clear of.
+    /// The words; empty for a cloud that other words must keep clear of.
     pub words: String,
-    /// Points of the cloud, many where it is dense.
+    /// Points of the cloud; there are many where it is dense.
     pub points: Vec<Point>,
     /// Colour of the words and of the line that leads to the cloud.
     pub ink: Ink,
 }
 
-/// Where words go.
+/// A place for words.
 #[derive(Debug, Clone, Copy)]
 struct Spot {
-    /// The part of the cloud that they are beside.
+    /// The part of the cloud beside which they stand.
     anchor: Pixel,
     place: Box4,
-    /// How far the place is from the part.
+    /// Distance of the place from the part \[px\].
     away: f64,
 }
 
 impl Spot {
-    /// The line from the cloud to the words, if there is one.
+    /// The line from the cloud to the words; `None` if they are close.
     fn leader(&self) -> Option<[Pixel; 2]> {
         let (x, y) = self.anchor;
         let end = (x.clamp(self.place[0], self.place[2]), y.clamp(self.place[1], self.place[3]));
@@ -63,10 +63,10 @@ impl Spot {
     }
 }
 
-/// Where the clouds are and what has been written.
+/// Where the clouds are and which words have been written.
 struct Map {
     frame: Box4,
-    /// Which clouds have points in a square.
+    /// The clouds that have points in each square.
     cells: HashMap<(i32, i32), Vec<usize>>,
     written: Vec<Spot>,
 }
@@ -84,7 +84,7 @@ fn distance(b: &Box4, (x, y): Pixel) -> f64 {
     (b[0] - x).max(x - b[2]).max(0.0).hypot((b[1] - y).max(y - b[3]).max(0.0))
 }
 
-/// Points along a line, closer together than a square is wide.
+/// Points along a line, at distances of at most half a square.
 fn along([(x0, y0), (x1, y1)]: [Pixel; 2]) -> impl Iterator<Item = Pixel> {
     let steps = ((x1 - x0).hypot(y1 - y0) / (0.5 * CELL)).ceil().max(1.0) as usize;
     let at = move |k: usize| k as f64 / steps as f64;
@@ -97,8 +97,8 @@ fn cross(a: [Pixel; 2], b: [Pixel; 2]) -> bool {
     side(a, b[0]) * side(a, b[1]) < 0.0 && side(b, a[0]) * side(b, a[1]) < 0.0
 }
 
-/// Writes the labels. Of those that would cover another cloud, or whose cloud is nowhere apart from others, only the first and
-/// the last are written.
+/// Writes the labels. Labels that would cover another cloud, or whose cloud overlaps with others everywhere, are left
+/// out, except for the first and the last.
 pub fn write(panel: &Panel<'_, '_>, labels: &[Label]) -> Result<(), DrawError> {
     let clouds: Vec<Vec<Pixel>> = labels.iter().map(|label| spread(panel, &label.points)).collect();
     let mut map = Map::new(panel.frame(), &clouds);
@@ -116,7 +116,8 @@ pub fn write(panel: &Panel<'_, '_>, labels: &[Label]) -> Result<(), DrawError> {
     Ok(())
 }
 
-/// `0..count` in an order whose beginning is spread evenly: the ends, then the middle, then the middles of the halves.
+/// `0..count` in an order of which every beginning is spread evenly: the ends, then the middle, then the middles of the
+/// halves.
 fn evenly(count: usize) -> Vec<usize> {
     let last = count.saturating_sub(1);
     let mut order: Vec<usize> = (0..count).filter(|&k| k == 0 || k == last).collect();
@@ -131,7 +132,7 @@ fn evenly(count: usize) -> Vec<usize> {
     order
 }
 
-/// Draws the words, and the line that leads to their cloud with a dot where it ends.
+/// Draws the words, and the line that leads to their cloud and ends there in a dot.
 fn draw(panel: &Panel<'_, '_>, label: &Label, spot: &Spot) -> Result<(), DrawError> {
     let place = &spot.place;
     let at = |(x, y): Pixel| panel.point(x, y);
@@ -144,7 +145,7 @@ fn draw(panel: &Panel<'_, '_>, label: &Label, spot: &Spot) -> Result<(), DrawErr
         elements.extend([dot(2.6, Ink::Paper), dot(1.7, label.ink)]);
     }
     panel.draw_over(&elements)?;
-    // The words end where their cloud is: how wide they are is known only roughly.
+    // The words are aligned to the side of their cloud, because their width is known only roughly.
     let (side, x) = match spot.anchor.0 {
         x if x <= place[0] => (HPos::Left, place[0] + 2.0),
         x if x >= place[2] => (HPos::Right, place[2] - 2.0),
@@ -153,14 +154,14 @@ fn draw(panel: &Panel<'_, '_>, label: &Label, spot: &Spot) -> Result<(), DrawErr
     panel.write(&label.words, at((x, 0.5 * (place[1] + place[3]))), text_style(SMALL, label.ink, side, VPos::Center))
 }
 
-/// The points of a cloud in pixels, one a square.
+/// The points of a cloud in pixels, one per square.
 fn spread(panel: &Panel<'_, '_>, points: &[Point]) -> Vec<Pixel> {
     let mut known = HashSet::new();
     let pixels = points.iter().map(|point| panel.pixels(*point));
     pixels.filter(|pixel| known.insert(cell(*pixel))).collect()
 }
 
-/// Places around some parts of a cloud, near ones first.
+/// Places around some parts of a cloud, the nearest first.
 fn spots(parts: &[Pixel], width: f64) -> impl Iterator<Item = Spot> + '_ {
     let stride = parts.len() / ANCHORS + 1;
     let around = move |(x, y): Pixel, away: f64| {
@@ -192,7 +193,8 @@ impl Map {
         Self { frame, cells, written: Vec::new() }
     }
 
-    /// The best place for words beside a cloud, if there is one; words that `may_cover` other clouds do so if they have to.
+    /// The best place for words beside a cloud, if there is one. Words that `may_cover` other clouds do so only if they
+    /// must.
     fn best(&self, owner: usize, cloud: &[Pixel], width: f64, may_cover: bool) -> Option<Spot> {
         // Words beside a part where clouds meet could name any of them.
         let alone = |reach: i32| cloud.iter().copied().filter(|part| self.is_alone(*part, owner, reach)).collect();
@@ -202,7 +204,7 @@ impl Map {
         let mut best: Option<(f64, Spot)> = None;
         for spot in spots(parts, width) {
             if best.is_some_and(|(least, _)| least <= spot.away) {
-                // All that follow are as far away.
+                // All places that follow are at least as far away.
                 break;
             }
             let cost = self.cost(&spot, owner, may_cover).filter(|_| self.is_free(&spot));
@@ -213,14 +215,15 @@ impl Map {
         best.map(|(_, spot)| spot)
     }
 
-    /// Whether no other cloud is in the square of a part of this one or in those around it as far as `reach`.
+    /// Whether there is no other cloud in the square of a part of this cloud, nor in the squares around it up to
+    /// `reach` squares away.
     fn is_alone(&self, part: Pixel, owner: usize, reach: i32) -> bool {
         let (column, row) = cell(part);
         let mut around = (-reach..=reach).flat_map(|x| (-reach..=reach).map(move |y| (column + x, row + y)));
         around.all(|square| self.cells.get(&square).is_none_or(|owners| owners.iter().all(|other| *other == owner)))
     }
 
-    /// Whether a place is in the frame and neither it nor its leader meets what has been written.
+    /// Whether a place is in the frame, and neither it nor its leader meets the words and leaders already there.
     fn is_free(&self, spot: &Spot) -> bool {
         let (frame, place) = (&self.frame, &spot.place);
         let is_inside = place[0] > frame[0] + 1.0
@@ -238,8 +241,8 @@ impl Map {
         is_inside && !self.written.iter().any(meets)
     }
 
-    /// How bad a place is: what it covers, how far it is from its cloud, whether another cloud is as close, and what its
-    /// leader crosses. None if it covers another cloud and may not.
+    /// The cost of a place: what it covers, how far it is from its cloud, whether another cloud is as close, and what its
+    /// leader crosses. `None` if it covers another cloud and may not.
     fn cost(&self, spot: &Spot, owner: usize, may_cover: bool) -> Option<f64> {
         let Spot { place, away, .. } = spot;
         let (low, high) = (cell((place[0] - AROUND, place[1] - AROUND)), cell((place[2] + AROUND, place[3] + AROUND)));

@@ -10,7 +10,7 @@ use crate::palette::{Ink, Marker, Pen, Stroke};
 use crate::panel::{TEXT, text_style, units};
 use crate::text::text_width;
 
-/// What an entry shows before its words.
+/// The sample that an entry shows before its words.
 #[derive(Debug, Clone, Copy)]
 pub enum Sample {
     /// A line.
@@ -23,7 +23,7 @@ pub enum Sample {
     Band(Ink),
 }
 
-/// An entry: what it shows, and what that is.
+/// An entry: its sample and its words.
 pub type Entry = (Sample, String);
 
 const ROW: f64 = 20.0;
@@ -31,7 +31,7 @@ const SAMPLE: f64 = 30.0;
 const GAP: f64 = 22.0;
 const MARGIN: f64 = 10.0;
 
-/// Where each entry goes in `width` pixels: left end and row.
+/// The place of each entry in `width` pixels: left end and row.
 fn places(entries: &[Entry], width: f64) -> Vec<(f64, usize)> {
     let (mut x, mut row) = (MARGIN, 0);
     let place = |(_, words): &Entry| {
@@ -51,7 +51,7 @@ pub fn height(entries: &[Entry], width: f64) -> f64 {
     places(entries, width).last().map_or(0.0, |&(_, row)| (row + 1) as f64 * ROW + 6.0)
 }
 
-/// Draws the key into `area`, `width` pixels wide.
+/// Draws the key into `area`, which is `width` pixels wide.
 pub fn draw(area: &Area<'_>, entries: &[Entry], width: f64) -> Result<(), DrawError> {
     let (left, top) = area.get_base_pixel();
     let at = |x: f64, y: f64| (f64::from(units(x)), f64::from(units(y)));

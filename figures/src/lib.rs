@@ -1,6 +1,8 @@
-//! The figures and the report of a results folder: files in, files out; knows no process and no topic.
+//! The figures and the report of a results folder.
 //!
-//! [`results::Results`] reads the folder, [`drawings`] draws one kind of figure a file, [`report`] writes the page.
+//! This crate reads and writes files, and uses neither processes nor topics.
+//!
+//! [`results::Results`] reads the folder, [`drawings`] draws one kind of figure per file, and [`report`] writes the page.
 //! plotters lays out areas, coordinates and ticks; [`backend`] turns what it draws into SVG elements.
 
 pub mod atlas;

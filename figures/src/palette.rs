@@ -1,7 +1,7 @@
-//! Colours that stay apart for colour-blind readers, each with a counterpart for dark screens.
+//! Colours that colour-blind readers can distinguish, each with a counterpart for dark screens.
 //!
 //! The hues of the curves are those of Okabe & Ito (*Color Universal Design*, 2008), darkened where they would be too pale
-//! on white. A case is told by its colour, its dashes and its marker together, so colour is never the only cue.
+//! on white. A case is identified by its colour, its dashes and its marker together, so colour is never the only cue.
 
 use std::borrow::Cow;
 
@@ -12,7 +12,7 @@ use maud::{Markup, PreEscaped, html};
 pub enum Ink {
     /// Axes, labels, and the reference.
     Text,
-    /// What should stand back: contours, secondary labels.
+    /// Lines and words in the background: contours, secondary labels.
     Faint,
     /// Lines of the grid.
     Grid,
@@ -35,13 +35,13 @@ impl Ink {
     }
 }
 
-/// The scale from early to late on white and on dark, each without the end that would vanish there.
+/// The scale from early to late on white and on dark, each without the end that would be invisible there.
 fn shade(place: u8) -> [(u8, u8, u8); 2] {
     let share = f64::from(place.min(LAST_SHADE)) / f64::from(LAST_SHADE);
     [0.76 * share, 0.3 + 0.7 * share].map(|at| colorous::PLASMA.eval_continuous(at).as_tuple())
 }
 
-/// Light and dark of text, faint, grid and paper, then of the series.
+/// The colours on white and on dark, of text, faint, grid and paper, then of the series.
 const COLOURS: [[(u8, u8, u8); 2]; 10] = [
     [(0x1c, 0x21, 0x27), (0xe8, 0xea, 0xed)],
     [(0x6b, 0x74, 0x7e), (0x9b, 0xa6, 0xb1)],
@@ -74,7 +74,7 @@ const CLASSES: [[&str; 2]; COLOURS.len()] = [
 ];
 
 impl Ink {
-    /// Its place in the table of colours; a shade has none.
+    /// Its place in the table of colours; `None` for a shade.
     fn position(self) -> Option<usize> {
         match self {
             Self::Text => Some(0),
@@ -99,12 +99,12 @@ impl Ink {
         self.colours()[0]
     }
 
-    /// As SVG writes it.
+    /// The colour as SVG writes it.
     pub fn hex(self) -> String {
         hex(self.rgb())
     }
 
-    /// The colour of the palette with these components; text if there is none.
+    /// The colour of the palette with these components on white; `Ink::Text` if there is none.
     pub fn from_rgb(rgb: (u8, u8, u8)) -> Self {
         match COLOURS.iter().position(|[light, _]| *light == rgb) {
             Some(1) => Self::Faint,
@@ -116,12 +116,12 @@ impl Ink {
         }
     }
 
-    /// Class of what is stroked with it.
+    /// Class of elements that are stroked with the colour.
     pub fn stroke_class(self) -> Cow<'static, str> {
         self.class(0)
     }
 
-    /// Class of what is filled with it.
+    /// Class of elements that are filled with the colour.
     pub fn fill_class(self) -> Cow<'static, str> {
         self.class(1)
     }
@@ -225,7 +225,7 @@ impl Pen {
 
     /// The pen of the `series`-th other case.
     pub fn of(series: usize) -> Self {
-        // Colours and dashes repeat together after a while; markers go on then.
+        // Colours and dashes repeat together after a while; from then on the markers differ.
         let stroke = Stroke { ink: Ink::Series(series), width: 1.6, dashes: DASHES[series % DASHES.len()] };
         Self { stroke, marker: Marker::of(series + series / (SERIES * DASHES.len())), filled: false }
     }

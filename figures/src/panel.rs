@@ -1,4 +1,4 @@
-//! A panel: one pair of axes with what is drawn between them.
+//! A panel: one pair of axes and the elements between them.
 
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::prelude::{Cartesian2d, Color, CoordTranslate, IntoFont, RGBColor, Text};
@@ -37,10 +37,10 @@ pub struct Surroundings<'t> {
     pub title: &'t str,
     /// Whether it is a colour bar: narrow, with the labels on the right.
     pub is_bar: bool,
-    /// Whether to leave the lines of the grid out.
+    /// Whether to leave out the lines of the grid.
     pub without_grid: bool,
-    /// Room on the left for the words of the axis \[px\], so that panels below one another begin at the same place; what they
-    /// need if 0.
+    /// Room on the left for the words of the axis \[px\], so that panels below one another begin at the same place; 0
+    /// for as much as the words need.
     pub beside: f64,
 }
 
@@ -89,7 +89,7 @@ impl<'a, 'b> Panel<'a, 'b> {
         let left = if around.is_bar { 0.0 } else { beside };
         let above = if around.title.is_empty() { 8.0 } else { TEXT + 9.0 };
         if !around.title.is_empty() {
-            // It may reach over a colour bar beside the panel, not out of the figure.
+            // The title may reach over a colour bar beside the panel, but not out of the figure.
             let room = f64::from(area.dim_in_pixel().0) / f64::from(SCALE) + 66.0 - left;
             let size = TEXT * (room / (1.05 * text_width(around.title, TEXT))).min(1.0);
             let place = ((units(left + 4.0)) as i32, units(3.0) as i32);
@@ -132,14 +132,14 @@ impl<'a, 'b> Panel<'a, 'b> {
         Ok(area.draw(&Window::end())?)
     }
 
-    /// Draws `elements` also where they reach over the axes.
+    /// Draws `elements`, even where they reach beyond the axes.
     pub fn draw_over(&self, elements: &[Element]) -> Result<(), DrawError> {
         let area = self.chart.plotting_area();
         let place = |point: &Point| area.as_coord_spec().translate(point);
         elements.iter().try_for_each(|element| Ok(area.draw(&element.placed(place))?))
     }
 
-    /// Writes at a point.
+    /// Writes a text at a point.
     pub fn write(&self, text: &str, at: Point, style: TextStyle<'static>) -> Result<(), DrawError> {
         let area = self.chart.plotting_area();
         let place = area.map_coordinate(&at);
@@ -147,7 +147,7 @@ impl<'a, 'b> Panel<'a, 'b> {
         Ok(())
     }
 
-    /// Where a point lies in the figure \[px\].
+    /// The place of a point in the figure \[px\].
     pub fn pixels(&self, at: Point) -> (f64, f64) {
         let (x, y) = self.chart.plotting_area().map_coordinate(&at);
         (f64::from(x) / f64::from(SCALE), f64::from(y) / f64::from(SCALE))
@@ -159,7 +159,7 @@ impl<'a, 'b> Panel<'a, 'b> {
         [left, top, right, bottom]
     }
 
-    /// The point that lies at these pixels of the figure.
+    /// The point at this place in the figure \[px\].
     pub fn point(&self, x: f64, y: f64) -> Point {
         let [left, top, right, bottom] = self.frame();
         let [(x0, y0), (x1, y1)] = self.corners;

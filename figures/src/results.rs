@@ -1,4 +1,4 @@
-//! A results folder, read back.
+//! Reads a results folder.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,11 +8,11 @@ use serde::de::DeserializeOwned;
 
 use crate::densities::{self, Densities};
 
-/// A results folder could not be read, or what was made of it not be written.
+/// A results folder could not be read, or a file made from it could not be written.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct FolderError {
-    /// Which file.
+    /// The file.
     pub path: PathBuf,
     /// What is wrong with it.
     pub problem: String,
@@ -24,7 +24,7 @@ impl FolderError {
     }
 }
 
-/// What a case ran.
+/// The program and the settings of a case.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Case {
     /// A node's name, or a command with its arguments.
@@ -33,27 +33,28 @@ pub struct Case {
     pub settings: Vec<String>,
 }
 
-/// `manifest.json`, as far as a reader wants it.
+/// `manifest.json`, as far as the figures and the report need it.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Manifest {
-    /// Names the run.
+    /// Name of the run.
     pub run_id: String,
-    /// When it was started, in UTC.
+    /// Time of its start, in UTC.
     pub started: String,
     /// Versions of the program and of the message contract.
     pub versions: BTreeMap<String, String>,
-    /// The scenario files' text by scenario.
+    /// The text of the scenario files, by scenario.
     pub scenarios: BTreeMap<String, String>,
-    /// The case that all others were compared with.
+    /// The case with which all others were compared.
     pub reference: String,
-    /// That case and those that stand in for what it withholds, in their order; empty in folders of versions that had one.
+    /// That case and the cases that stand in where it withholds a figure, in their order; empty in folders of versions
+    /// with one reference only.
     #[serde(default)]
     pub references: Vec<String>,
     /// The cases by label.
     pub cases: BTreeMap<String, Case>,
     /// Why cases failed, by label.
     pub failures: BTreeMap<String, String>,
-    /// Why the results are not whole, if they are not.
+    /// Why the results are incomplete, if they are.
     #[serde(default)]
     pub incomplete_because: Option<String>,
 }
@@ -113,7 +114,7 @@ pub struct EffortRow {
     pub t_int_s: f64,
     pub t_cal_s: f64,
     pub ratio_to_mc: f64,
-    /// NaN for a method that follows none, and in folders of versions that did not record it.
+    /// NaN for a method that follows no trajectories, and in folders of versions that did not record it.
     #[serde(default = "not_a_number")]
     pub trajectories: f64,
 }
@@ -132,7 +133,7 @@ pub struct PassageRow {
     pub prob_reached_critical_e: f64,
     pub low: f64,
     pub high: f64,
-    /// What `low` and `high` are; empty without an interval, and in folders of versions that did not say.
+    /// The meaning of `low` and `high`; empty without an interval, and in folders of versions that did not state it.
     #[serde(default)]
     pub interval: String,
 }
@@ -177,7 +178,7 @@ pub struct VerdictRow {
     pub density_judged_by: String,
 }
 
-/// All that a results folder holds.
+/// The contents of a results folder.
 #[derive(Debug)]
 #[expect(missing_docs, reason = "one field a file")]
 pub struct Results {

@@ -1,4 +1,4 @@
-//! What the figures of one scenario have in common: its cases in their order with their pens, and its snapshots.
+//! The common parts of the figures of one scenario: its cases in their order with their pens, and its snapshots.
 
 use std::ops::Range;
 
@@ -26,9 +26,9 @@ pub struct Method<'a> {
     pub label: &'a str,
     /// How it is drawn.
     pub pen: Pen,
-    /// Its moments, one row a snapshot.
+    /// Its moments, one row per snapshot.
     pub moments: Vec<&'a MomentsRow>,
-    /// Its densities, one a snapshot.
+    /// Its densities, one per snapshot.
     pub densities: &'a [Density],
     /// Its first-passage curve; empty if it has none.
     pub passage: Vec<&'a PassageRow>,
@@ -43,7 +43,7 @@ impl Method<'_> {
         snapshots.filter(|(density, _)| density.is_withheld()).map(|(_, &t)| t).collect()
     }
 
-    /// Number of samples if it is a Monte Carlo method, one whose moments have standard errors.
+    /// Number of samples, if it is a Monte Carlo method; such a method gives standard errors of its moments.
     pub fn samples(&self) -> Option<f64> {
         let has_errors = self.moments.first().is_some_and(|row| row.se_mean_e.is_finite());
         self.effort.filter(|_| has_errors).map(|row| row.trajectories).filter(|n| *n >= 1.0)
@@ -55,13 +55,13 @@ impl Method<'_> {
 pub struct Scene<'a> {
     /// Its name.
     pub name: &'a str,
-    /// What the names of its figures start with.
+    /// Prefix of the names of its figures.
     pub prefix: String,
     /// Its science.
     pub problem: &'a Problem<Planar>,
     /// All cases that have results here.
     pub methods: Vec<Method<'a>>,
-    /// Label of the case that all are compared with.
+    /// Label of the case with which all others are compared.
     pub reference: &'a str,
     /// Label of a case that ran the exact method.
     pub exact: Option<&'a str>,
@@ -72,7 +72,8 @@ pub struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// The scene of `scenario`. The names of its figures begin with the scenario's if `several` are in the run.
+    /// The scene of `scenario`. The names of its figures begin with the scenario's name if the run has `several`
+    /// scenarios.
     pub fn new(scenario: &'a Scenario, results: &'a Results, several: bool) -> Self {
         let name = scenario.name.as_str();
         let reference = results.manifest.reference.as_str();
@@ -122,20 +123,20 @@ impl<'a> Scene<'a> {
         self.methods.iter().find(|method| method.label == label)
     }
 
-    /// The case whose densities bound the clouds: the reference, or any if that has failed.
+    /// The case whose densities bound the clouds: the reference, or the first case if the reference has failed.
     pub fn yardstick(&self) -> Option<&Method<'a>> {
         self.method(self.reference).or(self.methods.first())
     }
 
-    /// The case that the others are compared with at a snapshot: the first reference that states its density there, or any case
-    /// that does.
+    /// The case with which the others are compared at a snapshot: the first reference that gives its density there, or
+    /// else any case that does.
     pub fn yardstick_at(&self, index: usize) -> Option<&Method<'a>> {
         let states = |method: &&Method<'a>| method.densities.get(index).is_some_and(|density| !density.is_withheld());
         let references = self.results.manifest.references.iter().filter_map(|label| self.method(label));
         references.chain(self.method(self.reference)).find(states).or_else(|| self.methods.iter().find(states))
     }
 
-    /// The densities of [`Scene::yardstick_at`], as far as there are any.
+    /// The densities of [`Scene::yardstick_at`], for the snapshots that have one.
     pub fn yardstick_densities(&self) -> impl Iterator<Item = &'a Density> {
         let any = |index| self.yardstick_at(index).or_else(|| self.yardstick());
         (0..self.times.len()).filter_map(move |index| any(index)?.densities.get(index))
@@ -151,8 +152,8 @@ impl<'a> Scene<'a> {
         self.methods.iter().find_map(|method| Some((method, method.samples()?)))
     }
 
-    /// Where the cloud is visible at each snapshot, by the density of the yardstick or of the first case that gives one; none
-    /// where every case withholds it.
+    /// Where the cloud is visible at each snapshot, by the density of the yardstick or of the first case that gives
+    /// one; `None` where every case withholds it.
     pub fn clouds(&self) -> Vec<Option<Cloud>> {
         let cases = || self.yardstick().into_iter().chain(&self.methods);
         let density = |index: usize| cases().filter_map(|m| m.densities.get(index)).find(|d| !d.is_withheld());
@@ -175,7 +176,7 @@ pub struct Cloud {
 }
 
 impl Cloud {
-    /// That of a density.
+    /// The visible part of a density.
     pub fn of(density: &Density) -> Self {
         Self {
             phi: branch::visible_angle(&density.grid.phi, &density.marginal_phi),

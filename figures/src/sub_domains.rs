@@ -1,12 +1,13 @@
-//! Sub-domains of the phase portrait: what the solar angle does along a contour of the Hamiltonian, and where that changes.
+//! Sub-domains of the phase portrait: how the solar angle moves along a contour, and where this changes.
 //!
 //! The Hamiltonian is even in `phi`, so a closed contour meets the axis `sin(phi) = 0` twice. Between the stationary points, where all of
 //! them lie on that axis, the Hamiltonian is monotone along it, so where a contour ends is found without a scan. Where gravity of the Sun
 //! outweighs the radiation pressure some lie off the axis; the sub-domains of such a portrait have no numbers.
 //!
 //! Sun et al. (2022) number the three sub-domains of their portrait, which is of type III (Krivov & Getino 1997), between the
-//! levels of its stationary points. What lies in each is one kind of motion, and by that the numbers go for all portraits:
-//! 1 about the centre at `phi = π`, 2 round `e = 0`, 3 about the centre at `phi = 0`. A portrait need not have all of them.
+//! levels of its stationary points. Each of them holds one kind of motion, and here the numbers stand for the kinds of
+//! motion in all portraits: 1 about the centre at `phi = π`, 2 round `e = 0`, 3 about the centre at `phi = 0`. A
+//! portrait need not have all of them.
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -17,16 +18,16 @@ use density::model::plane::State;
 use crate::elements::Point;
 use crate::hamiltonian::{self, Stationary, is_still};
 
-/// What the solar angle does along a contour.
+/// The motion of the solar angle along a contour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Motion {
     /// It swings about π.
     AboutPi,
-    /// It goes round, inside of every saddle.
+    /// It goes round inside every saddle.
     Round,
     /// It swings about 0.
     AboutZero,
-    /// It goes round outside of a saddle.
+    /// It goes round outside a saddle.
     Beyond,
     /// The contour leads to `e = 1`.
     Open,
@@ -35,7 +36,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// The number of the sub-domain; the contours that lead to `e = 1` or round all others towards it have none.
+    /// The number of the sub-domain. Contours that lead to `e = 1`, or that go round all others towards it, have none.
     pub fn number(self) -> Option<usize> {
         match self {
             Self::AboutPi => Some(1),
@@ -45,7 +46,7 @@ impl Motion {
         }
     }
 
-    /// What it is, in words.
+    /// The motion in words.
     pub fn words(self) -> &'static str {
         match self {
             Self::AboutPi => "φ swings about π",
@@ -77,7 +78,7 @@ pub fn motion<M: PlanarHamiltonian>(model: M, points: &[Stationary], phi: f64, e
     let downwards = turns.iter().rev().copied().filter(|turn| *turn < e).chain([0.0]);
     let Some(upper) = end_of(is_on, e, upwards) else { return Motion::Open };
     let lower = end_of(is_on, e, downwards).unwrap_or(0.0);
-    // The end is at phi = 0 where the condition there is what fails next.
+    // The end is at phi = 0 if the condition there is the one that fails next.
     let is_at_zero = |e: f64| signed(e).abs() < signed(-e).abs();
     let crossing = |e: f64| if is_at_zero(e) { e } else { -e };
     let (p, q) = (crossing(lower), crossing(upper));
@@ -90,7 +91,8 @@ pub fn motion<M: PlanarHamiltonian>(model: M, points: &[Stationary], phi: f64, e
     }
 }
 
-/// Where `is_on` ends on the way from `start` through `nodes`, between which each of its conditions fails at most once.
+/// Where `is_on` ends on the way from `start` through `nodes`; between two nodes each of its conditions fails at most
+/// once.
 fn end_of(is_on: impl Fn(f64) -> bool, start: f64, nodes: impl Iterator<Item = f64>) -> Option<f64> {
     let mut inside = start;
     for node in nodes {
@@ -170,7 +172,7 @@ mod tests {
 
     #[test]
     fn the_contour_through_e_0_is_inside_of_the_saddle_where_oblateness_is_small() {
-        // The level of e = 0 is above that of the saddle there: numbers by ascending level would be wrong.
+        // The level of e = 0 is above that of the saddle there, so numbers by ascending level would be wrong.
         let force = force(0.15, 0.2);
         let points = hamiltonian::stationary_points(force);
         let at = |phi: f64, e: f64| motion(force, &points, phi, e);

@@ -1,11 +1,12 @@
-//! Words in figures: how much room they take, and subscripts.
+//! Words in figures: the room that they take, and subscripts.
 
 use maud::{Markup, html};
 
 /// Between these two characters text is set as a subscript.
 pub const SUBSCRIPT: [char; 2] = ['\u{E000}', '\u{E001}'];
 
-/// Width of `text` at font size `size`, rather too much than too little: no font is at hand to measure it.
+/// Width of `text` at font size `size`. It is rather too large than too small, because no font is available to measure
+/// it.
 pub fn text_width(text: &str, size: f64) -> f64 {
     let em = |letter: char| match letter {
         'i' | 'j' | 'l' | 't' | 'f' | 'I' | '.' | ',' | ':' | ' ' | '\'' | '|' => 0.33,
@@ -17,7 +18,7 @@ pub fn text_width(text: &str, size: f64) -> f64 {
     size * text.chars().map(em).sum::<f64>()
 }
 
-/// Width of `text` at font size `size` with its subscripts, about as it will be.
+/// Approximate width of `text` as drawn at font size `size`, with its subscripts.
 pub fn drawn_width(text: &str, size: f64) -> f64 {
     let parts = text.split(SUBSCRIPT).enumerate();
     0.95 * parts.map(|(i, part)| text_width(part, if i % 2 == 1 { SUBSCRIPT_SIZE * size } else { size })).sum::<f64>()
@@ -28,7 +29,7 @@ pub fn subscript(base: &str, text: &str) -> String {
     format!("{base}{}{text}{}", SUBSCRIPT[0], SUBSCRIPT[1])
 }
 
-/// Size of a subscript and its depth below the base line, as shares of the font size.
+/// Size of a subscript and, below, its depth under the base line, as shares of the font size.
 const SUBSCRIPT_SIZE: f64 = 0.76;
 const SUBSCRIPT_DEPTH: f64 = 0.19;
 
@@ -37,7 +38,7 @@ const SUBSCRIPT_DEPTH: f64 = 0.19;
 pub fn with_subscripts(text: &str, size: f64) -> Markup {
     let tenth = |value: f64| (10.0 * value).round() / 10.0;
     let depth = tenth(SUBSCRIPT_DEPTH * size);
-    // Base and subscript in turn. Blanks at the ends of an element would be dropped, so they are made to stay.
+    // Base and subscript alternate. Blanks at the ends of an element would be dropped, so they are made non-breaking.
     let kept = |part: &str| match (part.strip_prefix(' '), part.strip_suffix(' ')) {
         (Some(rest), _) => format!("\u{a0}{rest}"),
         (None, Some(rest)) => format!("{rest}\u{a0}"),

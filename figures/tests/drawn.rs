@@ -1,4 +1,4 @@
-//! What the figures of a made-up run say, read back from their SVG.
+//! Tests of the figures of a made-up run, read back from their SVG.
 #![allow(missing_docs)]
 
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ fn manifest() -> Manifest {
     serde_json::from_str(text).unwrap()
 }
 
-/// A density of blocks, where `cloud(phi, e)` says so.
+/// A density that is 1 where `cloud(phi, e)` is true and 0 elsewhere.
 fn density(grid: Grid, cloud: impl Fn(f64, f64) -> bool) -> Density {
     let middle = |axis: &Axis, i: usize| axis.edge(i) + 0.5 * axis.width();
     let bin = |k: usize| f64::from(u8::from(cloud(middle(&grid.phi, k / BINS), middle(&grid.e, k % BINS))));
@@ -112,7 +112,7 @@ impl Run {
         &mut self.results.densities.get_mut("made-up").unwrap().get_mut(method).unwrap()[index]
     }
 
-    /// Curves of first passage, a value at each snapshot.
+    /// Adds a first-passage curve, with one value per snapshot.
     fn passages(&mut self, method: &str, values: &[f64]) {
         for (&p, &t_yr) in values.iter().zip(&self.scenario.problem.times) {
             let [scenario, method] = ["made-up", method].map(str::to_owned);
@@ -143,7 +143,7 @@ impl Run {
     }
 }
 
-/// All words of a figure with where they are, and its description.
+/// All words of a figure with their places, its description and its number of pictures.
 struct Drawn {
     words: Vec<(String, f64, f64)>,
     description: String,
@@ -155,7 +155,7 @@ impl Drawn {
         let document = roxmltree::Document::parse(svg).unwrap();
         let named = |name: &'static str| document.descendants().filter(move |node| node.tag_name().name() == name);
         let all = |node: roxmltree::Node<'_, '_>| node.descendants().filter_map(|n| n.text()).collect::<String>();
-        // The text of an element is also that of its first child.
+        // For an element, `text` gives the text of its first child, so only text nodes are taken.
         let own = |node: roxmltree::Node<'_, '_>| {
             node.descendants().filter(roxmltree::Node::is_text).filter_map(|n| n.text()).collect::<String>()
         };
@@ -176,7 +176,7 @@ impl Drawn {
     }
 }
 
-/// A small cloud that goes round as time goes by: its middle at the `index`-th of `count` snapshots.
+/// The middle of a small cloud that goes round with time, at the `index`-th of `count` snapshots.
 fn spot_middle(index: usize, count: usize) -> (f64, f64) {
     let turn = 5.6 * index as f64 / count as f64;
     (3.0 + 1.6 * turn.cos(), 0.4 + 0.23 * turn.sin())
@@ -185,7 +185,7 @@ fn spot_middle(index: usize, count: usize) -> (f64, f64) {
 /// Half widths of the small cloud.
 const SPOT: (f64, f64) = (0.15, 0.025);
 
-/// A run of small clouds, each at a place of its own.
+/// A run of small clouds, each at its own place.
 fn spots(count: usize) -> Run {
     let mut run = Run::new(count);
     for index in 0..count {
@@ -206,11 +206,11 @@ struct Written {
     index: usize,
     /// Left, top, right and bottom of the words.
     place: [f64; 4],
-    /// Where the line that leads to the cloud begins.
+    /// The place where the line that leads to the cloud begins.
     led_to: Option<(f64, f64)>,
 }
 
-/// The labels at the clouds of a figure of `count` snapshots, a quarter of a year from one to the next.
+/// The labels at the clouds of a figure of `count` snapshots, which are a quarter of a year apart.
 fn written(document: &roxmltree::Document<'_>, count: usize) -> Vec<Written> {
     let with_class = |class: String| document.descendants().filter(move |n| n.attribute("class") == Some(&*class));
     let of_index = |index: usize| {
@@ -235,7 +235,8 @@ fn written(document: &roxmltree::Document<'_>, count: usize) -> Vec<Written> {
     (0..count).filter_map(of_index).collect()
 }
 
-/// Whether no word and no place of a figure is "NaN"; pictures are encoded in letters that may spell anything.
+/// Whether no word and no place of a figure is "NaN". Pictures are left out, because their encoding may contain these
+/// letters.
 fn has_numbers_only(svg: &str) -> bool {
     let document = roxmltree::Document::parse(svg).unwrap();
     let is_good = |node: roxmltree::Node<'_, '_>| {
@@ -250,7 +251,7 @@ fn the_label_of_a_ring_is_at_the_ring_and_not_in_its_empty_middle() {
     let svg = Run::new(2).figure("joint-density-exact-all");
     let document = roxmltree::Document::parse(&svg).unwrap();
     let drawn = Drawn::of(&svg);
-    // The scale of the figure by its numbers on the axes.
+    // The scale of the figure, from the numbers on its axes.
     let ticks = |horizontal: bool| {
         let number = |(text, x, y): &(String, f64, f64)| Some((text.parse::<f64>().ok()?, *x, *y));
         let all: Vec<(f64, f64, f64)> = drawn.words.iter().filter_map(number).filter(|(_, x, _)| *x < 580.0).collect();
@@ -418,9 +419,9 @@ fn a_thin_cloud_is_magnified_and_a_thick_one_is_not() {
     *run.density("mc", 1) = thin();
     let figures = run.figures();
     let images = |name: &str| Drawn::of(&figures[name]).images;
-    // A map and its colour bar, and the inset.
+    // A map and its colour bar; the second figure also has the inset.
     assert_eq!([images("joint-density-mc-0"), images("joint-density-mc-1")], [2, 3]);
-    // Two clouds and the colour bar, and the inset.
+    // Two clouds, the colour bar, and the inset.
     assert_eq!(images("joint-density-mc-all"), 4);
     assert!(Drawn::of(&figures["joint-density-mc-1"]).words.iter().any(|(text, ..)| text.starts_with('×')));
 }
@@ -493,7 +494,7 @@ fn a_cloud_round_the_whole_circle_is_drawn_once_on_one_turn() {
     let scene = Scene::new(&run.scenario, &run.results, false);
     let phi = scene.phi_range();
     assert!((phi.end - phi.start - std::f64::consts::TAU).abs() < 1e-9, "{phi:?}");
-    // The first cloud, the ring from both sides, and the colour bar.
+    // The first cloud, the two parts of the cloud round the circle, and the colour bar.
     assert_eq!(Drawn::of(&run.figure("joint-density-exact-all")).images, 4);
 }
 

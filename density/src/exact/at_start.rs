@@ -29,7 +29,7 @@ pub(super) fn moments(initial: &InitialGaussian) -> SmoothMoments {
     }
 }
 
-/// How good the closed forms are in the arithmetic of a machine.
+/// Accuracy of the closed forms in double precision.
 const ROUNDING: f64 = 1e-14;
 
 /// Mean and deviation of a Gaussian that is cut to between 0 and 1 (Johnson, Kotz & Balakrishnan, *Continuous Univariate
@@ -43,8 +43,8 @@ fn truncated(mean: f64, sigma: f64) -> (f64, f64) {
     (mean + sigma * shift, sigma * variance.max(0.0).sqrt())
 }
 
-/// Deviation of a Gaussian angle of mean 0 on the branch from -π to π: what lies between `(2k - 1)π` and `(2k + 1)π` counts from
-/// `2πk`, which changes its square by `(2πk)² - 4πk phi`.
+/// Standard deviation of a Gaussian angle of mean 0 on the branch from -π to π: an angle between `(2k - 1)π` and
+/// `(2k + 1)π` is measured from `2πk`, which changes its square by `(2πk)² - 4πk phi`.
 fn wrapped_deviation(sigma: f64) -> f64 {
     let turns = (10.0 * sigma / TAU).ceil() as u32 + 1;
     let change = |k: u32| {

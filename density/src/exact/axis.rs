@@ -1,4 +1,4 @@
-//! Every orbit by the point at which it is least eccentric.
+//! Every orbit is identified by the point at which it is least eccentric.
 //!
 //! The flow is reversible: `(x1, x2) -> (-x1, x2)` with time reversed maps orbits onto orbits. The eccentricity grows wherever
 //! `x1 > 0` and falls where `x1 < 0` ([`PlanarHamiltonian::eccentricity_follows_x1`]; of the paper's model `e' = n_sun C s sin(phi)`,
@@ -10,7 +10,7 @@
 //! h(q) = H(0, q) = s + C q + (W/3)/s³      h'(q) = C + q (W/s⁴ - 1)/s      s = sqrt(1 - q²)
 //! ```
 //!
-//! and `x1' = n_sun s h'(q)`. So the points of the axis with `h' > 0` are the orbits of the plane, each once.
+//! and `x1' = n_sun s h'(q)`. So every orbit of the plane has exactly one point on the axis with `h' > 0`.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -18,16 +18,16 @@ use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::hamiltonian_range::Interval;
 
-/// Steps in which the axis is searched for stationary points, even in the arc sine of `q`.
+/// Number of steps in which the axis is searched for stationary points, equal in the arc sine of `q`.
 const STEPS: u32 = 20_000;
-/// The outermost point of the axis that is looked at.
+/// The outermost point of the axis that is examined.
 const RIM: f64 = 1.0 - 1e-9;
 
-/// The parts of the axis `x1 = 0` on which `H` grows with `q = x2`: one point an orbit.
+/// The parts of the axis `x1 = 0` on which `H` grows with `q = x2`: one point per orbit.
 #[derive(Debug, Clone)]
 pub(crate) struct Axis<M> {
     model: M,
-    /// Ascending, each from a minimum of `h` (or the rim) to a maximum (or the rim).
+    /// Intervals of `q` in ascending order, each from a minimum of `h` (or the rim) to a maximum (or the rim).
     rising: Vec<(f64, f64)>,
 }
 
@@ -54,7 +54,7 @@ impl<M: PlanarHamiltonian> Axis<M> {
         self.model.hamiltonian(State { x1: 0.0, x2: q })
     }
 
-    /// The rising parts with `h` in an interval.
+    /// The parts of the rising parts on which `h(q)` lies in the interval `h`.
     pub(crate) fn within(&self, h: Interval) -> Vec<(f64, f64)> {
         let part = |&(low, high): &(f64, f64)| {
             let from = if self.hamiltonian(low) >= h.low { low } else { self.point_of(h.low, low, high)? };
@@ -64,14 +64,14 @@ impl<M: PlanarHamiltonian> Axis<M> {
         self.rising.iter().filter_map(part).collect()
     }
 
-    /// Where `h(q) = h` on a rising part, if it is.
+    /// The point of a rising part at which `h(q) = h`; `None` if there is none.
     fn point_of(&self, h: f64, low: f64, high: f64) -> Option<f64> {
         let holds = self.hamiltonian(low) <= h && h <= self.hamiltonian(high);
         holds.then(|| boundary(low, high, |q| self.hamiltonian(q) < h))
     }
 
-    /// All points of the rising parts at which orbits change their kind: those that come from or run into a stationary point,
-    /// that touch the circle `e = critical_e`, or pass through `e = 0`.
+    /// All points of the rising parts at which orbits change their kind: the orbits that come from or run into a
+    /// stationary point, that touch the circle `e = critical_e`, or that pass through `e = 0`.
     pub(crate) fn special_points(&self, critical_e: f64) -> Vec<f64> {
         let stationary = self.rising.iter().flat_map(|&(low, high)| [low, high]);
         let touching = [critical_e, -critical_e];
@@ -82,13 +82,13 @@ impl<M: PlanarHamiltonian> Axis<M> {
         };
         let mut points: Vec<f64> = self.rising.iter().flat_map(on_parts).collect();
         points.sort_by(f64::total_cmp);
-        // The same point twice but for rounding leaves an interval that no rule can use.
+        // Two points that differ by rounding only would leave an interval that no rule can use.
         points.dedup_by(|a, b| (*a - *b).abs() < 1e-15);
         points
     }
 
-    /// The point of a rising part that the orbit through `state` passes: of those with its `H` the most eccentric one that is
-    /// not more eccentric than the state.
+    /// The point at which the orbit through `state` passes a rising part: among the points with the same `H`, the most
+    /// eccentric one that is not more eccentric than the state.
     pub(crate) fn orbit_of(&self, state: State) -> Option<f64> {
         let (h, e) = (self.model.hamiltonian(state), state.eccentricity());
         let points = self.rising.iter().filter_map(|&(low, high)| self.point_of(h, low, high));
@@ -101,7 +101,7 @@ fn turning_point(model: &impl PlanarHamiltonian, a: f64, b: f64) -> f64 {
     boundary(a, b, |q| (model.slope_on_axis(q) > 0.0) == rises)
 }
 
-/// Where `holds` ends between `low`, where it holds, and `high`, to the last bit.
+/// The point at which `holds` becomes false between `low`, where it is true, and `high`, to the last bit.
 fn boundary(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     while low.midpoint(high) > low && low.midpoint(high) < high {
         let middle = low.midpoint(high);

@@ -1,5 +1,4 @@
-//! A rectangle of the `(phi, e)` plane at time `t` on which the backward flow is one polynomial, and the probabilities of
-//! the bins in it.
+//! A block: a rectangle of the `(phi, e)` plane at time `t` on which the backward flow is one polynomial.
 //!
 //! The backward map to `t = 0` is a product of Chebyshev polynomials through `N x N` backward orbits. On every grid line
 //! inside the block it reduces to a [`Panel`]; circulation along the four edges of a bin is the bin's probability.
@@ -9,7 +8,7 @@ use crate::grid::Axis;
 use super::measure::Measure;
 use super::panel::{Panel, Resolution, chebyshev_nodes};
 
-/// Nodes in either direction.
+/// Number of Chebyshev nodes in each direction.
 pub(super) const N: usize = 12;
 
 /// A range of one axis: several whole bins, or one bin or part of it.
@@ -19,7 +18,7 @@ pub(super) struct Range {
     pub high: f64,
     /// The first bin.
     pub first: usize,
-    /// How many bins.
+    /// The number of bins.
     pub bins: usize,
 }
 
@@ -42,7 +41,7 @@ impl Range {
         chebyshev_nodes::<N>().map(|x| self.low.midpoint(self.high) + 0.5 * (self.high - self.low) * x)
     }
 
-    /// The edges of its bins as parameters in `[-1, 1]`.
+    /// The edges of the range's bins as parameters in `[-1, 1]`.
     fn edges(self, axis: &Axis) -> Vec<f64> {
         let parameter = |x: f64| (2.0 * x - self.low - self.high) / (self.high - self.low);
         let inner = (1..self.bins).map(|i| parameter(axis.edge(self.first + i)));
@@ -57,14 +56,14 @@ pub(super) struct Block {
     pub e: Range,
 }
 
-/// Chebyshev coefficients of the backward map on a block, those of `phi` outermost.
+/// Chebyshev coefficients of the backward map on a block; the index of `phi` is outermost.
 pub(super) struct BackwardMap {
     x1: [[f64; N]; N],
     x2: [[f64; N]; N],
 }
 
 impl BackwardMap {
-    /// From the backward orbits of the nodes, those of `phi` outermost.
+    /// From the states at the start of the backward orbits of the nodes; the index of `phi` is outermost.
     pub(super) fn new(x1: &[f64], x2: &[f64], transform: &[[f64; N]; N]) -> Self {
         let coefficients = |values: &[f64]| {
             let mut rows = [[0.0; N]; N];
@@ -82,7 +81,7 @@ impl BackwardMap {
         Self { x1: coefficients(x1), x2: coefficients(x2) }
     }
 
-    /// Size of the last two coefficients in `phi` and in `e`; NaN where a node's orbit came from nowhere.
+    /// Size of the last two coefficients in `phi` and in `e`; NaN if a node has no backward orbit to `t = 0`.
     pub(super) fn tails(&self) -> [f64; 2] {
         let size = |c: &f64| c.abs();
         let most = |most: f64, c: f64| if most.is_nan() || c.is_nan() { f64::NAN } else { most.max(c) };
@@ -92,7 +91,7 @@ impl BackwardMap {
         [phi, e]
     }
 
-    /// The image of the line `phi` = constant, parameter along `e`.
+    /// The image of the line `phi` = constant; the parameter runs along `e`.
     fn at_phi(&self, xi: f64) -> Panel<N> {
         let t = chebyshev_values(xi);
         let contract = |c: &[[f64; N]; N]| {
@@ -105,7 +104,7 @@ impl BackwardMap {
         Panel { x1: contract(&self.x1), x2: contract(&self.x2) }
     }
 
-    /// The image of the line `e` = constant, parameter along `phi`.
+    /// The image of the line `e` = constant; the parameter runs along `phi`.
     fn at_e(&self, xi: f64) -> Panel<N> {
         let t = chebyshev_values(xi);
         let contract = |c: &[[f64; N]; N]| c.map(|row| row.iter().zip(&t).map(|(c, t)| c * t).sum());
@@ -122,7 +121,7 @@ fn chebyshev_values(xi: f64) -> [f64; N] {
     })
 }
 
-/// Probability of a bin (or of the block's part of it), and how far a coarser rule is from it.
+/// Probability of a bin (or of the block's part of it), and its difference from the value of a coarser rule.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BinMass {
     pub bin: (usize, usize),

@@ -1,12 +1,13 @@
 //! The joint density by blocks of bins: cheap where the cloud is not yet wound up.
 //!
-//! The grid is cut into blocks of bins; on each the backward flow becomes a polynomial ([`super::block`]). Blocks whose
-//! last coefficients are not yet small against the cloud are halved, down to parts of a bin. A bin's probability is a
-//! circulation along its edges ([`super::measure`]), so a cloud thinner than a bin is no harder than a broad one, and the
-//! probabilities of the bins add up to that of the grid by construction but for the difference between neighbouring
-//! polynomials.
+//! The grid is cut into blocks of bins; on each block the backward flow becomes a polynomial ([`super::block`]). Blocks
+//! whose last coefficients are not yet small against the cloud are halved, down to parts of a bin. A bin's probability
+//! is a circulation along its edges ([`super::measure`]), so a cloud thinner than a bin is no harder than a broad one.
+//! The probabilities of the bins add up to the probability of the grid by construction, except for the difference
+//! between neighbouring polynomials.
 //!
-//! A block that is not resolved means nothing, so there is no answer at all if one is left when the orbits are spent.
+//! The polynomial of a block that is not resolved means nothing, so there is no answer at all if such a block is left
+//! when the permitted number of orbits is used up.
 
 use rayon::prelude::*;
 
@@ -20,9 +21,10 @@ use super::joint::Joint;
 use super::measure::Measure;
 use super::panel::chebyshev_transform;
 
-/// Share of the tolerated L1 error that the polynomials may take, as a shift in standard deviations.
+/// Share of the tolerated L1 error that the polynomials may cause, as a shift of the cloud in units of its smallest
+/// scale.
 const SHARE: f64 = 0.01;
-/// Bins in either direction of a block at the start.
+/// Number of bins in each direction of a block at the start.
 const FIRST: usize = 25;
 
 /// The joint density after `years` on `grid`, to an L1 error of about `tolerance`; `None` if that takes more than `most_orbits`.

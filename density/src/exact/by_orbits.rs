@@ -1,9 +1,10 @@
-//! The joint density by orbits: however long the cloud has been wound.
+//! The joint density by orbits, which works however long the cloud has been wound up.
 //!
-//! Every orbit is followed once round, from grid line to grid line. What lies between two of them is in one bin, and its
-//! probability is that of the same arc `t` earlier on the orbit, a difference of a function that only grows
-//! ([`super::share`]). So bins get positive probabilities that add up to that of the cloud, however thin it has been wound, and
-//! the only error is that of the integral over the orbits: the difference between its two rules, bin by bin.
+//! Every orbit is followed once round, from grid line to grid line. The arc between two grid lines is in one bin. Its
+//! probability is the initial probability of the arc `t` earlier on the same orbit, and so a difference of two values
+//! of a function that only grows ([`super::share`]). So bins get positive probabilities that add up to the probability
+//! of the cloud, however thin it has been wound. The only error is that of the integral over the orbits: the difference
+//! between its two rules, bin by bin.
 
 use rayon::prelude::*;
 
@@ -16,10 +17,10 @@ use super::family::{Family, Interval, Orbit, worst};
 use super::joint::Joint;
 use super::rules::POINTS;
 
-/// An interval of orbits with what it brings to each bin.
+/// An interval of orbits with its contribution to each bin.
 struct Leaf {
     interval: Interval,
-    /// Bin (the number of bins for all that is outside the grid), probability by the Kronrod rule.
+    /// Bin (the number of bins stands for everything outside the grid) and its probability by the Kronrod rule.
     masses: Vec<(u32, f64)>,
     /// Sum over the bins of the difference between the two rules.
     error: f64,
@@ -86,7 +87,7 @@ fn leaf(family: &Family<'_, impl PlanarHamiltonian>, grid: &Grid, t: f64, interv
     Leaf { interval, masses, error }
 }
 
-/// What an orbit holds in each of its pieces after the time `t`, per unit of `H`.
+/// Passes to `take` the bin of every piece of an orbit and the probability in it after the time `t`, per unit of `H`.
 fn visit(orbit: &Orbit, model: &impl PlanarHamiltonian, grid: &Grid, t: f64, mut take: impl FnMut(u32, f64)) {
     let (contour, share) = (&orbit.contour, &orbit.share);
     let total = share.total();

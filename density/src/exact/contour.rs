@@ -1,20 +1,20 @@
-//! One closed orbit, from where it is least eccentric, once round.
+//! One closed orbit, followed once round from the point at which it is least eccentric.
 //!
-//! Time along the orbit is an angle of the Sun, `θ = n_sun t` \[rad\], from `θ = 0` at the least eccentric point to the most
-//! eccentric one at half a period; the other half is the mirror image. The integrator's own Taylor series are kept, so a state
-//! at any time is a polynomial, and `t` years later is the same orbit at `θ + n_sun t`, taken modulo the period: how far ahead
-//! that is costs nothing.
+//! Time along the orbit is measured by the angle that the Sun moves, `θ = n_sun t` \[rad\]. It runs from `θ = 0` at the
+//! least eccentric point to half a period at the most eccentric one; the other half is the mirror image. The
+//! integrator's own Taylor series are kept, so a state at any time is a polynomial, and the state `t` years later is on
+//! the same orbit at `θ + n_sun t`, taken modulo the period. The cost does not depend on `t`.
 
 use crate::flow::Flow;
 use crate::flow::record::Step;
 use crate::model::earth::SUN_MEAN_MOTION;
 use crate::model::plane::{PlanarHamiltonian, State};
 
-/// Most steps of half an orbit: that of an orbit within rounding of a separatrix has a few hundred.
+/// Largest number of steps for half an orbit; an orbit within rounding of a separatrix takes a few hundred.
 const MOST_STEPS: usize = 3000;
-/// Most years that half an orbit is followed.
+/// Largest number of years for which half an orbit is followed.
 const MOST_YEARS: f64 = 1e6;
-/// Parts of a step in each of which an orbit crosses the axis at most once.
+/// Number of parts of a step; an orbit crosses the axis at most once in each part.
 const PARTS: u32 = 16;
 
 /// A closed orbit.
@@ -27,7 +27,7 @@ pub(crate) struct Contour {
     steps: Vec<Step>,
 }
 
-/// An orbit on its way.
+/// An orbit that is being traced.
 struct Trace {
     place: usize,
     state: State,
@@ -37,7 +37,7 @@ struct Trace {
 }
 
 impl Contour {
-    /// The orbits through `(0, q)`, where they are least eccentric; `None` for one that does not come round within the domain
+    /// The orbits through `(0, q)`, where they are least eccentric; `None` for one that does not close within the disc
     /// `e < 1` and [`MOST_YEARS`].
     pub(crate) fn trace<M: PlanarHamiltonian>(flow: &Flow<M>, points: &[f64]) -> Vec<Option<Self>> {
         let mut contours: Vec<Option<Self>> = vec![None; points.len()];
@@ -84,14 +84,14 @@ impl Contour {
         State { x1: if theta < 0.0 { -x1 } else { x1 }, x2 }
     }
 
-    /// The ends of the integrator's steps on the first half, 0 and half a period included: between two of them every smooth
-    /// function of the state is well resolved by a rule of eight points.
+    /// The ends of the integrator's steps on the first half, including 0 and half a period. Between two of them, a rule
+    /// of eight points resolves every smooth function of the state well.
     pub(crate) fn knots(&self) -> impl Iterator<Item = f64> + '_ {
         self.starts.iter().copied().filter(|&start| start < self.half).chain([self.half])
     }
 
-    /// The time between 0 and half a period at which the eccentricity grows beyond `e`; `None` if it never is as large, 0 if it
-    /// is at all times.
+    /// The time between 0 and half a period at which the eccentricity grows beyond `e`; `None` if it never does, 0 if the
+    /// eccentricity is never below `e`.
     pub(crate) fn rises_above(&self, e: f64) -> Option<f64> {
         let below = |theta: f64| {
             let State { x1, x2 } = self.at(theta);
@@ -118,7 +118,7 @@ impl Trace {
         Self { place, state, years, starts: Vec::new(), steps: Vec::new() }
     }
 
-    /// Takes in what has been recorded; half the period if the orbit has come to the other side of the axis.
+    /// Appends the recorded steps; returns half the period if the orbit has come to the other side of the axis.
     fn take(&mut self, steps: Vec<Step>, end: State) -> Option<f64> {
         for step in steps {
             let start = self.starts.last().zip(self.steps.last()).map_or(0.0, |(start, last)| start + last.length);
@@ -138,7 +138,7 @@ impl Trace {
     }
 }
 
-/// Where in a step `x1` comes to zero from above.
+/// The time within a step at which `x1` falls to zero, if it does.
 fn crossing(step: &Step) -> Option<f64> {
     let time = |k: u32| step.length * f64::from(k) / f64::from(PARTS);
     let part = (1..=PARTS).find(|&k| step.at(time(k)).x1 <= 0.0)?;
@@ -150,7 +150,7 @@ fn crossing(step: &Step) -> Option<f64> {
     Some(low.midpoint(high))
 }
 
-/// `n_sun t` of a time in years.
+/// The angle `n_sun t` \[rad\] for a time in years.
 pub(crate) fn angle_of(years: f64) -> f64 {
     SUN_MEAN_MOTION * years
 }

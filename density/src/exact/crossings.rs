@@ -41,7 +41,7 @@ impl Cubic {
         b + x * (2.0 * c + x * 3.0 * d)
     }
 
-    /// Where it has a value that lies between those at the ends.
+    /// The argument at which the cubic has the value `value`, which lies between the values at the ends.
     fn solve(self, value: f64) -> f64 {
         let [a, b, c, d] = self.0;
         let (start, end) = (a, a + b + c + d);
@@ -67,8 +67,8 @@ impl Cubic {
 
 /// Visits the pieces of an orbit, once round; `holds(from, to)` says whether there is anything between two times.
 ///
-/// Crossings are found by cubic interpolation, and then moved to where the orbit itself passes the line: its bins may be far
-/// narrower than the curve is smooth.
+/// Crossings are found by cubic interpolation, and then moved to where the orbit itself passes the line: the bins may
+/// be so narrow that the error of the interpolation matters.
 pub(super) fn pieces(
     contour: &Contour,
     trail: &Trail,
@@ -86,7 +86,7 @@ pub(super) fn pieces(
             continue;
         }
         let length = b.theta - a.theta;
-        // In bins, `phi` continued from the grid's branch at the first point.
+        // Coordinates in units of bins; `phi` is continued from the grid's branch at the first point.
         let folded = grid.fold(a.phi);
         let x = |point: Point| (folded + (point.phi - a.phi) - low) / width;
         let y = |point: Point| (point.e - grid.e.low) / height;
@@ -119,8 +119,8 @@ pub(super) fn pieces(
     }
 }
 
-/// Adds where a coordinate, known `exactly` and as a cubic, passes whole numbers from 0 to `bins` less `shift`, between its
-/// values `from` and `to` at the ends.
+/// Adds to `cuts` the parameters at which a coordinate passes the whole numbers from 0 to `bins`, less `shift`. The
+/// coordinate is known `exactly` and as a cubic; its values at the ends are `from` and `to`.
 fn lines(
     cubic: Cubic,
     exactly: impl Fn(f64) -> f64,
@@ -135,7 +135,7 @@ fn lines(
         if line > low && line < high {
             let part = cubic.solve(line - shift);
             let moved = part - (exactly(part) - (line - shift)) / cubic.slope(part);
-            // A line that is only touched has no slope to be moved along.
+            // Where the curve only touches the line, the slope vanishes and the crossing cannot be moved.
             cuts.push(if (moved - part).abs() < 0.1 { moved.clamp(0.0, 1.0) } else { part });
         }
         line += 1.0;

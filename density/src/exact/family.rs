@@ -1,15 +1,15 @@
 //! All orbits of a cloud: integrals over the cloud are integrals over the orbits that it is made of.
 //!
-//! An orbit is a point `q` of the axis ([`super::axis`]), and `dH = h'(q) dq`. So the mean of a function `f` of the state at
-//! time `t` is
+//! An orbit is given by a point `q` of the axis ([`super::axis`]), and `dH = h'(q) dq`. So the mean of a function `f`
+//! of the state at time `t` is
 //!
 //! ```text
 //! E[f] = ∫ dq h'(q) ∮ dθ a(θ; q) f(state(θ + n_sun t; q))
 //! ```
 //!
-//! Only the outer integral is left to be refined: its integrand is smooth but at the points where orbits change their kind,
-//! which are ends of intervals, and the refinement closes in on those geometrically. Nothing in it grows with `t` but the
-//! number of turns by which neighbouring orbits come apart.
+//! Only the outer integral is left to be refined. Its integrand is smooth except at the points where orbits change
+//! their kind. These points are ends of intervals, and the refinement closes in on them geometrically. Nothing in it
+//! grows with `t` except the number of turns by which neighbouring orbits come apart.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -27,15 +27,15 @@ use super::rules::{POINTS, kronrod};
 use super::share::Share;
 use super::trail::Trail;
 
-/// Orbits kept for the next snapshot.
+/// Largest number of orbits that are kept for the next snapshot.
 const KEPT: usize = 20_000;
-/// Orbits that a thread traces at a time.
+/// Number of orbits that a thread traces at a time.
 const BATCH: usize = 15;
-/// Points of the initial Gaussian in either direction that tell where its orbits are.
+/// Number of points of the initial Gaussian in each direction whose orbits show where the cloud lies.
 const PILOT: u32 = 25;
-/// Standard deviations out to which they lie.
+/// Distance from the mean out to which these points lie, in standard deviations.
 const PILOT_REACH: f64 = 6.0;
-/// Parts of the range of orbits between the pilots' first and last, evenly filled.
+/// Number of parts, with equally many pilots each, into which the range from the first to the last pilot is cut.
 const PARTS: usize = 6;
 
 /// An orbit with its share of the initial probability.
@@ -51,7 +51,7 @@ pub(crate) struct Orbit {
 }
 
 impl Orbit {
-    /// Points close enough together for cubic interpolation.
+    /// Points on the orbit, close enough together for cubic interpolation.
     pub(crate) fn trail(&self, model: &impl PlanarHamiltonian) -> &Trail {
         self.trail.get_or_init(|| Trail::new(&self.contour, model))
     }
@@ -62,7 +62,7 @@ impl Orbit {
 pub(crate) struct Family<'a, M> {
     pub flow: &'a Flow<M>,
     pub measure: Measure,
-    /// Ends of the intervals of `q` at the start; pairs that hold orbits of the cloud.
+    /// The intervals of `q` at the start, as pairs of their ends.
     first: Vec<(f64, f64)>,
     /// Smallest share of an orbit that matters: the inverse of the cloud's width in `H`.
     scale: f64,
@@ -70,7 +70,7 @@ pub(crate) struct Family<'a, M> {
 }
 
 impl<'a, M: PlanarHamiltonian> Family<'a, M> {
-    /// The orbits of the cloud `measure`; those that touch the circle `e = critical_e` end an interval.
+    /// The orbits of the cloud `measure`; an orbit that touches the circle `e = critical_e` is the end of an interval.
     pub(crate) fn new(flow: &'a Flow<M>, measure: Measure, critical_e: f64) -> Self {
         let axis = Axis::new(flow.model);
         let pilots = pilots(&axis, &measure);
@@ -92,7 +92,7 @@ impl<'a, M: PlanarHamiltonian> Family<'a, M> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The orbits at the nodes of an interval; `None` for one that leaves the domain.
+    /// The orbits at the nodes of an interval; `None` for one that leaves the disc `e < 1`.
     pub(crate) fn orbits(&self, interval: Interval) -> Vec<Option<Arc<Orbit>>> {
         let points = interval.nodes().map(|(q, ..)| q);
         let mut orbits: Vec<Option<Option<Arc<Orbit>>>> = {
@@ -121,8 +121,8 @@ impl<'a, M: PlanarHamiltonian> Family<'a, M> {
         Orbit { width: self.flow.model.slope_on_axis(q), contour, share, trail: OnceLock::new() }
     }
 
-    /// The integral over all orbits of `count` functions of an orbit, refined until `tolerances` of the values reached are met
-    /// or `most_orbits` have been taken.
+    /// The integrals over all orbits of `count` functions of an orbit. They are refined until their errors meet
+    /// `tolerances`, a function of the values and errors reached, or until `most_orbits` have been taken.
     pub(crate) fn integrate(
         &self,
         intervals: Vec<Interval>,
@@ -182,8 +182,9 @@ impl<'a, M: PlanarHamiltonian> Family<'a, M> {
     }
 }
 
-/// The error of a Kronrod rule from its difference to the Gauss rule and the size of the integral: the difference itself where
-/// it is large, as the integrand is rough there; of a smooth integrand, QUADPACK's power of 3/2 of it.
+/// The error of a Kronrod rule, from its difference to the Gauss rule and the size of the integral. Where the
+/// difference is large, the integrand is rough and the error is the difference itself; for a smooth integrand it is
+/// QUADPACK's power 3/2.
 pub(crate) fn kronrod_error(difference: f64, size: f64) -> f64 {
     if size <= 0.0 {
         return 0.0;
@@ -224,9 +225,9 @@ pub(crate) struct Integrals {
     pub values: Vec<f64>,
     /// Error estimates.
     pub errors: Vec<f64>,
-    /// Nodes whose orbits leave the domain.
+    /// Number of nodes whose orbits leave the disc `e < 1`.
     pub lost: usize,
-    /// Orbits taken.
+    /// Number of orbits taken.
     pub orbits: usize,
     /// The intervals that were needed.
     pub intervals: Vec<Interval>,
@@ -240,14 +241,15 @@ struct Leaf {
 }
 
 impl Leaf {
-    /// The largest of the leaf's shares of the tolerances that are not met.
+    /// The largest ratio of the leaf's error to the tolerance, over the functions whose tolerance is not met.
     fn share_of_error(&self, errors: &[f64], tolerances: &[f64]) -> f64 {
         let unmet = (0..errors.len()).filter(|&f| errors[f] > tolerances[f]);
         unmet.map(|f| self.errors[f] / tolerances[f].max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
     }
 }
 
-/// The fewest leaves without which the others have less than half of what is tolerated, at most `most`, in their own order.
+/// The fewest leaves without which the others have less than half of the tolerated error, at most `most`, in ascending
+/// order.
 pub(crate) fn worst(shares: &[f64], most: usize, can_be_halved: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut order: Vec<usize> = (0..shares.len()).filter(|&i| shares[i] > 0.0 && can_be_halved(i)).collect();
     order.sort_by(|&a, &b| shares[b].total_cmp(&shares[a]).then(a.cmp(&b)));
@@ -262,7 +264,7 @@ pub(crate) fn worst(shares: &[f64], most: usize, can_be_halved: impl Fn(usize) -
     worst
 }
 
-/// The orbits of points all over the cloud, ascending.
+/// The points `q` of the orbits through points all over the cloud, ascending.
 fn pilots(axis: &Axis<impl PlanarHamiltonian>, measure: &Measure) -> Vec<f64> {
     let at = |i: u32| PILOT_REACH * (2.0 * f64::from(i) / f64::from(PILOT - 1) - 1.0);
     let point = |k: u32| {
@@ -274,7 +276,7 @@ fn pilots(axis: &Axis<impl PlanarHamiltonian>, measure: &Measure) -> Vec<f64> {
     points
 }
 
-/// A part of the axis, cut at its special points and where the pilots begin, are and end.
+/// A part of the axis, cut at its special points, at the first and the last pilot, and between the pilots.
 fn intervals((low, high): (f64, f64), special: &[f64], pilots: &[f64]) -> Vec<(f64, f64)> {
     let here: Vec<f64> = pilots.iter().copied().filter(|q| (low..=high).contains(q)).collect();
     let mut cuts = vec![low, high];

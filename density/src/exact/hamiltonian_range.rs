@@ -1,4 +1,4 @@
-//! The values of the Hamiltonian that a cloud has: constant along every orbit, so that no other orbits need be looked at.
+//! The range of the Hamiltonian in a cloud: `H` is constant along every orbit, so no other orbits need be examined.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::measure::Measure;
 
-/// Standard deviations out to which the cloud is looked for: 2e-16 of it lies beyond.
+/// Distance from the mean, in standard deviations, within which the cloud is looked for: 2e-16 of it lies beyond.
 const RADIUS: f64 = 8.5;
 
 /// A closed interval.
@@ -32,7 +32,7 @@ pub(super) fn hamiltonian_range(model: &impl PlanarHamiltonian, phi: (f64, f64),
     Interval { low, high }
 }
 
-/// The values of `H` that the cloud has.
+/// The range of `H` in the cloud.
 pub(super) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> Interval {
     const PARTS: u32 = 48;
     let gaussian = measure.gaussian;
@@ -54,7 +54,7 @@ pub(super) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> 
     range.unwrap_or(Interval { low: f64::NEG_INFINITY, high: f64::INFINITY })
 }
 
-/// How far, at least, a state lies from the cloud at `t = 0` in the `(x1, x2)` plane; 0 inside [`RADIUS`].
+/// A lower bound of the distance of a state from the cloud at `t = 0` in the `(x1, x2)` plane; 0 inside [`RADIUS`].
 pub(super) fn distance_from_cloud(measure: &Measure, state: State) -> f64 {
     let gaussian = measure.gaussian;
     let e = state.eccentricity();

@@ -14,7 +14,7 @@ pub struct Joint {
     pub error: f64,
     /// Probability outside the grid.
     pub mass_outside: f64,
-    /// Orbits followed.
+    /// Number of orbits followed.
     pub orbits: usize,
 }
 
@@ -29,7 +29,7 @@ impl Joint {
     /// The initial Gaussian itself, from its distribution functions.
     pub(super) fn at_start(measure: &Measure, grid: &Grid) -> Self {
         let (phi, e) = (&grid.phi, &grid.e);
-        // On the mean's own turn of the circle.
+        // Moves the edges to the turn of the circle that holds the mean.
         let shift = nearest(phi.low, measure.gaussian.mean_phi) - phi.low;
         let between = |i: usize| measure.phi_between(phi.edge(i) + shift, phi.edge(i + 1) + shift);
         let columns: Vec<f64> = (0..phi.bins).map(between).collect();

@@ -1,4 +1,4 @@
-//! Which way leads to the joint density: the cheaper one that is checked by the other, or the one that always does.
+//! Chooses how the joint density is computed: by blocks, checked by a few orbits, or by orbits alone.
 
 use crate::grid::Grid;
 use crate::model::plane::{PlanarHamiltonian, State};
@@ -8,16 +8,16 @@ use super::joint::Joint;
 use super::moments::Noise;
 use super::{by_blocks, by_orbits};
 
-/// Backward orbits of one turn that the way by blocks may take for each orbit that the other may: an orbit of the latter costs
-/// as much as so many.
+/// Number of backward orbits of one turn that the computation by blocks may take for each orbit that the computation by
+/// orbits may take; the cost is about the same.
 const BACKWARD: f64 = 4.0;
-/// Orbits that check the way by blocks.
+/// Number of orbits that check the computation by blocks.
 const CHECKING: usize = 1_000;
 
 /// The joint density after `years` on `grid`, to an L1 error of about `tolerance` unless that takes more than `most_orbits`.
 ///
-/// While the cloud is not wound up, blocks of bins with a polynomial each ([`by_blocks`]) are the cheaper way. What they
-/// say is taken only if a few orbits, followed from line to line, say the same within their error.
+/// While the cloud is not wound up, blocks of bins with a polynomial each ([`by_blocks`]) are the cheaper way. Their
+/// result is taken only if a few orbits, followed from grid line to grid line, agree with it within both errors.
 pub(super) fn joint(
     family: &Family<'_, impl PlanarHamiltonian>,
     grid: &Grid,
@@ -30,7 +30,7 @@ pub(super) fn joint(
     Joint { error: joint.error + noise, ..joint }
 }
 
-/// As if states were exact.
+/// The joint density as if the states on the orbits were exact.
 fn without_noise(
     family: &Family<'_, impl PlanarHamiltonian>,
     grid: &Grid,
@@ -52,7 +52,8 @@ fn without_noise(
     }
 }
 
-/// Turns of the fastest orbit on the grid in so many years, about: an integrator's steps are proportional to them.
+/// Approximate number of turns of the fastest orbit on the grid in `years`; the integrator's steps are proportional to
+/// it.
 fn turns(model: &impl PlanarHamiltonian, grid: &Grid, years: f64) -> f64 {
     years * model.turning_rate(State { x1: 0.0, x2: grid.e.high }).max(1.0)
 }

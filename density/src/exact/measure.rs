@@ -5,7 +5,7 @@
 //! `G(e)`. By Green's theorem the probability of a region `D` of the disc is
 //!
 //! ```text
-//! P(D) = ∮_∂D G(e) w(phi) dphi ,     phi increasing outside D's inner side,
+//! P(D) = ∮_∂D G(e) w(phi) dphi ,     phi increasing along the outer edge of D,
 //! ```
 //!
 //! also when `D` holds the origin, since `G(0) = 0`. A flow carries `D`'s boundary along with `D`, so the probability of any
@@ -21,7 +21,7 @@ use crate::problem::InitialGaussian;
 /// Standard deviations from the mean beyond which a Gaussian counts as zero: its tail there is 1e-19.
 pub(super) const REACH: f64 = 9.0;
 
-/// The initial Gaussian with what evaluating it needs, computed once.
+/// The initial Gaussian with the constants that its evaluation needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Measure {
     /// The Gaussian it stands for.
@@ -59,7 +59,7 @@ impl Measure {
         (e - self.gaussian.mean_e) / self.gaussian.sigma_e
     }
 
-    /// Standard deviations that a full turn of `phi` makes.
+    /// A full turn of `phi` in standard deviations.
     pub fn turn_sigmas(&self) -> f64 {
         TAU / self.gaussian.sigma_phi
     }
@@ -71,8 +71,8 @@ impl Measure {
         images.sum::<f64>() / self.gaussian.sigma_phi
     }
 
-    /// Probability that the solar angle lies between `from <= to`, at most a turn apart and `to` at most a turn above
-    /// the mean's opposite \[rad\].
+    /// Probability that the solar angle lies between `from` and `to` \[rad\]. `from <= to` are at most one turn apart,
+    /// and `to` is at most one turn above the point opposite the mean.
     pub fn phi_between(&self, from: f64, to: f64) -> f64 {
         let (mean, sigma) = (self.gaussian.mean_phi, self.gaussian.sigma_phi);
         let turns = self.turns + 2;
@@ -84,12 +84,12 @@ impl Measure {
             .sum()
     }
 
-    /// Probability that the eccentricity is below that at `v` standard deviations from the mean.
+    /// Probability that the eccentricity is below the value `v` standard deviations from the mean.
     pub fn e_probability(&self, v: f64) -> f64 {
         ((normal_tail(-v) - self.below_zero) / self.mass).clamp(0.0, 1.0)
     }
 
-    /// Initial density at a state \[1/rad\], all turns of the solar angle added; zero outside `0 < e < 1`.
+    /// Initial density at a state \[1/rad\], summed over all turns of the solar angle; zero outside `0 < e < 1`.
     pub fn density(&self, state: State) -> f64 {
         let e = state.eccentricity();
         if !(e > 0.0 && e < 1.0) {
@@ -99,7 +99,8 @@ impl Measure {
         self.phi_density(self.phi_sigmas(state.solar_angle())) * e_density
     }
 
-    /// Density at `end` \[1/rad\] of the cloud whose orbit through `end` began at `start`; zero if it began nowhere (NaN).
+    /// Density at `end` \[1/rad\] of the cloud whose orbit through `end` began at `start`; zero if `start` is NaN (no
+    /// such orbit).
     pub fn density_after(&self, start: State, end: State) -> f64 {
         let initial = self.density(start);
         if initial > 0.0 { initial * density_growth(start, end) } else { 0.0 }

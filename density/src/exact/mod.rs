@@ -1,21 +1,22 @@
-//! The exact density: no sampling, no interpolation between samples, no mixture; every number with an estimate of its error.
+//! The exact density: no sampling, no interpolation between samples, no mixture, and an error estimate for every number.
 //!
-//! The motion in the plane is integrable: every orbit of the cloud is closed. A cloud is therefore a family of orbits, each
-//! with a probability that is spread along it and only moves round ([`contour`], [`share`]), and everything that is asked of the
-//! cloud is an integral over the family ([`family`]): moments and the probability above the critical eccentricity ([`moments`]),
-//! bin averages of the joint density ([`joint`]), the first-passage curve ([`crate::first_passage::exact`]). The terms of these
-//! integrals are positive, so an error of the outer integral is never larger than the probability that it concerns, and the
-//! probability of the whole family, which must be 1, tells when orbits were overlooked.
+//! The motion in the plane is integrable: every orbit of the cloud is closed. A cloud is therefore a family of orbits.
+//! Each has a probability that is spread along it and only moves round ([`contour`], [`share`]), and everything that is
+//! asked of the cloud is an integral over the family ([`family`]): moments and the probability above the critical
+//! eccentricity ([`moments`]), bin averages of the joint density ([`joint`]), the first-passage curve
+//! ([`crate::first_passage::exact`]). The terms of these integrals are positive, so an error of the outer integral is
+//! never larger than the probability that it concerns. The probability of the whole family must be 1, which shows
+//! whether orbits were overlooked.
 //!
 //! Liouville's theorem gives the density at any point in closed form as well ([`crate::model::plane::density_growth`],
 //! [`Exact::density`]).
 //!
-//! What cannot be computed to an accuracy that a yardstick needs is withheld: it is NaN, and its error estimate says how far
-//! the computation came ([`Limits`]). And every snapshot is checked against orbits that another integrator call carries from
-//! a random start ([`self_check`]), with none of the above.
+//! A figure that cannot be computed accurately enough for a yardstick is withheld: it is NaN, and its error estimate
+//! says how far the computation came ([`Limits`]). Every snapshot is also checked against orbits that start at random
+//! and are carried by the integrator in a separate call, which uses none of the above ([`self_check`]).
 //!
-//! The marginals are the sums of the joint's rows and columns, as those of every other method: they miss what lies outside
-//! the grid, [`ExactSnapshot::mass_outside`].
+//! The marginals are the sums of the joint density's rows and columns, as for every other method: they miss what lies
+//! outside the grid, [`ExactSnapshot::mass_outside`].
 
 mod at_start;
 mod axis;
@@ -49,17 +50,17 @@ use family::Family;
 use measure::Measure;
 pub use self_check::Check;
 
-/// How accurate the reference is to be.
+/// Required accuracy of the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Aim for the error of the moments, in standard deviations (or products of them).
+    /// Target for the error of the moments, in standard deviations (or products of them).
     pub moment_error: f64,
-    /// Aim for the L1 error of the joint density.
+    /// Target for the L1 error of the joint density.
     pub joint_error: f64,
-    /// Orbits that moments, the probability above the critical eccentricity, the joint density and the first-passage curve
-    /// may take each; the error reached is reported.
+    /// Largest number of orbits for each of the moments, the probability above the critical eccentricity, the joint
+    /// density and the first-passage curve. The error reached is reported.
     pub most_orbits: usize,
-    /// What is stood behind.
+    /// Error estimates above which figures are withheld.
     pub limits: Limits,
 }
 
@@ -72,11 +73,11 @@ impl Default for Settings {
 /// Error estimates above which a quantity is withheld.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Of the moments, in standard deviations (or products of them).
+    /// Limit for the moments, in standard deviations (or products of them).
     pub moments: f64,
-    /// Of probabilities.
+    /// Limit for probabilities.
     pub probability: f64,
-    /// Of the joint density in L1.
+    /// Limit for the L1 error of the joint density.
     pub joint: f64,
 }
 
@@ -89,20 +90,20 @@ impl Default for Limits {
 /// What can be wrong with a request.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// An orbit left the domain.
+    /// An orbit could not be followed.
     #[error(transparent)]
     Escaped(#[from] Escaped),
     /// No such snapshot.
     #[error("there is no snapshot {index}: the problem has {snapshots} times and the comparison {grids} grids")]
     NoSuchSnapshot {
-        /// The one asked for.
+        /// The snapshot that was asked for.
         index: usize,
-        /// Times of the problem.
+        /// Number of times of the problem.
         snapshots: usize,
-        /// Comparison grids given.
+        /// Number of comparison grids given.
         grids: usize,
     },
-    /// The model's orbits do not pass every eccentricity once on their way up and once on their way down.
+    /// The eccentricity of the model's orbits does not rise once and fall once in every period.
     #[error(
         "the exact density needs a planar model whose eccentricity grows wherever e sin(phi) > 0, and {model} is none: the pull \
          towards the Sun must outweigh all else that drives the eccentricity"
@@ -111,7 +112,7 @@ pub enum Error {
         /// The model and its parameters.
         model: String,
     },
-    /// What was computed is not what orbits of the flow do.
+    /// The computed density contradicts orbits of the flow.
     #[error("the exact density contradicts a sample of orbits: {0}")]
     Contradicted(Check),
 }
@@ -143,7 +144,7 @@ pub struct ExactSnapshot {
 }
 
 impl ExactSnapshot {
-    /// One that states nothing.
+    /// A snapshot of which everything is withheld.
     fn withheld(grid: Grid) -> Self {
         let moments = Moments::from_array([f64::NAN; 6]);
         let circular = Circular { mean: f64::NAN, resultant: f64::NAN };
@@ -169,17 +170,17 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
         Self { problem, flow, settings, family }
     }
 
-    /// Everything at snapshot `index` on its comparison grid.
+    /// All figures of snapshot `index`, on its comparison grid.
     ///
     /// # Errors
-    /// [`Error`] if there is no such snapshot, or if what was found is not what a sample of orbits does. Where orbits of the cloud
-    /// cannot be followed to the end, as those that come next to `e = 1`, everything is withheld.
+    /// [`Error`] if there is no such snapshot, or if the result contradicts a sample of orbits. If orbits of the cloud
+    /// cannot be followed to the end, as near `e = 1`, everything is withheld.
     pub fn snapshot(&self, grids: &[Grid], index: usize) -> Result<ExactSnapshot, Error> {
         let (snapshots, grids_given) = (self.problem.times.len(), grids.len());
         let missing = Error::NoSuchSnapshot { index, snapshots, grids: grids_given };
         let (Some(&years), Some(grid)) = (self.problem.times.get(index), grids.get(index)) else { return Err(missing) };
         is_possible(&self.flow.model)?;
-        // Where orbits of the cloud cannot be followed, nothing is known of it.
+        // If orbits of the cloud cannot be followed, nothing is known of the cloud.
         let Ok(check) = self_check::Sample::new(self.problem, self.flow, years) else {
             return Ok(ExactSnapshot::withheld(*grid));
         };
@@ -220,7 +221,7 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
     /// Moments after `years`.
     ///
     /// # Errors
-    /// [`Error`] if the model's orbits are not what the method needs.
+    /// [`Error`] if the model's orbits do not fit the method.
     pub fn moments(&self, years: f64) -> Result<moments::SmoothMoments, Error> {
         is_possible(&self.flow.model)?;
         if years == 0.0 {
@@ -233,7 +234,7 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
     /// Probability that the eccentricity exceeds `critical_e` after `years`.
     ///
     /// # Errors
-    /// [`Error`] if the model's orbits are not what the method needs.
+    /// [`Error`] if the model's orbits do not fit the method.
     pub fn probability_above(&self, critical_e: f64, years: f64) -> Result<Estimated, Error> {
         is_possible(&self.flow.model)?;
         if years == 0.0 {
@@ -244,8 +245,8 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
         Ok(moments::probability_above(&self.family, critical_e, years, PROBABILITY_ERROR, most_orbits))
     }
 
-    /// Density at the points `(phi[i], e[i])` after `years` \[1/rad\]: each is carried back to `t = 0`. Zero where `e` is
-    /// outside `0 < e < 1`.
+    /// Density at the points `(phi[i], e[i])` after `years` \[1/rad\]. Each point is carried back to `t = 0`. The
+    /// density is zero where `e` is outside `0 < e < 1`.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -263,7 +264,7 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
     }
 }
 
-/// Whether the orbits of a model are what this module takes them for.
+/// Whether the orbits of a model fit the method of this module.
 pub(crate) fn is_possible(model: &impl PlanarHamiltonian) -> Result<(), Error> {
     if model.eccentricity_follows_x1() {
         Ok(())
@@ -272,12 +273,12 @@ pub(crate) fn is_possible(model: &impl PlanarHamiltonian) -> Result<(), Error> {
     }
 }
 
-/// Aim for the error of probabilities.
+/// Target for the absolute error of probabilities.
 pub(crate) const PROBABILITY_ERROR: f64 = 1e-9;
-/// Probabilities below this need no digits.
+/// Probabilities below this value need no correct digits.
 const SMALLEST_PROBABILITY: f64 = 1e-15;
 
-/// Aim for the error of rare probabilities, relative to them.
+/// Target for the relative error of rare probabilities.
 const RELATIVE_ERROR: f64 = 1e-6;
 
 /// The tolerance of a probability: absolute, and relative for rare ones.

@@ -1,10 +1,12 @@
-//! Moments and the probability above the critical eccentricity, without sampling noise: integrals over the orbits of the cloud
-//! ([`super::family`]) of integrals along each of them.
+//! Moments and the probability above the critical eccentricity, without sampling noise.
+//!
+//! They are integrals over the orbits of the cloud ([`super::family`]) of integrals along each orbit.
 //!
 //! Along an orbit the integrand is the initial probability at `θ` times a function of the state at `θ + n_sun t`. It is smooth
-//! between the ends of the intervals that resolve the one ([`super::share`]), the integrator's steps that resolve the other,
-//! where the orbit passes the branch cut of the solar angle, opposite the circular mean, and close in about `e = 0`, where the
-//! solar angle turns quickly. Those are ends of intervals here, so that the eight-point Gauss rule is good to rounding.
+//! except at certain times: the ends of the intervals that resolve the initial probability ([`super::share`]), the ends
+//! of the integrator's steps that resolve the state, the passages of the branch cut of the solar angle opposite the
+//! circular mean, and times near the passage of `e = 0`, where the solar angle turns quickly. All of these are ends of
+//! intervals here, so that the eight-point Gauss rule is accurate to rounding.
 
 use std::f64::consts::PI;
 
@@ -33,36 +35,36 @@ pub struct SmoothMoments {
     pub circular: Circular,
     /// Largest error estimate of the five moments, in units of the standard deviations (or products of them).
     pub error: f64,
-    /// Error estimate of the mean eccentricity and its deviation, in units of the latter.
+    /// Error estimate of the mean eccentricity and its standard deviation, in units of the standard deviation.
     pub e_error: f64,
     /// Error estimate of the mean of `(cos phi, sin phi)`.
     pub circular_error: f64,
-    /// How far the probability of all orbits is from 1, and its error estimate.
+    /// Difference of the probability of all orbits from 1, plus its error estimate.
     pub mass_error: f64,
-    /// Orbits taken.
+    /// Number of orbits taken.
     pub orbits: usize,
 }
 
-/// What the moments are centred on.
+/// The point about which the moments are taken.
 #[derive(Debug, Clone, Copy)]
 struct Centre {
     phi: f64,
     e: f64,
 }
 
-/// How good states are, absolute, before the integrator's error.
+/// Absolute accuracy of states, apart from the integrator's error.
 const ROUNDING: f64 = 1e-14;
-/// How good a probability is where orbits of the cloud just touch the critical eccentricity, as a share of its variance: an orbit is
-/// above for a time that grows as the square root of how far its `H` is beyond, which is known to rounding. The factor is
-/// measured: a cloud whose mean orbit just touches, with deviations of 1e-4 rad and 1e-3, had 5e-8 at a probability of one half, and
-/// twice that is told.
+/// Accuracy of a probability, as a share of its variance, where orbits of the cloud just touch the critical
+/// eccentricity. Such an orbit is above for a time that grows as the square root of its distance in `H` from the
+/// touching orbit, which is known to rounding only. The factor is measured: a cloud whose mean orbit just touches, with
+/// deviations of 1e-4 rad and 1e-3, had an error of 5e-8 at a probability of one half, and twice that is reported.
 const TOUCHING: f64 = 4e-7;
 /// Functions integrated for the centre: 1, cos, sin, e, e².
 const FIRST: usize = 5;
 /// Functions integrated about the centre: 1, cos, sin, δe, δe², δphi, δphi², δphi δe, density of `phi` at its branch cut.
 const SECOND: usize = 9;
 
-/// The moments after `years`, refined until the error estimate is below `tolerance` or `most_orbits` are spent.
+/// The moments after `years`, refined until the error estimate is below `tolerance` or `most_orbits` have been taken.
 pub(super) fn smooth_moments(
     family: &Family<'_, impl PlanarHamiltonian>,
     years: f64,
@@ -79,7 +81,7 @@ pub(super) fn smooth_moments(
     };
     let scale = |values: &[f64], _: &[f64]| {
         let std_e = (values[4] / values[0] - (values[3] / values[0]).powi(2)).max(1e-30).sqrt();
-        // Angles to the same share of their spread, which 1 - R² tells.
+        // Angles are computed to the same share of their spread, which follows from 1 - R².
         let spread = (1.0 - (values[1].powi(2) + values[2].powi(2)) / values[0].powi(2)).max(1e-12).sqrt();
         let tolerance = tolerance.max(noise.over(std_e, spread, values[3] / values[0]));
         [1.0, spread, spread, std_e, std_e].map(|scale| 0.3 * tolerance * scale).to_vec()
@@ -99,28 +101,28 @@ pub(super) fn smooth_moments(
     finish(&coarse, &fine, centre, noise)
 }
 
-/// How good states are, absolute: what no number of orbits improves.
+/// Absolute accuracy of states, which no number of orbits improves.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Noise(f64);
 
 impl Noise {
-    /// An orbit's error grows about linearly with time; the accuracy is that after two years.
+    /// The error of an orbit grows about linearly with time; `Accuracy` states it after two years.
     pub(super) fn after(years: f64, family: &Family<'_, impl PlanarHamiltonian>) -> Self {
         Self(ROUNDING + 0.5 * years * family.flow.accuracy.largest_error())
     }
 
-    /// As a share of the deviations of the initial Gaussian: what probabilities are good to.
+    /// The noise as a share of the deviations of the initial Gaussian: the accuracy of probabilities.
     pub(crate) fn of_probabilities(years: f64, family: &Family<'_, impl PlanarHamiltonian>) -> f64 {
         let initial = &family.measure.gaussian;
         Self::after(years, family).over(initial.sigma_e, initial.sigma_phi, initial.mean_e)
     }
 
-    /// As a share of one deviation.
+    /// The noise as a share of one standard deviation.
     fn of(self, deviation: f64) -> f64 {
         self.0 / deviation
     }
 
-    /// As a share of the deviations of a cloud in `e` and `phi`, both.
+    /// The noise as a share of the deviations of a cloud, summed over `phi` and `e`.
     pub(super) fn over(self, std_e: f64, std_phi: f64, mean_e: f64) -> f64 {
         self.of(std_phi * mean_e.max(std_e)) + self.of(std_e)
     }
@@ -154,7 +156,7 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, noise: Noise) ->
     let scales = scales(&fine.values);
     let missing = (1.0 - fine.values[0]).abs();
     let relative = |f: usize| fine.errors[f] / scales[f] + missing;
-    // The states themselves are only so good, which is much of a cloud that is hardly wider.
+    // The accuracy of the states themselves matters for a cloud that is hardly wider than their error.
     let mean_e = centre.e + mean(3);
     let e_error =
         relative(3).max(relative(4)) + noise.of(std_e) + if fine.lost + coarse.lost > 0 { missing } else { 0.0 };
@@ -163,7 +165,7 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, noise: Noise) ->
         + cut / std_phi
         + 2.0 * cut * PI / std_phi.powi(2);
     SmoothMoments {
-        // Centre and circular mean may lie on either side of 2π.
+        // The centre and the circular mean may lie on different sides of 2π.
         mean_phi: nearest(centre.phi + mean(5), fold(circular.mean, 0.0)),
         std_phi,
         mean_e,
@@ -195,7 +197,7 @@ fn about(family: &Family<'_, impl PlanarHamiltonian>, orbit: &Orbit, t: f64, cen
     values
 }
 
-/// The integral along an orbit of functions of the state `t` later, cut at the times `cuts` on the orbit at which they jump.
+/// The integral along an orbit of functions of the state `t` later. The functions jump at the times `cuts` on the orbit.
 fn along<const N: usize>(
     family: &Family<'_, impl PlanarHamiltonian>,
     orbit: &Orbit,
@@ -204,7 +206,7 @@ fn along<const N: usize>(
     function: impl Fn(f64, f64) -> [f64; N],
 ) -> Vec<f64> {
     let contour = &orbit.contour;
-    // Where a rule must end, as times at the start.
+    // Where a rule must end, as times on the orbit at the start.
     let mut ends: Vec<f64> = later_ends(orbit).chain(cuts.unwrap_or(&[]).iter().copied()).collect();
     ends.iter_mut().for_each(|end| *end = contour.wrap(*end - t));
     ends.sort_by(f64::total_cmp);
@@ -231,8 +233,9 @@ fn along<const N: usize>(
     sums.to_vec()
 }
 
-/// Times on the orbit between which its state is well resolved: the integrator's steps, and about the least eccentric point
-/// distances that double from a fraction of that in which the solar angle turns there.
+/// Times on the orbit between which its state is well resolved: the ends of the integrator's steps, and times on both
+/// sides of the least eccentric point at distances that double, from a fraction of the time in which the solar angle
+/// turns there.
 fn later_ends(orbit: &Orbit) -> impl Iterator<Item = f64> + '_ {
     let contour = &orbit.contour;
     let knots = contour.knots().flat_map(|knot| [knot, -knot]);
@@ -293,13 +296,13 @@ pub(super) fn probability_above(
     };
     let found = family.integrate(family.first_intervals(), 2, above, tolerances, most_orbits);
     let missing = (1.0 - found.values[0]).abs();
-    // What is missing of the whole may be above.
+    // The missing part of the whole may be above.
     let missing = if missing < found.errors[0] + 1e-13 { missing * found.values[1] } else { missing };
     let value = found.values[1].clamp(0.0, 1.0);
     super::Estimated { value, error: found.errors[1] + missing + touching(value) }
 }
 
-/// What a probability is not known to where orbits just touch the critical eccentricity.
+/// Uncertainty of a probability where orbits just touch the critical eccentricity.
 pub(crate) fn touching(probability: f64) -> f64 {
     TOUCHING * probability * (1.0 - probability)
 }

@@ -1,7 +1,7 @@
 //! Circulation of the initial measure along a piece of curve that is known as a polynomial.
 //!
 //! A [`Panel`] holds the Chebyshev coefficients of `x1`, `x2` along the backward image of a piece of curve. That image is
-//! smooth on the scale of the dynamics, however narrow the cloud, so the flow is called at a few nodes only; the one-form
+//! smooth on the scale of the dynamics, however narrow the cloud, so the flow is called at a few nodes only. The one-form
 //! `G(e) w(phi) dphi` varies on the scale of the cloud and is integrated by Gauss-Legendre rules on pieces of the
 //! polynomial that are short in standard deviations.
 
@@ -18,12 +18,13 @@ const GAUSS_8: [(f64, f64); 4] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
-/// Halvings after which a piece is integrated whatever its length.
+/// Number of halvings after which a piece is integrated whatever its length.
 const DEEPEST: u32 = 40;
-/// Length in the `(x1, x2)` plane below which a piece is rounding: one at the origin turns about it without end.
+/// Length in the `(x1, x2)` plane below which a piece is mere rounding; a piece at the origin would otherwise be halved
+/// without end.
 const SHORTEST: f64 = 1e-13;
 
-/// How long a piece may be, in standard deviations.
+/// Largest length of a piece, in standard deviations.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Resolution {
     /// For the four-point rule.
@@ -37,7 +38,7 @@ impl Resolution {
     pub(super) const FINE: Self = Self { four: 0.4, eight: 1.5 };
 }
 
-/// The `order`-node Chebyshev points on `[-1, 1]`.
+/// The `N` Chebyshev points on `[-1, 1]`.
 pub(super) fn chebyshev_nodes<const N: usize>() -> [f64; N] {
     std::array::from_fn(|k| (PI * (k as f64 + 0.5) / N as f64).cos())
 }
@@ -50,7 +51,7 @@ pub(super) fn chebyshev_transform<const N: usize>() -> [[f64; N]; N] {
     })
 }
 
-/// A polynomial piece of curve, parameter in `[-1, 1]`.
+/// A polynomial piece of curve with its parameter in `[-1, 1]`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Panel<const N: usize> {
     /// Chebyshev coefficients of `x1`.
@@ -134,11 +135,11 @@ impl Point {
     }
 }
 
-/// What a piece of curve spans of the cloud.
+/// The extent of a piece of curve relative to the cloud.
 struct Extent {
-    /// Nothing of the one-form.
+    /// Whether the one-form is zero along the piece.
     empty: bool,
-    /// Its length in standard deviations, counting only directions in which the one-form varies there.
+    /// Length of the piece in standard deviations, counting only the directions in which the one-form varies there.
     length: f64,
 }
 
@@ -150,7 +151,8 @@ impl Extent {
         let beside = least(|p| p.u.abs()) > REACH + du;
         let above = least(|p| p.v) > REACH + dv;
         let below = least(|p| -p.v) > REACH + dv;
-        // A piece that is not short against its distance from the origin may turn about it between its nodes.
+        // A piece that is not short compared with its distance from the origin may turn about the origin between its
+        // nodes.
         let (length_in_plane, farness) = (2.0 * half * most(|p| p.speed), least(|p| p.e));
         let hidden_turn = length_in_plane > farness;
         let length = if length_in_plane < SHORTEST {

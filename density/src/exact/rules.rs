@@ -1,7 +1,7 @@
 //! Quadrature rules on `[-1, 1]`: the 15-point Gauss-Kronrod rule with its embedded 7-point Gauss rule (Piessens et al.,
 //! *QUADPACK*, 1983, `qk15`), and the 8-point Gauss-Legendre rule.
 
-/// Points of the Gauss-Kronrod rule.
+/// Number of points of the Gauss-Kronrod rule.
 pub(super) const POINTS: usize = 15;
 
 /// Abscissa, Kronrod weight and Gauss weight (0 where the Gauss rule has no node), from the middle outwards.
@@ -32,7 +32,7 @@ const GAUSS_8: [(f64, f64); 4] = [
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
 
-/// Points of the Gauss-Legendre rule.
+/// Number of points of the Gauss-Legendre rule.
 pub(super) const GAUSS_POINTS: usize = 8;
 
 /// Nodes and weights of the 8-point Gauss-Legendre rule on `[low, high]`, ascending.

@@ -1,5 +1,7 @@
-//! A check of the exact density that shares nothing with it but the equations of motion: a sample of the initial Gaussian,
-//! every orbit carried to the snapshot by the integrator.
+//! A check of the exact density against a sample of orbits.
+//!
+//! The check shares only the equations of motion with the exact density: the sample is drawn from the initial Gaussian, and the
+//! integrator carries every orbit of it to the snapshot.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -11,13 +13,13 @@ use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 use crate::sampling;
 
-/// Orbits of the sample.
+/// Number of orbits of the sample.
 const ORBITS: usize = 2000;
-/// Its seed: any would do.
+/// Seed of the sample: any would do.
 const SEED: u64 = 20_220_601;
-/// Standard errors beyond which a difference is no chance: one of 1e-8 in a normal distribution.
+/// Number of standard errors beyond which a difference is not chance: its probability is 1e-8 in a normal distribution.
 const CHANCE: f64 = 6.0;
-/// Orbits by which the number in a small part of the cloud may be off.
+/// Number of orbits by which the count in a small part of the cloud may be off.
 const UNSEEN: f64 = 10.0;
 
 /// A sample of orbits at a snapshot.
@@ -33,13 +35,14 @@ pub struct Check {
     pub quantity: &'static str,
     /// The exact value.
     pub exact: f64,
-    /// The sample's.
+    /// The sample's value.
     pub sampled: f64,
-    /// The standard error of the latter.
+    /// The standard error of the sample's value.
     pub standard_error: f64,
 }
 
-/// A quantity, its exact value, the function whose sample mean it is, and how far apart two values of that can be.
+/// A quantity, its exact value, the function whose sample mean it is, and how far apart two values of the function can
+/// be.
 type Comparison<'a> = (&'static str, f64, &'a dyn Fn(&State) -> f64, f64);
 
 impl fmt::Display for Check {
@@ -60,7 +63,7 @@ impl Sample {
         Ok(Self { states, critical_e: problem.critical_e })
     }
 
-    /// Compares what was found with the sample; withheld values agree with anything.
+    /// Compares an estimate with the sample; withheld values agree with anything.
     pub(super) fn agrees(&self, found: &Estimate) -> Result<(), super::Error> {
         let moments = found.moments;
         let Circular { mean, resultant } = found.circular;
@@ -80,7 +83,7 @@ impl Sample {
         ];
         for (quantity, exact, function, range) in comparisons {
             let (sampled, standard_error) = self.mean(function);
-            // A few orbits may be missing from a part of the cloud that is too small for the standard error to know it.
+            // A few orbits may be missing from a part of the cloud that is too small to show in the standard error.
             if (sampled - exact).abs() > CHANCE * standard_error + range * UNSEEN / ORBITS as f64 {
                 let check = Check { quantity, exact, sampled, standard_error };
                 return Err(super::Error::Contradicted(check));

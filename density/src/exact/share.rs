@@ -8,7 +8,8 @@
 //! ```
 //!
 //! The orbit is cut into intervals on each of which eight-point Gauss-Legendre nodes resolve `a`; an interval that may hide the
-//! cloud between its nodes is cut further. Probabilities of arcs are sums of positive terms, so small ones keep their digits.
+//! cloud between its nodes is cut further. The probability of an arc is a sum of positive terms, so a small one keeps
+//! its digits.
 
 use std::sync::LazyLock;
 
@@ -18,16 +19,17 @@ use super::contour::Contour;
 use super::measure::{Measure, REACH};
 use super::rules::{GAUSS_POINTS, gauss};
 
-/// Largest of the last two Legendre coefficients of `a` in an interval, as a share of `a` there: the rule's own error is about
-/// the square of that.
+/// Largest permitted size of the last two Legendre coefficients of `a` in an interval, as a share of `a` there. The
+/// rule's own error is about the square of that size.
 const TAIL: f64 = 3e-6;
-/// What is tolerated of an interval that holds little.
+/// The same for an interval that holds little.
 const ROUGH_TAIL: f64 = 1e-4;
-/// Share of the whole that an interval's last coefficients may amount to if it is to count as one that holds little.
+/// Share of the whole below which the last coefficients of an interval must be if the interval is to count as holding
+/// little.
 const LITTLE: f64 = 5e-12;
-/// Halvings after which an interval is taken as it is.
+/// Number of halvings after which an interval is taken as it is.
 const DEEPEST: u32 = 44;
-/// Standard deviations between two nodes near the cloud.
+/// Largest distance between two nodes near the cloud, in standard deviations.
 const SPACING: f64 = 1.2;
 
 /// The initial probability along an orbit, per unit of `H`.
@@ -37,7 +39,7 @@ pub(crate) struct Share {
     times: Vec<f64>,
     /// Probability before each end.
     before: Vec<f64>,
-    /// What is in each interval; `None` if nothing.
+    /// `a` in each interval; `None` where it is zero.
     parts: Vec<Option<Part>>,
 }
 
@@ -46,7 +48,8 @@ pub(crate) struct Share {
 pub(super) struct Part {
     /// `a` at the nodes of the Gauss rule.
     pub density: [f64; GAUSS_POINTS],
-    /// The integral of `a` from the start of the interval as a polynomial on `[-1, 1]`, to be multiplied by half the length.
+    /// The integral of `a` from the start of the interval, as a polynomial on `[-1, 1]` to be multiplied by half the
+    /// length.
     integral: [f64; GAUSS_POINTS + 1],
 }
 
@@ -57,7 +60,8 @@ pub(super) fn density(measure: &Measure, state: State) -> f64 {
 }
 
 impl Share {
-    /// Of the orbit `contour`; `scale` is what an orbit through the middle of the cloud may hold.
+    /// The share of the orbit `contour`; `scale` is the probability per unit of `H` of an orbit through the middle of
+    /// the cloud.
     pub(super) fn new(measure: &Measure, contour: &Contour, scale: f64) -> Self {
         let knots: Vec<f64> = contour.knots().collect();
         let mut share = Self { times: vec![-contour.half], before: vec![0.0], parts: Vec::new() };
@@ -71,18 +75,19 @@ impl Share {
         share
     }
 
-    /// All of the orbit's probability.
+    /// The orbit's total probability.
     pub(crate) fn total(&self) -> f64 {
         self.before.last().copied().unwrap_or(0.0)
     }
 
-    /// The intervals that hold any, with their ends.
+    /// The intervals that hold probability, with their ends.
     pub(super) fn parts(&self) -> impl Iterator<Item = (f64, f64, &Part)> + '_ {
         let ends = self.times.windows(2).zip(&self.parts);
         ends.filter_map(|(ends, part)| part.as_ref().map(|part| (ends[0], ends[1], part)))
     }
 
-    /// The probability between two times, `from <= to`, at most a period apart; both of any number of periods.
+    /// The probability between two times `from <= to`, at most one period apart; either may be any number of periods
+    /// away.
     pub(crate) fn between(&self, contour: &Contour, from: f64, to: f64) -> f64 {
         if to - from >= contour.period() * (1.0 - 1e-15) {
             return self.total();
@@ -130,7 +135,8 @@ impl Share {
     }
 }
 
-/// What turns values at the Gauss nodes into Legendre coefficients, and those into the powers of the integral from -1.
+/// The matrices that turn values at the Gauss nodes into Legendre coefficients, and these into the powers of the
+/// integral from -1.
 struct Basis {
     legendre: [[f64; GAUSS_POINTS]; GAUSS_POINTS],
     integrals: [[f64; GAUSS_POINTS + 1]; GAUSS_POINTS],
@@ -213,7 +219,8 @@ impl Cutter<'_> {
         share.parts.push(part);
     }
 
-    /// Whether the nodes of an interval lie so far from the cloud that none of it lies between them, or are too far apart to tell.
+    /// Whether the nodes of an interval lie so far from the cloud that no part of it lies between them, or are too far
+    /// apart to decide.
     fn nearness(&self, states: &[State]) -> Nearness {
         let gaussian = self.measure.gaussian;
         let sigmas =
@@ -224,13 +231,13 @@ impl Cutter<'_> {
         for (pair, ends) in points.windows(2).zip(states.windows(2)) {
             let du = (pair[1].0 - pair[0].0).abs();
             wide_u = wide_u.max(du.min(turn - du));
-            // Near the origin a curve can turn between two nodes by more than it shows.
+            // Near the origin a curve can turn between two nodes by more than the nodes show.
             let moved = (ends[1].x1 - ends[0].x1).hypot(ends[1].x2 - ends[0].x2);
             let turned = (moved / ends[0].eccentricity().max(1e-300)).min(std::f64::consts::PI) / gaussian.sigma_phi;
             wide_u = wide_u.max(turned.min(turn));
             wide_v = wide_v.max((pair[1].1 - pair[0].1).abs());
         }
-        // Beside the cloud in one direction at all nodes, by more than lies between two of them.
+        // At all nodes, the curve is beside the cloud in one direction by more than the distance between two nodes.
         let above = points.iter().all(|&(_, v)| v > REACH + 2.0 * wide_v);
         let below = points.iter().all(|&(_, v)| v < -REACH - 2.0 * wide_v);
         let beside = points.iter().all(|&(u, _)| u.abs() > REACH + 2.0 * wide_u) && 4.0 * wide_u < turn;

@@ -1,16 +1,18 @@
-//! An orbit as points close enough together for cubic interpolation of solar angle and eccentricity, both monotone between two of
-//! them: where the solar angle turns back is a point, so that no line can be passed twice unseen.
+//! An orbit as points close enough together for cubic interpolation of solar angle and eccentricity.
+//!
+//! Both are monotone between two points: there is a point wherever the solar angle turns back, so that no line can be
+//! passed twice unseen.
 
 use crate::angle::nearest;
 use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::contour::Contour;
 
-/// Points in an integrator's step.
+/// Number of points per integrator step.
 const POINTS: u32 = 6;
-/// The most that the solar angle may turn between two points \[rad\].
+/// Largest turn of the solar angle between two points \[rad\].
 const TURN: f64 = 0.25;
-/// Halvings after which two points are left as they are.
+/// Number of halvings after which two points are left as they are.
 const DEEPEST: u32 = 24;
 
 /// A point of an orbit.
@@ -41,7 +43,7 @@ impl Trail {
             }
         }
         let half = with_turning_points(half, contour, model);
-        // The axis has phi = 0 or π, about which the other half is the mirror image.
+        // On the axis, phi is 0 or π, and the other half is the mirror image about it.
         let axis = half[0].phi;
         let mirrored = half.iter().skip(1).rev();
         let mirrored = mirrored.map(|p| Point { theta: -p.theta, phi: 2.0 * axis - p.phi, e: p.e });
@@ -91,7 +93,7 @@ fn with_turning_points(points: Vec<Point>, contour: &Contour, model: &impl Plana
 }
 
 impl Point {
-    /// Rates of solar angle and eccentricity by time on the orbit.
+    /// Rates of solar angle and eccentricity per unit of time on the orbit.
     pub(crate) fn rates(&self, model: &impl PlanarHamiltonian) -> (f64, f64) {
         model.polar_rates(self.phi, self.e)
     }

@@ -10,11 +10,12 @@ pub struct EmpiricalCurve {
     pub times: Vec<f64>,
     /// Share of the weight that has passed at each time.
     pub probability: Vec<f64>,
-    /// 95 % interval at each time, for orbits of equal weight.
+    /// 95 % interval at each time; only for orbits of equal weight.
     pub interval: Option<Vec<(f64, f64)>>,
 }
 
-/// The curve at the ascending `times` from the orbits' first passage times; `None` weighs all alike. Weights need not be normalised.
+/// The curve at the ascending `times` from the orbits' first passage times. `None` gives all orbits the same weight;
+/// weights need not be normalised.
 ///
 /// # Panics
 /// If there is not one weight for every passage time.
@@ -29,12 +30,13 @@ pub fn empirical_curve(passages: &[f64], weights: Option<&[f64]>, times: &[f64])
     }
 }
 
-/// The first of the ascending `times` at which an orbit that passes at `passage` has passed; their number if there is none.
+/// Index of the first of the ascending `times` by which an orbit that passes at `passage` has passed; `times.len()` if
+/// there is none.
 pub fn point(passage: f64, times: &[f64]) -> usize {
     times.partition_point(|&time| time < passage)
 }
 
-/// The curve of orbits of equal weight from the [`point`] of each.
+/// The curve of orbits of equal weight, from the [`point`] of each orbit.
 pub fn curve_of_points(points: impl ExactSizeIterator<Item = usize>, times: &[f64]) -> EmpiricalCurve {
     let orbits = points.len() as f64;
     let mut counts = vec![0usize; times.len()];
@@ -53,7 +55,7 @@ pub fn curve_of_points(points: impl ExactSizeIterator<Item = usize>, times: &[f6
     EmpiricalCurve { times: times.to_vec(), probability, interval: Some(interval) }
 }
 
-/// The same with weights, summed in the order of passage.
+/// The curve of weighted orbits, summed in the order of passage.
 fn weighted_shares(passages: &[f64], weights: &[f64], times: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..passages.len()).collect();
     order.sort_by(|&a, &b| passages[a].total_cmp(&passages[b]).then(a.cmp(&b)));
@@ -72,7 +74,7 @@ fn weighted_shares(passages: &[f64], weights: &[f64], times: &[f64]) -> Vec<f64>
     times.iter().map(share).collect()
 }
 
-/// 95 % interval of a binomial probability of which `count` trials showed the share `p`: those probabilities whose own
+/// 95 % interval of a binomial probability when a share `p` of `count` trials succeeded: the probabilities whose own
 /// normal approximation does not reject the observation (Wilson, J. Am. Stat. Assoc. 22, 1927). Unlike `p ± 2 sigma` it stays
 /// within `[0, 1]` and is not empty at `p = 0`. Without trials it is `[0, 1]`.
 pub fn wilson_interval(p: f64, count: f64) -> (f64, f64) {

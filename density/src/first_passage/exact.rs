@@ -1,16 +1,16 @@
 //! The first-passage curve without sampling.
 //!
 //! Every orbit of the plane is closed, and its eccentricity grows during one half of the period and falls during the other
-//! ([`crate::exact`]). So an orbit whose largest eccentricity is below the critical one never passes; one whose least is above
-//! has passed at the start; any other is above during an arc of its period and passes once on the rest of it. Of the initial
-//! probability along such an orbit that has passed by `t` which lies on the arc above, and which lies up to `t` before its
-//! beginning:
+//! ([`crate::exact`]). So an orbit whose largest eccentricity is below the critical one never passes, and an orbit
+//! whose least eccentricity is above it has passed at the start. Any other orbit is above during one arc of its period.
+//! Of the initial probability along such an orbit, two parts have passed by `t`: the part on the arc above, and the
+//! part that lies up to `t` before the beginning of that arc:
 //!
 //! ```text
 //! P(T <= t) = ∫ dq h'(q) [A(arc above) + A(θ_c - min(n_sun t, R), θ_c)] ,     R = length of the arc below.
 //! ```
 //!
-//! `A` is the initial probability of an arc, positive, and so are all terms: the curve cannot fall, nor leave `[0, 1]`.
+//! `A` is the initial probability of an arc. All terms are positive, so the curve cannot fall or leave `[0, 1]`.
 
 use crate::exact::family::{Family, Orbit};
 use crate::exact::measure::Measure;
@@ -20,13 +20,13 @@ use crate::flow::Flow;
 use crate::model::PlanarHamiltonian;
 use crate::problem::Problem;
 
-/// Orbits that a curve may take.
+/// Largest number of orbits for a curve.
 pub const MOST_ORBITS: usize = 30_000;
 
 /// `P(T <= t)` at each of the ascending `times` \[yr\], with error estimates.
 ///
 /// # Errors
-/// [`Error`] if the model's orbits are not what the method needs.
+/// [`Error`] if the model's orbits do not fit the method.
 pub fn exact_curve<M: PlanarHamiltonian>(
     problem: &Problem<M>,
     flow: &Flow<M>,
@@ -35,7 +35,7 @@ pub fn exact_curve<M: PlanarHamiltonian>(
     curve(problem, flow, times, MOST_ORBITS)
 }
 
-/// As [`exact_curve`], with at most `most_orbits`.
+/// Like [`exact_curve`], with at most `most_orbits`.
 ///
 /// # Errors
 /// As [`exact_curve`].
@@ -54,7 +54,7 @@ pub fn curve<M: PlanarHamiltonian>(
     let found = family.integrate(family.first_intervals(), times.len() + 1, passed, tolerances, most_orbits);
     let missing: f64 = (1.0 - found.values[times.len()]).abs();
     let at_start = Estimated { value: problem.initial.probability_above(problem.critical_e), error: f64::EPSILON };
-    // Who has passed at the start, which is known best, has passed.
+    // The probability at the start is known best, and the curve never falls below it.
     let least = if times.first() == Some(&0.0) { at_start.value } else { 0.0 };
     let estimated = |k: usize| Estimated {
         value: found.values[k].clamp(least, 1.0),
@@ -65,7 +65,7 @@ pub fn curve<M: PlanarHamiltonian>(
     Ok((0..times.len()).map(|k| if times[k] == 0.0 { at_start } else { estimated(k) }).collect())
 }
 
-/// What of an orbit's probability has passed by each time, then all of it; per unit of `H`.
+/// The part of an orbit's probability that has passed by each time, then the total; per unit of `H`.
 fn passed(orbit: &Orbit, critical_e: f64, times: &[f64]) -> Vec<f64> {
     let (contour, share) = (&orbit.contour, &orbit.share);
     let total = share.total();
@@ -74,7 +74,7 @@ fn passed(orbit: &Orbit, critical_e: f64, times: &[f64]) -> Vec<f64> {
     };
     let between = |from: f64, to: f64| share.between(contour, from, to);
     let above = between(rise, contour.period() - rise);
-    // From time to time, so that each part is integrated once.
+    // The sum goes from time to time, so that each part is integrated once.
     let (mut sum, mut reached) = (above, 0.0);
     let at = |&time: &f64| {
         let now = crate::exact::angle_of(time).min(2.0 * rise);

@@ -1,14 +1,14 @@
 //! First passage time of every orbit of a sample.
 //!
 //! Orbits are carried in segments ([`super::segments`]). In a segment `f = e² - e_crit²` is followed by the quintic through
-//! value, slope and second derivative at both ends; of the paper's model
+//! value, slope and second derivative at both ends. In the paper's model
 //!
 //! ```text
 //! f' = 2 n_sun C s x1      f'' = 2 n_sun C (s x1' - n_sun C x1²)
 //! ```
 //!
-//! The eccentricity peaks where `x1 = 0`, so a peak between the ends cannot hide: where the bound
-//! `max(f_a, f_b) + max|f''| h²/8` reaches zero the quintic decides, and where its peak is too close to zero to tell, the
+//! The eccentricity peaks where `x1 = 0`, so a peak between the ends cannot hide. Where the bound
+//! `max(f_a, f_b) + max|f''| h²/8` reaches zero, the quintic decides; where its peak is too close to zero to decide, the
 //! orbit is carried to the peak itself. The passage is then the root of `f` along the true orbit. Orbits that have passed
 //! are carried no further.
 
@@ -20,13 +20,13 @@ use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::{Quintic, segments};
 
-/// Orbits a thread takes at a time.
+/// Number of orbits that a thread takes at a time.
 const CHUNK: usize = 1024;
-/// How far from zero, in `e²`, the quintic's peak must be to decide.
+/// Smallest distance from zero, in `e²`, of a quintic's peak that decides.
 const DECISIVE: f64 = 1e-4;
-/// Root-finding steps.
+/// Largest number of root-finding steps.
 const MOST_STEPS: usize = 12;
-/// A root-finding step \[yr\] that ends it.
+/// Accuracy of a root \[yr\], at which root-finding ends.
 const SMALL_STEP: f64 = 1e-13;
 
 /// First time \[yr\] within `[0, end]` at which the orbit `(x1[i], x2[i])` has `e >= critical_e`; infinite if there is none.
@@ -60,17 +60,17 @@ struct Threshold<'a, M> {
     critical_e: f64,
     segments: usize,
     segment: f64,
-    /// What a peak can be above the ends of its segment.
+    /// Upper bound of the height of a peak above the ends of its segment.
     headroom: f64,
 }
 
-/// An orbit whose segment holds its passage, or may hold it.
+/// An orbit that passes, or may pass, in the segment.
 struct Candidate {
     /// Position among the active orbits.
     position: usize,
     /// Years from the start of the segment.
     time: f64,
-    /// Where the passage is decided already.
+    /// Whether it is already certain that the orbit passes.
     certain: bool,
 }
 
@@ -161,7 +161,7 @@ impl<'a, M: PlanarHamiltonian> Threshold<'a, M> {
         before: &(Vec<f64>, Vec<f64>),
         mut candidates: Vec<Candidate>,
     ) -> Result<Vec<(usize, f64)>, Escaped> {
-        // A doubtful orbit is carried to its peak: there x1 = 0, f' = 0.
+        // An uncertain orbit is carried to its peak, where x1 = 0 and f' = 0.
         let mut doubtful: Vec<Candidate> = candidates.extract_if(.., |candidate| !candidate.certain).collect();
         self.solve(before, &mut doubtful, |[_, slope, bend]| -slope / bend)?;
         let peaks = self.at(before, &doubtful)?;
@@ -171,7 +171,7 @@ impl<'a, M: PlanarHamiltonian> Threshold<'a, M> {
                 candidates.push(candidate);
             }
         }
-        // The nearest root of the parabola through f, f', f'': near a peak the slope alone misleads.
+        // The nearest root of the parabola through f, f', f'': near a peak, a step from the slope alone is misleading.
         self.solve(before, &mut candidates, |[f, slope, bend]| {
             let discriminant = slope * slope - 2.0 * f * bend;
             if slope > 0.0 && discriminant >= 0.0 { -2.0 * f / (slope + discriminant.sqrt()) } else { -slope / bend }
@@ -179,7 +179,7 @@ impl<'a, M: PlanarHamiltonian> Threshold<'a, M> {
         Ok(candidates.iter().map(|candidate| (candidate.position, candidate.time)).collect())
     }
 
-    /// Moves the candidates' times by `step` of `f`, `f'`, `f''` until the steps are small.
+    /// Moves the candidates' times by `step`, a function of `f`, `f'`, `f''`, until the steps are small.
     fn solve(
         &self,
         before: &(Vec<f64>, Vec<f64>),
@@ -192,7 +192,7 @@ impl<'a, M: PlanarHamiltonian> Threshold<'a, M> {
                 let time = &mut candidates[candidate].time;
                 let step = step(excess);
                 let moved = (*time + if step.is_finite() { step } else { 0.0 }).clamp(0.0, self.segment);
-                // Third-order convergence: what this step leaves is far below its own cube root.
+                // Convergence is of third order: a step whose cube is small leaves an error that is smaller still.
                 largest = largest.max((moved - *time).abs());
                 *time = moved;
             }

@@ -1,8 +1,8 @@
 //! The Taylor series of any model, from its equations of motion alone.
 //!
-//! A model's [`Model::rate`] is run once over [`Term`]s, which record the operations that it is made of. Every operation has a
-//! recurrence that gives its Taylor coefficient of order `n` from those of its operands up to order `n` (Jorba & Zou, Exp. Math. 14,
-//! 2005, Prop. 2.1):
+//! A model's [`Model::rate`] is run once over [`Term`]s, which record the operations that the rate is made of. For
+//! every operation, a recurrence gives the Taylor coefficient of order `n` of the result from the coefficients of its
+//! operands up to order `n` (Jorba & Zou, Exp. Math. 14, 2005, Prop. 2.1):
 //!
 //! ```text
 //! c = a b       c_n = Σ_{j=0..n} a_j b_{n-j}
@@ -11,9 +11,10 @@
 //! s = sin(a)    s_n =  1/n Σ_{j=1..n} j a_j c_{n-j}      c = cos(a)    c_n = -1/n Σ_{j=1..n} j a_j s_{n-j}
 //! ```
 //!
-//! and the state follows by `x_{n+1} = rate_n/(n + 1)`. A recurrence written by hand shares more between its products, keeps its
-//! coefficients in the first cache and has no operations to tell apart: the paper's model by its own is seven times as fast as
-//! the same with the Sun and the Moon by its equations (`flow_sun_moon_to_1e_12` of the benchmarks).
+//! and the state follows by `x_{n+1} = rate_n/(n + 1)`. A recurrence written by hand is faster: it shares more between
+//! its products, keeps its coefficients in the first cache and need not look up which operation comes next. The paper's
+//! model by its own recurrence is seven times as fast as the model with the Sun and the Moon by its equations
+//! (`flow_sun_moon_to_1e_12` of the benchmarks).
 
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -24,10 +25,10 @@ use crate::model::quantity::with_plain_number;
 #[cfg(doc)]
 use crate::model::Model;
 
-/// Where the Taylor coefficients of a quantity stand.
+/// Index of the Taylor coefficients of a quantity.
 pub(super) type Slot = usize;
 
-/// An operation on quantities, each of which stands in a slot; its result stands in the next free one.
+/// An operation on quantities, each of which is in a slot; its result goes into the next free slot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Operation {
     Sum(Slot, Slot),
@@ -43,14 +44,14 @@ pub(super) enum Operation {
     Root(Slot),
     /// The sine; the cosine of the same angle follows.
     Sine(Slot),
-    /// The cosine of the angle whose sine stands in the slot before.
+    /// The cosine of the angle whose sine is in the slot before.
     Cosine(Slot),
 }
 
 /// The operations recorded so far, in the order in which they were made.
 #[derive(Debug)]
 pub(super) struct Recorder {
-    /// Slots of the time and the state.
+    /// Number of slots of the time and the state.
     inputs: usize,
     operations: RefCell<Vec<Operation>>,
 }
@@ -185,7 +186,7 @@ with_plain_number!(['a] Term<'a>, Mul, mul);
 with_plain_number!(['a] Term<'a>, Div, div);
 
 impl Quantity for Term<'_> {
-    /// By squaring, so that it is also right where the quantity is 0.
+    /// By repeated squaring, so that the result is also right where the quantity is 0.
     fn powi(self, exponent: i32) -> Self {
         if exponent < 0 {
             return Self::from(1.0) / self.powi(-exponent);

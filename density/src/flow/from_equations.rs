@@ -8,7 +8,8 @@ use crate::model::{Coordinates, LANES, Lanes, Model, Series};
 
 /// The series of any model, made from [`Model::rate`] and [`Model::clearance`].
 ///
-/// The first slot is the time \[yr\], then come the coordinates, the operations of the rate and those of the clearance.
+/// The first slot is the time \[yr\]; then come the coordinates, the operations of the rate and the operations of the
+/// clearance.
 #[derive(Debug)]
 pub struct FromEquations<M, const P: usize> {
     model: M,
@@ -114,7 +115,7 @@ impl<M: Model, const P: usize> FromEquations<M, P> {
         Self { model: *model, coordinates, operations, of_rate, rate, clearance, slots }
     }
 
-    /// The coefficients of order `n` of some operations.
+    /// Computes the coefficients of order `n` of some operations.
     #[inline(always)]
     fn expand_operations(&mut self, range: Range<usize>, n: usize) {
         let first = 1 + self.coordinates;
@@ -125,8 +126,8 @@ impl<M: Model, const P: usize> FromEquations<M, P> {
     }
 }
 
-/// The coefficient of order `n` of the result of an operation, the first of `results`, from those of its operands and its own lower
-/// ones.
+/// The coefficient of order `n` of the result of an operation (the first of `results`), from the coefficients of its
+/// operands and the lower coefficients of the result.
 #[inline(always)]
 fn expand_one<const P: usize>(
     operation: Operation,
@@ -156,7 +157,7 @@ fn expand_one<const P: usize>(
         }
         Operation::Sine(a) if n == 0 => each(&of(a)[0], &of(a)[0], |a, _| libm::sin(a)),
         Operation::Cosine(a) if n == 0 => each(&of(a)[0], &of(a)[0], |a, _| libm::cos(a)),
-        // The cosine stands in the slot after the sine, which has been expanded one order further.
+        // The cosine is in the slot after the sine and has already been expanded to order n - 1.
         Operation::Sine(a) => weighted_convolution(of(a), &results[1].0, 1.0 / n as f64, n),
         Operation::Cosine(a) => weighted_convolution(of(a), of(operands.len() - 1), -1.0 / n as f64, n),
     }

@@ -1,4 +1,6 @@
-//! The flow of a planar model, on the slices `x1` and `x2`. The motion does not depend on time, so only intervals matter.
+//! The flow of a planar model, on the slices `x1` and `x2`.
+//!
+//! The motion does not depend on time, so only the length of an interval matters.
 
 use super::record::{Recorder, Step};
 use super::taylor::{Batch, Carry};
@@ -19,7 +21,7 @@ impl<M: PlanarHamiltonian> Flow<M> {
         self.carry(&mut [x1, x2], 0.0, years)
     }
 
-    /// As [`Flow::advance`], from `from` to `to` \[yr\], and notes when each orbit first has `e >= critical_e`, to the
+    /// Like [`Flow::advance`], from `from` to `to` \[yr\], and notes when each orbit first has `e >= critical_e`, to the
     /// accuracy of the flow.
     ///
     /// # Errors
@@ -50,8 +52,8 @@ impl<M: PlanarHamiltonian> Flow<M> {
         self.carry_batch(Batch { columns: &mut [x1, x2], from: 0.0, years }, 0, &mut ())
     }
 
-    /// As [`Flow::advance`], but an orbit that cannot be continued ends as NaN instead of stopping the others. Backward
-    /// orbits from outside a cloud may have come from nowhere (`e >= 1`), where the density is zero.
+    /// Like [`Flow::advance`], but an orbit that cannot be continued ends as NaN instead of stopping the others. A
+    /// backward orbit from a point outside a cloud may reach `e >= 1` before `t = 0`; the density is zero there.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -62,13 +64,13 @@ impl<M: PlanarHamiltonian> Flow<M> {
     /// Moves one orbit by `years`.
     ///
     /// # Errors
-    /// [`Escaped`] if it leaves the domain.
+    /// [`Escaped`] if it cannot be followed.
     pub fn advance_one(&self, state: State, years: f64) -> Result<State, Escaped> {
         self.carry_one(state, 0.0, years)
     }
 
-    /// The orbits that start at `states`, each followed for `years[i]` > 0 and recorded step by step, and where each ends;
-    /// `None` for an orbit that cannot be followed.
+    /// The orbits that start at `states`, each followed for `years[i]` > 0 and recorded step by step, with their final
+    /// states; `None` for an orbit that cannot be followed.
     pub(crate) fn record(&self, states: &[State], years: &[f64]) -> Vec<Option<(Vec<Step>, State)>> {
         let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = states.iter().map(|state| (state.x1, state.x2)).unzip();
         let mut recorder = Recorder { steps: vec![Vec::new(); states.len()] };

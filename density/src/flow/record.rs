@@ -7,7 +7,7 @@ use crate::model::{Lanes, Series};
 /// A step of a planar orbit as polynomials in the time since its start \[1/n_sun\].
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
-    /// How long the step is \[1/n_sun\].
+    /// Length of the step \[1/n_sun\].
     pub length: f64,
     x1: [f64; MOST_COEFFICIENTS],
     x2: [f64; MOST_COEFFICIENTS],
@@ -26,7 +26,7 @@ impl Step {
     }
 }
 
-/// Keeps every step of every planar orbit that runs forwards.
+/// Keeps every step of every planar orbit; the orbits run forwards.
 pub(super) struct Recorder {
     /// The steps of each orbit.
     pub steps: Vec<Vec<Step>>,

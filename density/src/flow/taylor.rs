@@ -1,12 +1,13 @@
 //! A batched Taylor-series integrator.
 //!
-//! A model supplies the Taylor coefficients of its orbits ([`Series`]); here they are followed. The step of each orbit follows
-//! from its own last two coefficients (Jorba & Zou, Exp. Math. 14, 2005, Sect. 3.2) and is cut at the end of the interval. Time
-//! runs in the unit `1/n_sun`, backwards by negative steps.
+//! A model supplies the Taylor coefficients of its orbits ([`Series`]); this module follows them. The step of each
+//! orbit follows from its own last two coefficients (Jorba & Zou, Exp. Math. 14, 2005, Sect. 3.2) and is cut at the end
+//! of the interval. Time is in the unit `1/n_sun`; an orbit runs backwards by negative steps.
 //!
-//! [`LANES`] orbits are processed at a time, one a SIMD lane. A lane whose orbit has arrived takes the next one, so that no
-//! lane waits for the orbit with the most steps. A lane never looks at its neighbours, and every operation is a correctly
-//! rounded IEEE one, so an orbit's result is the same bytes in whatever company, thread or instruction set it ran.
+//! [`LANES`] orbits are processed at a time, one per SIMD lane. A lane whose orbit has arrived takes the next one, so
+//! that no lane waits for the orbit with the most steps. A lane never looks at its neighbours, and every operation is a
+//! correctly rounded IEEE one. So the result of an orbit is the same bytes whatever the other orbits, the thread or the
+//! instruction set.
 
 use multiversion::multiversion;
 
@@ -15,24 +16,25 @@ use super::step_size::radii;
 use crate::model::earth::SUN_MEAN_MOTION;
 use crate::model::{Coordinates, LANES, Lanes, Model, Series, Task};
 
-/// Most coefficients of a series.
+/// Largest number of coefficients of a series.
 pub(crate) const MOST_COEFFICIENTS: usize = 19;
-/// Steps that an orbit may take in any interval, and more for each year of it. At the default accuracy a year takes about
-/// fifteen, and next to `e = 1`, where oblateness turns orbits by `W/s⁴` a time unit, in proportion more: at `e = 0.99` and
-/// `W = 10` there are 6e5.
+/// Number of steps that an orbit may take in any interval; for each year of the interval, `MOST_STEPS_A_YEAR` more. At
+/// the default accuracy a year takes about fifteen steps. Next to `e = 1`, where oblateness turns orbits by `W/s⁴` per
+/// unit of time, it takes proportionally more: 6e5 at `e = 0.99` and `W = 10`.
 const MOST_STEPS: f64 = 10_000.0;
 const MOST_STEPS_A_YEAR: f64 = 2e6;
-/// An orbit is given up where the steps that it may still take would have to be so many times as long as the one just taken.
+/// An orbit is given up if the steps that it may still take would have to be longer than the last one by this factor.
 const HASTE: f64 = 4.0;
 
 /// Orbits to be moved.
 #[derive(Debug)]
 pub struct Batch<'a, 'b> {
-    /// Their states: one column a coordinate, one row an orbit.
+    /// Their states: one column per coordinate, one row per orbit.
     pub columns: &'a mut [&'b mut [f64]],
     /// Time at the start \[yr\].
     pub from: f64,
-    /// By how many years to move each, backwards if negative; all that have none by the last of them.
+    /// Number of years by which each orbit is moved, backwards if negative. The last entry also counts for all further
+    /// orbits.
     pub years: &'a [f64],
 }
 
@@ -53,16 +55,17 @@ impl Batch<'_, '_> {
     }
 }
 
-/// Moves orbits and returns which were lost; those stay where they were.
+/// Moves orbits and returns those that were lost, which keep their states.
 ///
-/// The largest error after two years is about 14 tolerances in a cloud of 1e5 orbits and 24 among orbits four standard
-/// deviations from the mean, whatever the order; the orders are the cheapest by measurement, if not by much.
+/// The largest error after two years is about 14 tolerances in a cloud of 1e5 orbits and 24 tolerances among orbits
+/// four standard deviations from the mean, whatever the order. The orders are the cheapest by measurement, by a small
+/// margin.
 pub(super) struct Carry<'a, 'b, 'c, W> {
-    /// How accurately.
+    /// How accurately orbits are propagated.
     pub accuracy: Accuracy,
     /// The orbits.
     pub batch: Batch<'a, 'b>,
-    /// Who looks at them on their way.
+    /// The observer of every step.
     pub watch: &'c mut W,
 }
 
@@ -80,7 +83,7 @@ impl<W: Watch> Task for Carry<'_, '_, '_, W> {
 }
 
 /// Moves orbits with Taylor series of `P` coefficients; `tolerance` is the size at which the last terms are cut. Returns the orbits
-/// that were lost, in no order, and why; their states stay as they were. `watch` sees every step.
+/// that were lost and why, in no particular order; their states stay as they were. `watch` sees every step.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
 fn advance<const P: usize, M: Model, W: Watch>(
     model: &M,
@@ -126,16 +129,16 @@ fn state<const P: usize, S: Series<P>>(series: &S, lane: usize) -> <S::Model as 
     Coordinates::from_fn(|k| series.coordinate(k)[0][lane])
 }
 
-/// Something that looks at the orbits on their way.
+/// An observer of the orbits on their way.
 pub trait Watch {
-    /// Whether it looks at the clearance.
+    /// Whether it reads the clearance.
     const SEES_CLEARANCE: bool;
 
-    /// Sees the series of all lanes and how far along them, forwards or backwards, each is about to move.
+    /// Sees the series of all lanes and the length by which each lane is about to move, forwards or backwards.
     fn see<const P: usize, S: Series<P>>(&mut self, series: &S, lengths: &Lanes, crew: &Crew);
 }
 
-/// Looks at nothing.
+/// Observes nothing.
 impl Watch for () {
     const SEES_CLEARANCE: bool = false;
 
@@ -151,7 +154,7 @@ pub struct Crew {
     sign: Lanes,
     /// Time left after the step under way \[1/n_sun\].
     pub(super) left: Lanes,
-    /// Steps that it may still take.
+    /// Number of steps that the orbit may still take.
     steps: Lanes,
     at_work: usize,
 }
@@ -159,10 +162,10 @@ pub struct Crew {
 /// Why an orbit could not be followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 pub enum Loss {
-    /// It reached `e = 1`, or whatever else ends the model's domain, or turned non-finite.
+    /// It reached `e = 1` or another boundary of the model's equations of motion, or became non-finite.
     #[error("left the domain e < 1 of the equations of motion")]
     LeftTheDomain,
-    /// Its steps became too short to get on: it turns too fast, as orbits next to `e = 1` do.
+    /// Its steps became too short to make progress: it turns too fast, as orbits next to `e = 1` do.
     #[error("turns too fast to be followed (the integrator would need more than 2e6 steps a year)")]
     Stuck,
 }
@@ -172,7 +175,8 @@ impl Crew {
         Self { orbit: [None; LANES], sign: [1.0; LANES], left: [0.0; LANES], steps: [0.0; LANES], at_work: LANES }
     }
 
-    /// Puts the orbit `next` into a lane if there is one; the lane rests otherwise. Returns how many were put in.
+    /// Puts the orbit `next` into a lane if there is such an orbit; otherwise the lane rests. Returns the number of
+    /// orbits put in.
     #[inline(always)]
     fn board<const P: usize, S: Series<P>>(
         &mut self,
@@ -193,7 +197,7 @@ impl Crew {
         1
     }
 
-    /// How long each lane's step is, from its radius and what is left of its way.
+    /// The length of each lane's step, from the radius of its series and the time left.
     #[inline(always)]
     fn take_steps(&mut self, radii: &Lanes, reach: f64) -> Lanes {
         let mut step = [0.0; LANES];
@@ -205,7 +209,7 @@ impl Crew {
         step
     }
 
-    /// Steps of these lengths in each lane's direction of time.
+    /// The steps of these lengths, negative in lanes that run backwards.
     #[inline(always)]
     fn directed(&self, lengths: &Lanes) -> Lanes {
         let mut steps = *lengths;
@@ -215,8 +219,9 @@ impl Crew {
         steps
     }
 
-    /// Whether a lane's orbit does not get on: no step is left to it, or the one taken is so short that those which are left
-    /// would not take it to the end. That an orbit turns a thousand times too fast is seen at its first step, not after minutes.
+    /// Whether a lane's orbit makes no progress: it has no steps left, or the step taken is so short that the steps
+    /// left would not take it to the end. So an orbit that turns a thousand times too fast is noticed at its first
+    /// step, not after minutes.
     #[inline(always)]
     fn is_stuck(&self, lane: usize, step: f64) -> bool {
         self.left[lane] > HASTE * step * self.steps[lane]

@@ -1,38 +1,39 @@
 //! First passages read off the integrator's own series.
 //!
 //! A satellite re-enters where its clearance `c` ([`crate::model::Model::clearance`]; in the plane `s = sqrt(1 - e²)`) falls to a
-//! critical value `c_crit`. The integrator has the Taylor series of the clearance at hand: within a step `h` it cannot fall
-//! below `c_0 - sum |c_n| h^n`. Only where that bound reaches `c_crit` is the series itself followed, in a few pieces, to its
-//! first root.
+//! critical value `c_crit`. The integrator has the Taylor series of the clearance at hand: within a step `h` the
+//! clearance cannot fall below `c_0 - sum |c_n| h^n`. Only where that bound reaches `c_crit` is the series itself
+//! followed, in a few pieces, to its first root.
 
 use super::taylor::{Crew, Watch};
 use crate::model::earth::SUN_MEAN_MOTION;
 use crate::model::{LANES, Lanes, Series};
 
-/// Pieces of a step in which the clearance has at most one minimum: a year takes about fifteen steps at the default accuracy.
+/// Number of pieces of a step, in each of which the clearance has at most one minimum. A year takes about fifteen steps
+/// at the default accuracy.
 const PIECES: usize = 8;
-/// Steps to a root: were all of them halvings, they would be more than a double has bits.
+/// Largest number of steps to a root: more than a double has bits, if all of them are halvings.
 const MOST_STEPS: u32 = 60;
-/// A step that ends the search, as a share of where the root was sought.
+/// Length of a step that ends the search, as a share of the interval in which the root is sought.
 const SMALL_STEP: f64 = 1e-9;
 
-/// Where first passages are noted, as finely as they are needed.
+/// Where first passages are noted, in the precision that the caller needs.
 pub struct Passages<'a, T> {
-    /// One an orbit.
+    /// One entry per orbit.
     pub passages: &'a mut [T],
-    /// What stands there while an orbit has not passed.
+    /// The entry of an orbit that has not passed.
     pub pending: T,
-    /// What to note of the time of a passage \[yr\].
+    /// The entry for a passage at a given time \[yr\].
     pub note: &'a (dyn Fn(f64) -> T + Sync),
 }
 
-/// Watches for the first passage of every orbit, all of which run forwards, through a critical clearance.
+/// Watches for the first passage of every orbit through a critical clearance; all orbits run forwards.
 pub(super) struct Threshold<'a, T> {
     /// The clearance at which a satellite re-enters.
     pub critical: f64,
     /// Time at the end of the interval \[yr\].
     pub end: f64,
-    /// What has been seen.
+    /// The passages noted so far.
     pub passages: Passages<'a, T>,
 }
 
@@ -139,10 +140,12 @@ fn evaluate<const P: usize, const N: usize>(polynomial: &[f64; P], times: &[f64;
     (values, slopes)
 }
 
-/// Where a function that is positive at `low` and not at `high` changes its sign, sought from `time` on: by Newton's steps from value and slope, or
-/// by a halving where such a step would lead out of what is left.
+/// The argument at which a function that is positive at `low` and not at `high` changes its sign. The search starts
+/// from `time` and takes Newton steps from value and slope, or a halving where a Newton step would leave the remaining
+/// interval.
 ///
-/// Near a simple root the error of a Newton step is that of the one before squared, so one of [`SMALL_STEP`] is the last.
+/// Near a simple root the error of a Newton step is the square of the error before, so a step of [`SMALL_STEP`] is the
+/// last.
 fn root(function: impl Fn(f64) -> (f64, f64), mut low: f64, mut high: f64, mut time: f64) -> f64 {
     let small = SMALL_STEP * (high - low);
     for _ in 0..MOST_STEPS {
@@ -168,7 +171,7 @@ mod tests {
 
     #[test]
     fn the_first_fall_is_found_also_when_the_polynomial_rises_again() {
-        // (t - 0.3)(t - 0.4): down and up between two edges.
+        // (t - 0.3)(t - 0.4): it falls below zero and rises again between two edges.
         assert!((first_fall(&[0.12, -0.7, 1.0], 2.0).unwrap() - 0.3).abs() < 1e-15);
         assert!((first_fall(&[1.0, -2.0], 1.0).unwrap() - 0.5).abs() < 1e-15);
         assert_eq!(first_fall(&[0.0, 1.0], 1.0), Some(0.0));
@@ -178,7 +181,7 @@ mod tests {
 
     #[test]
     fn a_root_is_found_where_newtons_steps_alone_would_not_converge() {
-        // arctan overshoots ever farther from a start as far off as this.
+        // From a start this far off, Newton's steps for arctan overshoot ever farther.
         let function = |t: f64| ((0.3 - t).atan(), -1.0 / (1.0 + (0.3 - t) * (0.3 - t)));
         assert!((root(function, -20.0, 40.0, 10.0) - 0.3).abs() < 1e-15);
         // A flat start.

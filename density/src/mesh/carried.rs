@@ -1,16 +1,17 @@
 //! The carried mesh: triangles of initial points that the flow moves and that keep their probability.
 //!
-//! The continuity equation in integral form: a region carried by the flow keeps its probability. The initial points are
-//! triangulated once, in standard deviations; each triangle gets its exact probability under the initial Gaussian
-//! ([`super::gaussian`]) and keeps it at all times. At a snapshot that probability is spread over the triangle's image in
-//! proportion to the densities that the characteristics at its corners carry, and shared out to the bins exactly.
+//! It is the continuity equation in integral form: a region carried by the flow keeps its probability. The initial
+//! points are triangulated once, in standard deviations; each triangle gets its exact probability under the initial
+//! Gaussian ([`super::gaussian`]) and keeps it at all times. At a snapshot that probability is spread over the
+//! triangle's image in proportion to the densities that the characteristics at its corners carry, and divided exactly
+//! among the bins.
 //!
 //! Moments use the same weights for every snapshot. On scattered points (degree 1) the flow is taken as linear in each
 //! triangle, and `∫ p phi² = Σ phi_i phi_j ∫ p L_i L_j` is exact for a linear flow. On a lattice of degree `d` the flow is a
-//! polynomial in every cell ([`super::lattice`]): moments are integrals of those ([`super::quadrature`]), and the joint
-//! density is read from a refined lattice ([`super::fine`]), a finer one where the bins need it.
+//! polynomial in every cell ([`super::lattice`]): moments are integrals of these polynomials ([`super::quadrature`]),
+//! and the joint density is read from a refined lattice ([`super::fine`]), which is finer where the bins need it.
 //!
-//! **When to trust it.** The flow keeps the measure `e/s dphi de`, a mesh does so only where it resolves the flow: see
+//! **When to trust it.** The flow keeps the measure `e/s dphi de`; a mesh does so only where it resolves the flow, see
 //! [`super::diagnostics`].
 
 use std::sync::OnceLock;
@@ -32,9 +33,10 @@ use crate::grid::Grid;
 use crate::model::plane::State;
 use crate::problem::InitialGaussian;
 
-/// Cells a side to which a lattice is refined for the joint density.
+/// Number of cells per side to which a lattice is refined for the joint density.
 const FINE_CELLS: usize = 300;
-/// The same where [`FINE_CELLS`] would misplace more than [`MISPLACED`]: the first of these that does not, or the last.
+/// Finer numbers of cells per side, for when [`FINE_CELLS`] would misplace more than [`MISPLACED`]: the first that does
+/// not is taken, or the last.
 const FINER_CELLS: [usize; 3] = [450, 600, 900];
 /// Misplacement of the joint density by straight triangles, in total variation, above which the lattice is refined further.
 const MISPLACED: f64 = 1.5e-3;
@@ -47,7 +49,7 @@ pub struct CarriedMesh {
     scheme: Scheme,
 }
 
-/// What the flow is taken for between the points.
+/// How the flow is approximated between the points.
 #[derive(Debug, Clone)]
 enum Scheme {
     /// Linear in each triangle.
@@ -57,28 +59,29 @@ enum Scheme {
         second: Vec<[f64; 6]>,
         /// `∫ p L_i`, summed over the triangles at each point.
         weights: Vec<f64>,
-        /// Invariant measure of each triangle at the start.
+        /// Invariant measure of each triangle at `t = 0`.
         measure: Vec<f64>,
     },
     /// A polynomial in each cell of a lattice.
     Lattice {
-        /// Lattice lines in standard deviations, outer and inner direction.
+        /// Lattice lines in standard deviations, in the outer and the inner direction.
         lines: [Vec<f64>; 2],
         degree: usize,
         quadrature: Box<Quadrature>,
         fine: Box<FineLattice>,
-        /// With [`FINER_CELLS`], made when they are first needed.
+        /// Lattices with [`FINER_CELLS`], made when they are first needed.
         finer: [OnceLock<Box<FineLattice>>; 3],
     },
 }
 
 impl CarriedMesh {
-    /// A mesh over the initial points `(phi0, e0)`: with `lattice` points a side a lattice (solar angle outermost, both
-    /// ascending) whose image is interpolated to degree `degree`; otherwise Delaunay triangles, whatever the degree linear.
+    /// A mesh over the initial points `(phi0, e0)`. With `lattice` points per side it is a lattice (solar angle
+    /// outermost, both ascending) whose image is interpolated to degree `degree`; otherwise it has Delaunay triangles
+    /// and is linear, whatever the degree.
     ///
     /// # Errors
-    /// [`MeshError`] if the columns do not match or hold no elliptic orbits, the points span no triangle, are not the
-    /// lattice announced, or the degree does not fit it.
+    /// [`MeshError`] if the columns do not match or hold no elliptic orbits, if the points span no triangle or are not
+    /// the announced lattice, or if the degree does not fit it.
     pub fn new(
         initial: &InitialGaussian,
         phi0: &[f64],
@@ -185,8 +188,8 @@ impl CarriedMesh {
     }
 }
 
-/// Which of [`FINER_CELLS`] is needed where so many cells a side misplace so much: straight triangles misplace as the square
-/// of their size.
+/// Index of the one of [`FINER_CELLS`] that is needed where `cells` cells per side misplace `misplaced`: what straight
+/// triangles misplace grows with the square of their size.
 fn finer_needed(misplaced: f64, cells: usize) -> Option<usize> {
     let needed = cells as f64 * (misplaced / MISPLACED).sqrt();
     let last = FINER_CELLS.len() - 1;
@@ -212,7 +215,7 @@ pub(super) fn judge_cells(
     MeshDiagnostics::from_ratios(ratios.into_iter())
 }
 
-/// Standard deviations and covariance of the flow that is linear in each triangle.
+/// Adds the standard deviations and the covariance, for a flow that is linear in each triangle.
 fn second_moments(
     elements: &Elements,
     [phi, e]: [&[f64]; 2],
@@ -236,7 +239,7 @@ fn second_moments(
     Moments { std_phi: var_phi.sqrt(), std_e: var_e.sqrt(), cov_phi_e, ..mean }
 }
 
-/// Probability of each bin, and above the critical eccentricity.
+/// Probability of each bin, and probability above the critical eccentricity.
 fn share_out(elements: &Elements, nodes: &[Node], grid: &Grid, critical_e: f64) -> (Vec<f64>, f64) {
     let count = elements.triangles.len();
     let parts = parts(count, grid.len());

@@ -1,4 +1,4 @@
-//! The density that each characteristic carries: Eq. 8 in closed form.
+//! The density that each characteristic carries, by Eq. 8 in closed form.
 //!
 //! Eq. 8 of Sun et al. (2022), `n' = n_sun C x1/s n`, is the continuity equation of a density per unit `x1`-`x2` area. Since
 //! `s' = -n_sun C x1`, its solution is `n_t/n_0 = s_0/s_t`. A density per unit `phi`-`e` area is `e` times as large, hence
@@ -8,7 +8,7 @@
 //! ```
 //!
 //! The paper starts from densities per `phi`-`e` area, evolves them by Eq. 8 as it stands, and reads them out per `phi`-`e`
-//! area again: the factor `e_t/e_0` is missing. `with_jacobian = false` reproduces that.
+//! area again: the factor `e_t/e_0` is missing. `with_jacobian = false` reproduces the paper.
 
 use rayon::prelude::*;
 
@@ -17,7 +17,8 @@ use crate::model::plane::{State, density_growth, density_growth_without_jacobian
 use crate::problem::InitialGaussian;
 
 /// Density per unit `phi`-`e` area \[1/rad\] that each characteristic carries, from its initial solar angle and
-/// eccentricity and its present state `(x1, x2)`; without the Jacobian of the polar coordinates as the paper has it.
+/// eccentricity and its present state `(x1, x2)`. If not `with_jacobian`, the Jacobian of the polar coordinates is left
+/// out, as in the paper.
 ///
 /// # Errors
 /// [`MeshError::Length`] or [`MeshError::Value`] if the columns do not match or hold no elliptic orbits.

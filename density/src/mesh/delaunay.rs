@@ -1,4 +1,4 @@
-//! Delaunay triangulation: the one place that knows the crate behind it.
+//! Delaunay triangulation; only this module uses the crate `spade`.
 
 use rayon::prelude::*;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
@@ -19,14 +19,15 @@ impl HasPosition for Site {
     }
 }
 
-/// The Delaunay triangles of the points `(x, y)`, counter-clockwise, as rows. Of points that coincide one is used.
+/// The Delaunay triangles of the points `(x, y)`, counter-clockwise, as indices of rows. Of points that coincide only
+/// one is used.
 ///
 /// # Errors
 /// [`MeshError::TooFewPoints`] or [`MeshError::Collinear`] if there is no triangle; [`MeshError::Value`] for a coordinate
 /// that is not finite.
 ///
 /// # Panics
-/// If the slices differ in length or have 2^32 points.
+/// If the slices differ in length or have 2^32 points or more.
 pub fn triangulate(x: &[f64], y: &[f64]) -> Result<Vec<[u32; 3]>, MeshError> {
     assert_eq!(x.len(), y.len(), "one x for every y");
     if x.len() < 3 {

@@ -1,8 +1,9 @@
-//! Whether a carried mesh resolved the flow, told from the mesh alone.
+//! Whether a carried mesh resolved the flow, judged from the mesh alone.
 //!
-//! The flow keeps the measure `e/s dphi de` of every region, and its orientation. What the mesh makes of the flow between
-//! the points keeps neither where it is too coarse. Straight triangles are judged by the measure they cover; the polynomials
-//! of a lattice by their Jacobian determinant in the middle of each lattice cell, the farthest from any point.
+//! The flow keeps the measure `e/s dphi de` of every region, and its orientation. The flow that a mesh interpolates
+//! between its points keeps neither where the mesh is too coarse. Straight triangles are judged by the measure they
+//! cover; the polynomials of a lattice are judged by their Jacobian determinant in the middle of each lattice cell, the
+//! farthest place from any point.
 //!
 //! Measured on the paper's scenarios, defect and L1 error of the joint density on 100 x 100 bins:
 //!
@@ -21,38 +22,40 @@
 //! | 1e5 random points | scenario 2, 1.5 yr | 0.26 | 0.22 % |
 //!
 //! (31 x 31 points over 5.5 standard deviations, 21 over 5.1, 15 over 4.5.) In all measurements the error stayed below two
-//! and a half times the defect plus 2.5 %, the latter from sparse tails and coarse densities. It can be far smaller:
-//! triangles keep their probability even where they are misshapen, and bins blur what is misplaced by less than a bin.
+//! and a half times the defect plus 2.5 %; the 2.5 % come from sparse tails and coarse densities. The error can be far
+//! smaller: triangles keep their probability even where they are misshapen, and bins blur what is misplaced by less
+//! than a bin.
 //!
-//! The defect judges the polynomials between the lattice points by what they do to areas. How far they misplace a thin cloud, and
-//! what the straight triangles of the refined lattice add where it winds, is estimated on its own,
-//! [`MeshDiagnostics::misplaced_mass`]: in scenario 43 of the campaign's seed 3 a defect of 8e-4 goes with a total variation of
-//! 2.2 %.
+//! The defect judges the polynomials between the lattice points by their effect on areas. How far they misplace a thin
+//! cloud, and what the straight triangles of the refined lattice add where the cloud winds, is estimated separately,
+//! [`MeshDiagnostics::misplaced_mass`]: in scenario 43 of the campaign's seed 3 a defect of 8e-4 goes with a total
+//! variation of 2.2 %.
 
 use crate::problem::InitialGaussian;
 
 /// What a snapshot says about its own reliability.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MeshDiagnostics {
-    /// Triangles, or cells of a lattice of degree 2 or more.
+    /// Number of triangles, or of cells of a lattice of degree 2 or more.
     pub elements: usize,
-    /// Those that seem to have been turned over, which a diffeomorphism cannot do.
+    /// Number of elements that seem to have been turned over, which a diffeomorphism cannot do.
     pub flipped_elements: usize,
-    /// Their probability.
+    /// Probability of the elements that seem to have been turned over.
     pub flipped_mass: f64,
     /// Mean of `1 - min(r, 1/r)` weighted by probability, `r` the ratio of an element's present and initial measure (1
     /// where it is negative): zero for a resolved flow, at most one.
     pub measure_defect: f64,
     /// Probability outside the mesh, which is left out.
     pub truncated_mass: f64,
-    /// Estimated total variation by which the joint density is off because it is read from straight triangles and because the
-    /// interpolation of the flow is: what two degrees less change, in bins; zero where that is not estimated.
+    /// Estimated error of the joint density, in total variation, from reading it off straight triangles and from
+    /// interpolating the flow. The latter is judged by what two degrees less change in bins. Zero where no estimate is
+    /// made.
     pub misplaced_mass: f64,
 }
 
 impl MeshDiagnostics {
-    /// Above this [`MeshDiagnostics::measure_defect`] the mesh may be too coarse for the flow: the joint density may be off by
-    /// twice as much in total variation, so by 1 %.
+    /// If the [`MeshDiagnostics::measure_defect`] is above this, the mesh may be too coarse for the flow: the joint
+    /// density may be off by twice as much in total variation, which is 1 %.
     pub const LARGEST_DEFECT: f64 = 0.005;
 
     /// Whether the mesh resolved the flow.
@@ -80,8 +83,9 @@ impl MeshDiagnostics {
     }
 }
 
-/// Measure ratio in the middle `(u, v)` of a lattice cell, and the probability density there: the Jacobian determinant of the
-/// interpolated `(x1, x2)(u, v)` over the exact one, both divided by `s`. The states are values and slopes along `u`, `v`.
+/// Measure ratio in the middle `(u, v)` of a lattice cell, and the probability density there. The ratio is the Jacobian
+/// determinant of the interpolated `(x1, x2)(u, v)` over the exact one, both divided by `s`. Each state is a value and
+/// its slopes along `u` and `v`.
 pub(super) fn cell_ratio(initial: &InitialGaussian, [u, v]: [f64; 2], states: [[f64; 3]; 2]) -> (f64, f64) {
     let (_, e0) = initial.point(u, v);
     let [[x1, x1_u, x1_v], [x2, x2_u, x2_v]] = states;

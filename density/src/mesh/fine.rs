@@ -16,16 +16,16 @@ use crate::problem::InitialGaussian;
 #[derive(Debug, Clone)]
 pub(super) struct Elements {
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Probability of each.
+    /// Probability of each triangle.
     pub(super) mass: Vec<f64>,
-    /// Sum of the above.
+    /// Sum of the probabilities.
     pub(super) total: f64,
     /// `n0 s0/e0` at each node.
     pub(super) invariant_density: Vec<f64>,
 }
 
 impl Elements {
-    /// Of triangles between `nodes` in standard deviations, with their probabilities.
+    /// Triangles between `nodes`, which are in standard deviations, with the probabilities of the triangles.
     pub(super) fn new(initial: &InitialGaussian, nodes: &[[f64; 2]], triangles: Vec<[u32; 3]>, mass: Vec<f64>) -> Self {
         let invariant_density = |&[u, v]: &[f64; 2]| {
             let (phi, e) = initial.point(u, v);
@@ -47,11 +47,11 @@ impl Elements {
     }
 }
 
-/// A lattice refined to some cells a side.
+/// A lattice refined to a given number of cells per side.
 #[derive(Debug, Clone)]
 pub(super) struct FineLattice {
     pub(super) refinement: Refinement,
-    /// The same two degrees lower, if there is such a thing.
+    /// The refinement by polynomials two degrees lower; `None` if there are none.
     rougher: Option<Refinement>,
     /// Those points of the refined lattice that are nodes of triangles.
     used: Vec<u32>,
@@ -59,7 +59,8 @@ pub(super) struct FineLattice {
 }
 
 impl FineLattice {
-    /// The lattice with these lines in standard deviations, its gaps divided so that it has about `cells` cells a side.
+    /// The lattice with these lines in standard deviations; its gaps are divided so that it has about `cells` cells per
+    /// side.
     pub(super) fn new(
         initial: &InitialGaussian,
         lines: &[Vec<f64>; 2],
@@ -80,20 +81,20 @@ impl FineLattice {
         Ok(Self { refinement, rougher, used, elements })
     }
 
-    /// All states of the refined lattice from those of the lattice.
+    /// All states of the refined lattice, from the states of the lattice.
     pub(super) fn refine(&self, x1: &[f64], x2: &[f64]) -> [Vec<f64>; 2] {
         [x1, x2].map(|values| self.refinement.apply(values))
     }
 
-    /// The nodes among the states of the refined lattice.
+    /// The nodes of the triangles, from the states of the refined lattice.
     pub(super) fn nodes(&self, [x1, x2]: &[Vec<f64>; 2]) -> Vec<Node> {
         let used = |values: &[f64]| -> Vec<f64> { self.used.iter().map(|&node| values[node as usize]).collect() };
         self.elements.nodes(&used(x1), &used(x2))
     }
 
     /// Estimated total variation by which the interpolation misplaces the joint density in the bins of `grid`: the mean distance,
-    /// in bins and at most one, by which two degrees less move the points of the refined lattice. `lattice` are the states of
-    /// the lattice, `states` those of the refined one.
+    /// in bins and at most one, by which polynomials two degrees lower move the points of the refined lattice.
+    /// `lattice` holds the states of the lattice, `states` those of the refined lattice.
     pub(super) fn misplaced_by_interpolation(&self, lattice: [&[f64]; 2], states: &[Vec<f64>; 2], grid: &Grid) -> f64 {
         let Some(rougher) = &self.rougher else { return 0.0 };
         let rough = lattice.map(|values| rougher.apply(values));
@@ -142,11 +143,12 @@ impl FineLattice {
     }
 }
 
-/// Share of its probability that a triangle puts into a wrong bin, for each bin by which the states on both sides of a node
-/// miss the line through it: an eighth of that is the distance of a parabola from its chord, two thirds of it on average.
+/// Share of its probability that a triangle puts into a wrong bin, per bin by which the states on both sides of a node
+/// miss the line through it. The distance of a parabola from its chord is an eighth of that miss, and two thirds of the
+/// eighth on average.
 const MISPLACED: f64 = 1.0 / 12.0;
 
-/// Numbers the points that triangles use from zero on, and says which those are.
+/// Renumbers the points that triangles use from zero on, and returns the old number of each.
 pub(super) fn number_nodes(triangles: Vec<&mut [u32; 3]>) -> Vec<u32> {
     let mut used: Vec<u32> = triangles.iter().flat_map(|triangle| **triangle).collect();
     used.sort_unstable();

@@ -7,8 +7,9 @@
 //! P = sum over edges a -> b of (a x b)/(4π) ∫_0^1 (1 - e^-q)/q dt,     (u, v) = a + t (b - a)
 //! ```
 //!
-//! whose integrand is entire, so a few Gauss-Legendre points an edge reach machine precision, and the probabilities of
-//! triangles that share an edge fit together exactly: a mesh has the probability of its outline.
+//! whose integrand is entire. So a few Gauss-Legendre points per edge reach machine precision, and the probabilities of
+//! triangles that share an edge fit together exactly: the triangles of a mesh add up to the probability within its
+//! outline.
 //!
 //! Within a triangle the Gaussian's second moments in barycentric coordinates, `∫ p L_i L_j`, come from Dunavant's
 //! seven-point rule (Int. J. Numer. Meth. Eng. 21, 1985, degree 5), scaled to the exact probability.
@@ -25,7 +26,7 @@ pub fn standard_density([u, v]: Standard) -> f64 {
 
 /// Circulation along the edge from `a` to `b`.
 fn circulation(a: Standard, b: Standard) -> f64 {
-    // Edges longer than this are split; six points then leave 1e-13.
+    // Edges longer than this are split; six points then leave an error of 1e-13.
     const LONGEST: f64 = 0.5;
     // Gauss-Legendre points and weights on (0, 1), Abramowitz & Stegun Table 25.4, n = 6.
     const POINTS: [(f64, f64); 6] = [
@@ -55,8 +56,8 @@ pub fn triangle_probability([a, b, c]: &[Standard; 3]) -> f64 {
     circulation(*a, *b) + circulation(*b, *c) + circulation(*c, *a)
 }
 
-/// As [`triangle_probability`], but by the rule where that is as good and faster (small triangles), or better (far out,
-/// where the circulation is a difference of nearly equal numbers). Never negative.
+/// Like [`triangle_probability`], but by Dunavant's rule where that is as good and faster (small triangles) or better
+/// (far out, where the circulation is a difference of nearly equal numbers). Never negative.
 pub fn probability(triangle: &[Standard; 3]) -> f64 {
     const SMALL: f64 = 0.1;
     const CANCELLED: f64 = 1e-12;

@@ -1,8 +1,8 @@
 //! The paper's density reconstruction: Delaunay triangulation over the final points, linear interpolation, binning.
 //!
 //! Eqs. 11-13 of Sun et al. (2022): the density weights `n` of the final points are interpolated linearly on a fine grid of
-//! points ([`super::raster`]), averaged in each bin, and divided by their sum. Axes are taken as they are, radians and unit
-//! eccentricity: scaling them changes the triangulation, and the paper does not.
+//! points ([`super::raster`]), averaged in each bin, and divided by their sum. The axes are not scaled (radians, and
+//! eccentricity as it is): scaling them would change the triangulation, and the paper does not scale them.
 //!
 //! Moments are exact integrals of the piecewise linear density over all triangles, the limit of an infinitely fine grid
 //! that covers the whole hull; so is the probability above the critical eccentricity.
@@ -20,9 +20,9 @@ use crate::grid::Grid;
 /// Where the circle of solar angles is cut open before triangulating.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Branch {
-    /// At `phi = 0`, as in the paper; a cloud astride `phi = 0` is torn apart.
+    /// At `phi = 0`, as in the paper; a cloud that straddles `phi = 0` is torn apart.
     AsPrinted,
-    /// Where the comparison grid leaves the circle, away from the cloud.
+    /// Opposite the middle of the comparison grid, away from the cloud.
     #[default]
     Grid,
 }
@@ -36,10 +36,11 @@ impl Branch {
     }
 }
 
-/// Density estimate from final points `(phi, e)` with densities `n`, of any common scale, by interpolation over their
-/// Delaunay triangulation on `interpolation_points` x `interpolation_points` points of the comparison grid.
+/// Density estimate from final points `(phi, e)` with densities `n` on any common scale. The densities are interpolated
+/// over the points' Delaunay triangulation on `interpolation_points` x `interpolation_points` points of the comparison
+/// grid.
 ///
-/// Moments refer to the branch of `phi` chosen.
+/// Moments refer to the chosen branch of `phi`.
 ///
 /// # Errors
 /// [`MeshError`] if the columns differ in length or hold values out of range, the points span no triangle, the
@@ -67,7 +68,7 @@ pub fn hull_estimate(
     Ok(Estimate::from_joint(*grid, joint, moments, circular))
 }
 
-/// Joint density on the grid, of unit mass (Eq. 12). Triangles are shifted by the full turns that bring them there.
+/// Joint density on the grid, of unit mass (Eq. 12). Triangles are shifted by full turns to where the grid is.
 fn rasterise(
     point_grid: &PointGrid,
     grid: &Grid,
@@ -97,7 +98,7 @@ fn integrate(
     triangle: impl Fn(usize) -> [Corner; 3] + Sync,
     critical_e: f64,
 ) -> Result<(Moments, Circular), MeshError> {
-    // Mass, first moments, and the mean vector by the midpoints of the edges: exact up to second order.
+    // Mass, first moments, and the mean vector by the midpoints of the edges, which is exact up to second order.
     let [mass, phi, e, sin, cos] = ordered_sum(count, |k| {
         let corners = triangle(k);
         let [mass, phi, e, ..] = moments(&corners, [0.0; 2]);

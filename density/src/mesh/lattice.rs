@@ -16,7 +16,7 @@ pub const MOST_DEGREE: usize = 11;
 
 const POINTS: usize = MOST_DEGREE + 1;
 
-/// A value as a weighted sum of `degree + 1` neighbouring nodes.
+/// Weights that give a value from those at `degree + 1` neighbouring nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stencil {
     first: usize,
@@ -72,7 +72,7 @@ pub struct Refinement {
     coarse: usize,
     rows: Vec<Stencil>,
     columns: Vec<Stencil>,
-    /// Value and slope at the middle of each gap, outer and inner direction.
+    /// Value and slope at the middle of each gap, in the outer and the inner direction.
     middles: [Vec<[Stencil; 2]>; 2],
     /// Fine lattice lines across the outer direction.
     pub outer: Vec<f64>,
@@ -81,7 +81,8 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// From the lattice lines `outer` and `inner` (ascending, as many of each), each gap divided into `factor`.
+    /// From the lattice lines `outer` and `inner` (ascending, equally many of each), each gap divided into `factor`
+    /// parts.
     ///
     /// # Errors
     /// [`MeshError::Degree`] unless `1 <= degree <= MOST_DEGREE` and the lattice has more than `degree` lines.
@@ -158,7 +159,7 @@ pub(super) fn check_degree(degree: usize, side: usize) -> Result<(), MeshError> 
     Ok(())
 }
 
-/// The lattice lines in standard deviations, outer and inner direction.
+/// The lattice lines in standard deviations, in the outer and the inner direction.
 pub(super) fn lattice_lines(standard: &[[f64; 2]], side: usize) -> Result<[Vec<f64>; 2], MeshError> {
     const TOLERANCE: f64 = 1e-6;
     let points = side.saturating_mul(side);
@@ -178,7 +179,7 @@ pub(super) fn lattice_lines(standard: &[[f64; 2]], side: usize) -> Result<[Vec<f
     }
 }
 
-/// Two counter-clockwise triangles a cell.
+/// Two counter-clockwise triangles per cell.
 pub(super) fn lattice_triangles(side: usize) -> Vec<[u32; 3]> {
     let node = |i: usize, j: usize| (i * side + j) as u32;
     (0..(side - 1) * (side - 1))
@@ -190,13 +191,14 @@ pub(super) fn lattice_triangles(side: usize) -> Vec<[u32; 3]> {
         .collect()
 }
 
-/// As [`lattice_triangles`], of the lattice with these lines in standard deviations, but with fewer and larger triangles the
-/// thinner the Gaussian is.
+/// Like [`lattice_triangles`], for the lattice with these lines in standard deviations, but with fewer and larger
+/// triangles where the Gaussian is thinner.
 ///
 /// What a straight triangle of width `h` misplaces grows as its probability times `h²`. For a given number of triangles the
 /// sum is least where `h` is inversely proportional to the fourth root of the density, `exp(r²/8)`. Tiles of [`TILE`] cells
-/// a side take every `h`-th line, from [`FULL`] standard deviations on. Where a tile meets a coarser one their common edge is once straight and once not, which
-/// misplaces no more than the coarser triangles do; every triangle has its own probability, so none is lost.
+/// per side take every `h`-th line, from [`FULL`] standard deviations on. Where a tile meets a coarser one, their
+/// common edge is straight for one and not for the other, which misplaces no more than the coarser triangles do. Every
+/// triangle has its own probability, so none is lost.
 pub(super) fn graded_triangles(outer: &[f64], inner: &[f64]) -> Vec<[u32; 3]> {
     let tiles = |lines: &[f64]| (lines.len() - 1).div_ceil(TILE);
     let ends = |lines: &[f64], tile: usize| (tile * TILE, (lines.len() - 1).min((tile + 1) * TILE));
@@ -219,12 +221,12 @@ pub(super) fn graded_triangles(outer: &[f64], inner: &[f64]) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// Cells a side of a tile in which all triangles are equally large.
+/// Cells per side of a tile, in which all triangles are equally large.
 const TILE: usize = 12;
-/// Standard deviations out to which triangles are as small as they can be: probabilities above a critical eccentricity of
-/// a per cent are read there.
+/// Standard deviations out to which triangles are as small as possible: a critical eccentricity that is exceeded with a
+/// probability of a per cent lies within them.
 const FULL: f64 = 2.9;
-/// Widths of triangles in cells; all divide a tile.
+/// Widths of triangles in cells; all of them divide a tile.
 const STEPS: [usize; 4] = [1, 2, 3, 4];
 
 /// The two counter-clockwise triangles of a cell; neighbours are cut along opposite diagonals.

@@ -1,4 +1,4 @@
-//! The density evolution equation (DEE): characteristics that carry a density, and the meshes that turn them into one.
+//! The density evolution equation (DEE): characteristics that carry a density, and meshes that make a joint density of it.
 //!
 //! Along a trajectory of the flow the density per `phi`-`e` area obeys the continuity equation, whose solution is
 //! `n e^-1 s = const` with `s = sqrt(1 - e²)` (Sun et al. 2022, Eqs. 4-8, with the Jacobian of the polar coordinates that
@@ -6,24 +6,24 @@
 //!
 //! - [`hull`]: Delaunay triangulation of the *final* points and linear interpolation of `n`, the paper's recipe
 //!   (Eqs. 11-13). It fills the concave sides of a bent cloud, and slivers join points that were never neighbours.
-//! - [`carried`]: triangulation of the *initial* points, carried along by the flow. Every triangle keeps the probability
-//!   it started with, since that is what the continuity equation says; a diffeomorphism keeps the mesh valid. On a
+//! - [`carried`]: triangulation of the *initial* points, carried along by the flow. By the continuity equation, every
+//!   triangle keeps its initial probability; the flow is a diffeomorphism, which keeps the mesh valid. On a
 //!   [`points::Placement::Lattice`] the flow between the points is interpolated to a high degree ([`lattice`]).
 //!
 //! | file | idea |
 //! |---|---|
 //! | [`points`] | where the characteristics start |
-//! | [`characteristics`] | the density that each carries |
-//! | [`delaunay`] | the one place that knows the triangulation crate |
+//! | [`characteristics`] | the density that each characteristic carries |
+//! | [`delaunay`] | the only file that uses the triangulation crate |
 //! | [`polygon`] | exact integrals of a linear density over convex pieces of a triangle |
 //! | [`raster`] | the paper's fine grid of interpolation points, summed in closed form and never stored |
 //! | [`gaussian`] | probability of a triangle under the initial Gaussian |
 //! | [`lattice`] | high-degree interpolation of the flow between lattice points |
-//! | `quadrature` | moments of the interpolated flow, also over `e = 0` and round the circle |
+//! | `quadrature` | moments of the interpolated flow, also across `e = 0` and round the circle |
 //! | `fine` | the interpolated flow as triangles fine enough for the bins |
 //! | [`passage`] | first passages of the interpolated flow |
 //! | [`readout`] | a carried triangle in the `(phi, e)` plane, also around `e = 0` |
-//! | `share` | a triangle's probability, shared out to bins |
+//! | `share` | dividing a triangle's probability among the bins |
 //! | [`diagnostics`] | whether a carried mesh resolved the flow |
 //! | [`hull`], [`carried`] | the two methods |
 
@@ -55,34 +55,34 @@ pub enum MeshError {
     /// Columns of different length.
     #[error("column `{column}` has {found} rows where {expected} were expected")]
     Length {
-        /// Which column.
+        /// The column.
         column: &'static str,
         /// Its length.
         found: usize,
-        /// What it should be.
+        /// The length that it should have.
         expected: usize,
     },
-    /// A value that is no solar angle, eccentricity or density.
+    /// A value that is not a solar angle, eccentricity or density.
     #[error("row {row}: {column} = {value} is not {expected}")]
     Value {
-        /// Which column.
+        /// The column.
         column: &'static str,
-        /// Which row.
+        /// The row.
         row: usize,
-        /// What was found.
+        /// The value found.
         value: f64,
-        /// What would be right.
+        /// Which values are allowed.
         expected: &'static str,
     },
     /// Fewer points than a mesh needs.
     #[error("{found} points cannot make a mesh; at least {needed} are needed")]
     TooFewPoints {
-        /// How many there are.
+        /// The number of points given.
         found: usize,
-        /// How many are needed.
+        /// The number of points needed.
         needed: usize,
     },
-    /// All points on one line.
+    /// All points lie on one line.
     #[error("the points all lie on one line, so they span no triangle")]
     Collinear,
     /// The interpolation grid is coarser than the bins.
@@ -90,15 +90,15 @@ pub enum MeshError {
         "{points} interpolation points a side leave some of the {bins} bins a side without any; use a multiple of the bins"
     )]
     CoarseGrid {
-        /// Interpolation points a side.
+        /// Interpolation points per side.
         points: usize,
-        /// Bins a side.
+        /// Bins per side.
         bins: usize,
     },
     /// No density at all on the comparison grid.
     #[error("the mesh carries no density on the comparison grid")]
     NoDensity,
-    /// Points announced as a lattice are none.
+    /// Points announced as a lattice do not form one.
     #[error("point {row} is off the {side} x {side} lattice announced (solar angle outermost, both ascending)")]
     NotALattice {
         /// Side of the lattice announced.
@@ -109,14 +109,14 @@ pub enum MeshError {
     /// Interpolation degree out of range.
     #[error("interpolation of degree {degree} needs 1 <= degree <= {most} and degree < {side}, the points a side")]
     Degree {
-        /// The degree asked for.
+        /// The degree that was asked for.
         degree: usize,
-        /// The largest supported.
+        /// The largest degree supported.
         most: usize,
-        /// Points a side.
+        /// Points per side.
         side: usize,
     },
-    /// An initial Gaussian that nothing can be drawn from.
+    /// An initial Gaussian from which no points can be placed.
     #[error("initial Gaussian: {0}")]
     Initial(&'static str),
 }
@@ -144,8 +144,8 @@ pub(crate) fn check_column(
     }
 }
 
-/// How many parts `triangles` are split into so that each thread sums bins of its own. It depends on the data alone, so
-/// sums come out the same for any number of threads; fine grids get fewer parts to bound the memory.
+/// Number of parts into which `triangles` are split so that each thread sums into its own bins. It depends on the data
+/// alone, so that sums are the same for any number of threads; fine grids get fewer parts to bound the memory.
 pub(crate) fn parts(triangles: usize, bins: usize) -> usize {
     const MOST: usize = 32;
     const MOST_BINS: usize = 1 << 23;

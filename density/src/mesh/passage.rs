@@ -1,16 +1,17 @@
 //! First passages of the flow that a lattice interpolates.
 //!
-//! Counting the lattice points that have passed is good to a cell. The flow between the points is known much better: on a
-//! refined lattice the interpolated states give the running maximum of `e` up to every time, which is a continuous function of
-//! the initial point (when an orbit passes is not: it jumps where its peak just touches). The probability that it exceeds
-//! the critical eccentricity is that of the pieces of triangles in which its linear interpolation does.
+//! A count of the lattice points that have passed is accurate to a cell only. The flow between the points is known much
+//! better: on a refined lattice the interpolated states give the running maximum of `e` up to every time. It is a
+//! continuous function of the initial point, whereas the time of passage is not: it jumps where an orbit's peak just
+//! touches. The probability that the maximum exceeds the critical eccentricity is the probability of the pieces of
+//! triangles in which its linear interpolation does.
 //!
 //! The orbits of the lattice are carried in steps so short that none of them turns by more than half a radian. Within a step
 //! the excess `f = e² - e_crit²` of an orbit follows the quintic through value, slope and second derivative at both ends, as
-//! in [`crate::first_passage::times`]; the curve is read off at times that have nothing to do with the steps.
+//! in [`crate::first_passage::times`]; the times at which the curve is read off are independent of the steps.
 //!
-//! A dense lattice is first tried with about a hundred of its lines a side; all are taken where the estimated error of
-//! interpolation is too large for that, unless the orbits turn so often that this would take minutes.
+//! A dense lattice is first tried with about a hundred of its lines per side. All lines are taken if the estimated
+//! error of interpolation is too large with these, unless the orbits turn so often that this would take minutes.
 
 use rayon::prelude::*;
 
@@ -27,31 +28,31 @@ use crate::model::plane::{PlanarHamiltonian, State};
 use crate::orbits::Orbits;
 use crate::problem::Problem;
 
-/// Cells a side to which the lattice is refined.
+/// Cells per side to which the lattice is refined.
 const FINE_CELLS: usize = 300;
-/// Lines of a dense lattice that are tried first.
+/// Number of lines of a dense lattice that are tried first.
 const ENOUGH_LINES: usize = 100;
-/// Estimated error of interpolation with which fewer lines will do.
+/// Estimated error of interpolation below which fewer lines are enough.
 const GOOD: f64 = 1e-5;
-/// Phase by which an orbit may turn in a step \[rad\].
+/// Largest phase by which an orbit may turn in a step \[rad\].
 const PHASE: f64 = 0.5;
-/// Steps of a curve at most, whatever the phase: orbits that need more are those next to `e = 1`.
+/// Largest number of steps of a curve, whatever the phase: only orbits next to `e = 1` need more.
 const MOST_STEPS: f64 = 8192.0;
-/// A curve of more steps is not walked a second time, with all lines of a dense lattice.
+/// A curve of more steps is not computed a second time with all lines of a dense lattice.
 const MANY_STEPS: usize = 1024;
-/// What two refinements or two degrees differ by is told so many times over: where an orbit just touches the critical eccentricity
-/// both err to the same side.
+/// Factor by which the difference between two refinements or two degrees is multiplied in the reported error: where an
+/// orbit just touches the critical eccentricity, both err to the same side.
 const SAFETY: f64 = 3.0;
-/// How far from its peak the excess must be for the quintic to matter.
+/// Distance of the excess from zero beyond which no peak can reach zero within a step, so that the quintic is not needed.
 const NEAR: f64 = 0.5;
-/// Error of a peak of the quintic, for each unit by which the quintic over two steps misses the value between them. For equal steps
-/// it is 1/64; four times as much is told, for those that are not.
+/// Error of a peak of the quintic, per unit by which the quintic over two steps misses the value between them. For
+/// equal steps it is 1/64; four times as much is reported, to allow for unequal steps.
 const PEAK_ERROR: f64 = 1.0 / 16.0;
 
 /// Why there is no curve.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PassageError {
-    /// The points are no lattice, or the degree does not fit it.
+    /// The points are not a lattice, or the degree does not fit it.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// A characteristic cannot be followed.
@@ -64,9 +65,9 @@ pub enum PassageError {
 pub struct PassageCurve {
     /// The probability at each time.
     pub probability: Vec<f64>,
-    /// An estimate of its error: three times what half the refinement and half the degree of interpolation change, what peaks that
-    /// are as far off as the quintic between steps may be would change, the largest
-    /// defect of the invariant measure so far, and what lies outside the lattice. Rounding at `t = 0`, where the probability
+    /// An estimate of its error, the sum of these terms: three times the change by half the refinement and half the degree
+    /// of interpolation; the change if peaks are off by as much as the quintic between steps may be; the largest defect of
+    /// the invariant measure so far; and the probability outside the lattice. Rounding at `t = 0`, where the probability
     /// is that of the initial Gaussian.
     pub error: Vec<f64>,
 }
@@ -92,7 +93,7 @@ pub fn passage_curve<M: PlanarHamiltonian>(
     curve_of(problem, flow, points, degree, times).map(|walked| walked.curve)
 }
 
-/// Every few lines of a lattice of `side` lines, if it is dense.
+/// Every few lines of a lattice of `side` lines; `None` if it is not dense.
 fn thinned(points: &Points, side: usize, degree: usize) -> Option<Points> {
     let stride = side.saturating_sub(1) / ENOUGH_LINES;
     if stride < 2 || side * side != points.phi.len() || ENOUGH_LINES <= degree {
@@ -104,16 +105,16 @@ fn thinned(points: &Points, side: usize, degree: usize) -> Option<Points> {
     Some(Points { phi, e, lattice: Some(lines.len()) })
 }
 
-/// A curve, and what it took.
+/// A curve and how it was obtained.
 struct Walked {
     curve: PassageCurve,
-    /// That part of its error which more lines would lower.
+    /// The part of its error that more lines would lower.
     interpolation: f64,
-    /// Steps of the lattice's orbits.
+    /// Number of steps of the lattice's orbits.
     steps: usize,
 }
 
-/// As [`passage_curve`], of all points.
+/// Like [`passage_curve`], with all points.
 fn curve_of<M: PlanarHamiltonian>(
     problem: &Problem<M>,
     flow: &Flow<M>,
@@ -138,7 +139,7 @@ fn curve_of<M: PlanarHamiltonian>(
     let (mut curve, mut step, mut steps) = (PassageCurve::default(), 0.0, 0);
     let at_start = initial.probability_above(problem.critical_e);
     let outside = 1.0 - (fine.total / initial.mass_inside()).min(1.0);
-    // Where the interpolation has lost the flow at any time so far, what it says of passages may be as far off.
+    // If the interpolation has lost the flow at any time so far, the passages may be off by as much.
     let (mut lost, mut interpolation) = (0.0_f64, 0.0_f64);
     for &time in times {
         while walk.now < time {
@@ -160,7 +161,7 @@ fn curve_of<M: PlanarHamiltonian>(
         let other = rough.as_ref().map_or(coarse, |lattice| lattice.passed(within, step)[0]);
         interpolation = interpolation.max((coarse - other).abs() + lost);
         let hurried = f64::from(walk.hurried);
-        // It does not fall, and at least as many have passed as were above at the start.
+        // The curve does not fall, and at least the orbits that were above at the start have passed.
         curve.probability.push(curve.probability.last().map_or(passed.max(at_start), |last| passed.max(*last)));
         let differences = (passed - coarse).abs() + (coarse - other).abs();
         curve.error.push(SAFETY * differences + fine.doubt(within, step) + lost + outside + hurried);
@@ -168,7 +169,7 @@ fn curve_of<M: PlanarHamiltonian>(
     Ok(Walked { curve, interpolation, steps })
 }
 
-/// The lattice's orbits on their way.
+/// The lattice's orbits, moved step by step.
 struct Walk<'a, M> {
     problem: &'a Problem<M>,
     flow: &'a Flow<M>,
@@ -183,7 +184,7 @@ struct Walk<'a, M> {
 }
 
 impl<M: PlanarHamiltonian> Walk<'_, M> {
-    /// Moves on by a step that is short enough; its length \[yr\].
+    /// Moves on by a step that is short enough, and returns its length \[yr\].
     fn step(&mut self) -> Result<f64, Escaped> {
         let (left, shortest) = (self.end - self.now, self.end / MOST_STEPS);
         let mut step = (PHASE / self.fastest()).max(shortest).min(left);
@@ -211,21 +212,21 @@ impl<M: PlanarHamiltonian> Walk<'_, M> {
     }
 }
 
-/// The refined lattice and what its orbits have reached.
+/// The refined lattice and the excess that its orbits have reached.
 struct Watched {
     refinement: Refinement,
-    /// Those points of the refined lattice that are corners of triangles.
+    /// The points of the refined lattice that are corners of triangles.
     used: Vec<u32>,
     /// Triangulations of these, each with the probabilities of its triangles.
     meshes: Vec<Vec<([u32; 3], f64)>>,
-    /// Probability of the first.
+    /// Total probability of the first triangulation.
     total: f64,
     orbits: Vec<Watch>,
     /// Length of the last step \[yr\].
     step: f64,
 }
 
-/// What is known of an orbit between the two ends of a step.
+/// An orbit between the two ends of a step.
 #[derive(Debug, Clone, Copy)]
 struct Watch {
     /// Excess `f`, `f'`, `f''` at both ends.
@@ -234,7 +235,7 @@ struct Watch {
     reached: f64,
     /// Time from the start of the step and value of a peak within it, if one matters.
     peak: Option<(f64, f64)>,
-    /// How far off the values of peaks may be.
+    /// By how much the values of peaks may be off.
     doubt: f64,
 }
 
@@ -243,8 +244,8 @@ impl Watch {
         Self { ends: [excess; 2], reached: excess[0], peak: None, doubt: 0.0 }
     }
 
-    /// Goes on by a step of so many years to this excess.
-    /// Before it came one of `before` years.
+    /// Goes on by a step of `years` at whose end the orbit has this excess.
+    /// The step before it took `before` years.
     fn go_on(&mut self, before: f64, years: f64, excess: [f64; 3]) {
         let highest = self.reached.max(self.ends[1][0]).max(self.peak.map_or(f64::NEG_INFINITY, |(_, value)| value));
         let ends = [self.ends[1], excess];
@@ -255,8 +256,8 @@ impl Watch {
             quintic.peak().map(|time| (time, quintic.at(time)))
         };
         let peak = may_matter.then(peak).flatten();
-        // The quintic over this step and the one before should have the value between them; one step is half as long, and the
-        // quintic's error of sixth order.
+        // The quintic over this step and the one before should have the value between them. One step is half as long,
+        // and the quintic's error is of sixth order.
         let doubt = match peak {
             Some(_) if before > 0.0 => {
                 let both = Quintic::new(self.ends[0], excess, before + years).at(before);
@@ -267,7 +268,7 @@ impl Watch {
         *self = Self { ends, reached: highest, peak, doubt: self.doubt.max(doubt) };
     }
 
-    /// The largest excess up to a time within a step of so many years.
+    /// The largest excess up to the time `within` a step of the length `years`.
     fn highest(&self, within: f64, years: f64) -> f64 {
         let [start, end] = self.ends;
         if self.reached >= 0.0 {
@@ -280,8 +281,8 @@ impl Watch {
 }
 
 impl Watched {
-    /// The orbits of the lattice with these lines, interpolated to `degree`, with triangles between every so many lines of
-    /// the refined lattice.
+    /// The orbits of the lattice with these lines, interpolated to `degree`. For each of `strides` there is a
+    /// triangulation between every `stride`-th line of the refined lattice.
     fn new<M: PlanarHamiltonian>(
         problem: &Problem<M>,
         lines: &[Vec<f64>; 2],
@@ -299,11 +300,11 @@ impl Watched {
         Ok(watched)
     }
 
-    /// Of the used points, from the states of the lattice.
+    /// The excess `f`, `f'`, `f''` of the used points, from the states of the lattice.
     fn excesses<M: PlanarHamiltonian>(&self, problem: &Problem<M>, x1: &[f64], x2: &[f64]) -> Vec<[f64; 3]> {
         let [x1, x2] = [x1, x2].map(|values| self.refinement.apply(values));
         let inside = |x1: f64, x2: f64| {
-            // Interpolation may overshoot the domain where it resolves nothing.
+            // Where it resolves nothing, the interpolation may overshoot the disc `e < 1`.
             let shrink = (0.999_999 / x1.hypot(x2)).min(1.0);
             State { x1: shrink * x1, x2: shrink * x2 }
         };
@@ -311,14 +312,14 @@ impl Watched {
         self.used.par_iter().map(excess).collect()
     }
 
-    /// Takes note of a step of so many years to these states of the lattice.
+    /// Takes note of a step of `years` that ends at these states of the lattice.
     fn see<M: PlanarHamiltonian>(&mut self, problem: &Problem<M>, years: f64, x1: &[f64], x2: &[f64]) {
         let excesses = self.excesses(problem, x1, x2);
         let before = std::mem::replace(&mut self.step, years);
         self.orbits.par_iter_mut().zip(&excesses).for_each(|(orbit, &excess)| orbit.go_on(before, years, excess));
     }
 
-    /// By how much the share of the probability that has passed would change if all peaks were as far off as they may be.
+    /// The change of the share of the probability that has passed, if all peaks were off by as much as they may be.
     fn doubt(&self, within: f64, years: f64) -> f64 {
         let highest = |orbit: &Watch| (orbit.highest(within, years), orbit.doubt);
         let highest: Vec<(f64, f64)> = self.orbits.par_iter().map(highest).collect();
@@ -336,7 +337,8 @@ impl Watched {
         doubtful / total
     }
 
-    /// The share of the probability that has passed up to a time within a step of so many years, on each triangulation.
+    /// The share of the probability that has passed up to the time `within` a step of the length `years`, on each
+    /// triangulation.
     fn passed(&self, within: f64, years: f64) -> Vec<f64> {
         let highest: Vec<f64> = self.orbits.par_iter().map(|orbit| orbit.highest(within, years)).collect();
         let of_mesh = |mesh: &Vec<([u32; 3], f64)>| {
@@ -350,7 +352,7 @@ impl Watched {
     }
 }
 
-/// Triangles between every `stride`-th line of a refined lattice, and the last.
+/// Triangles between every `stride`-th line of a refined lattice, the last line included, with their probabilities.
 fn triangles(refinement: &Refinement, stride: usize) -> Vec<([u32; 3], f64)> {
     let chosen = |lines: &[f64]| -> Vec<usize> {
         let last = lines.len() - 1;

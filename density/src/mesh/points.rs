@@ -14,10 +14,10 @@ use crate::sampling::draw_one;
 /// How initial points are placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Placement {
-    /// Independent draws from the initial Gaussian, as in the paper. Draw `i` depends on the seed and `i` alone.
+    /// Independent draws from the initial Gaussian, as in the paper. Draw `i` depends only on the seed and `i`.
     Random,
-    /// A square lattice over [`lattice_reach`] standard deviations to each side, of the largest square number of points
-    /// that does not exceed the count.
+    /// A square lattice over [`lattice_reach`] standard deviations to each side. Its number of points is the largest
+    /// square that does not exceed the count.
     #[default]
     Lattice,
     /// The R2 sequence, an additive recurrence by powers of the plastic number (after Roberts 2018, *The unreasonable
@@ -32,11 +32,12 @@ pub struct Points {
     pub phi: Vec<f64>,
     /// Eccentricity.
     pub e: Vec<f64>,
-    /// Points a side if they form a lattice, solar angle outermost, both ascending.
+    /// Points per side if they form a lattice (solar angle outermost, both ascending).
     pub lattice: Option<usize>,
 }
 
-/// Places about `count` initial points (exactly `count`, but for the square that fits into it for a lattice).
+/// Places about `count` initial points: exactly `count`, or for a lattice the largest square number that does not
+/// exceed it.
 ///
 /// # Errors
 /// [`MeshError::TooFewPoints`] below four points; [`MeshError::Initial`] if the Gaussian's parameters are not finite, a
@@ -79,19 +80,20 @@ fn check(initial: &InitialGaussian) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// How far a lattice of `side` points a side reaches \[standard deviations\] unless told otherwise.
+/// How far a lattice of `side` points per side reaches by default \[standard deviations\].
 ///
-/// Wider loses resolution, narrower loses the tails: beyond `k` standard deviations lies a share `sqrt(2/π) k exp(-k²/2)`
-/// of the variance. Values chosen by measurement for interpolation of degree 7: 31 points a side over 5.5 keep every
-/// moment of the paper's scenarios to 0.005 %, 15 over 4.5 to 0.3 %. Straight triangles want a closer lattice: 4.2 for 31 a side.
+/// A wider lattice loses resolution, a narrower one loses the tails: beyond `k` standard deviations lies a share
+/// `sqrt(2/π) k exp(-k²/2)` of the variance. The values were chosen by measurement for interpolation of degree 7: 31
+/// points per side over 5.5 keep every moment of the paper's scenarios to 0.005 %, 15 over 4.5 to 0.3 %. Straight
+/// triangles need a denser lattice: 4.2 for 31 points per side.
 pub fn lattice_reach(side: usize) -> f64 {
     const NARROWEST: f64 = 3.0;
     const WIDEST: f64 = 5.5;
     (3.0 + 0.1 * side as f64).clamp(NARROWEST, WIDEST)
 }
 
-/// A lattice of `side` points a side, over `reach` standard deviations to each side of the mean, cut to `0 < e < 1`; its
-/// solar angles are not folded, also where they span several turns.
+/// A lattice of `side` points per side, over `reach` standard deviations to each side of the mean, cut to `0 < e < 1`.
+/// Its solar angles are not folded, even where they span several turns.
 ///
 /// # Errors
 /// As [`initial_points`]; [`MeshError::Initial`] if `reach` is not positive and finite.
@@ -120,7 +122,7 @@ pub fn lattice_points<M>(problem: &Problem<M>, side: usize, reach: f64) -> Resul
     Ok(Points { phi, e, lattice: Some(side) })
 }
 
-/// Draws until `e` is inside; at least one in a hundred is.
+/// The shift of the low-discrepancy sequence for a seed: a number in `[0, 1)` for each direction.
 fn rotation(seed: u64) -> (f64, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     (rng.random(), rng.random())
@@ -142,8 +144,8 @@ fn normal_cdf(sigmas: f64) -> f64 {
     0.5 * libm::erfc(-sigmas / SQRT_2)
 }
 
-/// The inverse of the standard normal distribution function: a rational start (Abramowitz & Stegun 26.2.23, good to
-/// 4.5e-4) and two steps of Halley's method, which triple the digits.
+/// The inverse of the standard normal distribution function: a rational start (Abramowitz & Stegun 26.2.23, accurate to
+/// 4.5e-4) and two steps of Halley's method, each of which triples the number of correct digits.
 pub fn normal_quantile(probability: f64) -> f64 {
     let tail = probability.min(1.0 - probability);
     let t = (-2.0 * tail.ln()).sqrt();
@@ -157,9 +159,9 @@ pub fn normal_quantile(probability: f64) -> f64 {
     if probability <= 0.5 { sigmas } else { -sigmas }
 }
 
-/// The solar angles of a lattice of `side` points a side at `t = 0` \[rad\], read out modulo a turn, as they were placed: the
-/// lattice lines ascend by less than a turn, and their middle lies within half a turn of the mean. Columns that are no
-/// such lattice are left to be found out.
+/// The solar angles \[rad\] of a lattice of `side` points per side at `t = 0`, which were read out modulo a turn, as
+/// they were placed: the lattice lines ascend by less than a turn, and their middle lies within half a turn of the
+/// mean. Columns that are not such a lattice are not refused here.
 pub fn unfold(initial: &InitialGaussian, phi: &[f64], side: usize) -> Vec<f64> {
     if side < 2 || phi.len() != side * side {
         return phi.iter().map(|&phi| nearest(phi, initial.mean_phi)).collect();

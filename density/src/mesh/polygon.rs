@@ -15,8 +15,8 @@ pub fn twice_area([a, b, c]: &[Corner; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
 }
 
-/// Integrals over a triangle of the density times `1, x, y, x², y², xy`, where `x, y` are counted from `origin`; negative
-/// for a clockwise triangle.
+/// Integrals over a triangle of the density times `1, x, y, x², y², xy`, where `x, y` are measured from `origin`;
+/// negative for a clockwise triangle.
 pub fn moments(triangle: &[Corner; 3], origin: [f64; 2]) -> [f64; 6] {
     let area = 0.5 * twice_area(triangle);
     let x = triangle.map(|corner| corner[0] - origin[0]);

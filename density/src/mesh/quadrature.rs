@@ -1,9 +1,10 @@
-//! Moments of the flow that a lattice interpolates: quadrature of the polynomials, not of what is read out of them.
+//! Moments of the flow that a lattice interpolates, by quadrature of the polynomials themselves.
 //!
-//! The interpolated states `(x1, x2)` are smooth functions of the initial point everywhere; `phi` and `e` are not: they have
-//! a singularity where a state passes `e = 0`, and `phi` jumps by a turn where it passes the cut of its branch. So means are
-//! sums over Gauss-Legendre points in every lattice cell, with the initial Gaussian in the weights, and a cell whose image
-//! reaches `e = 0` or the cut is divided until its parts do not, or no longer matter. All weights are positive.
+//! The interpolated states `(x1, x2)` are smooth functions of the initial point everywhere. `phi` and `e` are not: they
+//! have a singularity where a state passes `e = 0`, and `phi` jumps by a turn where the state passes the cut of its
+//! branch. So means are sums over Gauss-Legendre points in every lattice cell, with the initial Gaussian in the
+//! weights. A cell whose image reaches `e = 0` or the cut is divided until its parts do not reach it or no longer
+//! matter. All weights are positive.
 
 use std::f64::consts::PI;
 
@@ -29,11 +30,11 @@ const GAUSS_8: [(f64, f64); 4] = [
 const NARROW: f64 = 0.006;
 /// Probability of a part below which it is not divided.
 const LIGHT: f64 = 1e-9;
-/// Parts that are looked at at a time; where more are irregular the flow is not resolved and dividing does not help.
+/// Number of parts treated at a time; if more are irregular, the flow is not resolved and dividing does not help.
 const MOST_PARTS: usize = 30_000;
-/// Distance of a part's middle from the origin, in half widths of the part, from which on `phi` and `e` are smooth in it.
+/// Distance of a part's middle from the origin, in half widths of the part, beyond which `phi` and `e` are smooth in it.
 const FAR: f64 = 3.0;
-/// A moved cut of the branch that calls for another division \[rad\].
+/// Movement of the branch cut that calls for another division \[rad\].
 const SAME_CUT: f64 = 1e-4;
 
 /// The points of a lattice and the polynomials between them.
@@ -44,7 +45,7 @@ pub(super) struct Quadrature {
     /// Points in every cell, along the outer and the inner direction.
     axes: [Vec<Point>; 2],
     points_a_cell: usize,
-    /// Half widths of a cell over the distance from its middle to its outermost point.
+    /// Ratio of the half width of a cell to the distance from its middle to its outermost point.
     corner: f64,
 }
 
@@ -52,7 +53,7 @@ pub(super) struct Quadrature {
 #[derive(Debug, Clone, Copy)]
 struct Point {
     at: f64,
-    /// Width that it stands for.
+    /// The width that the point stands for.
     width: f64,
     stencil: Stencil,
 }
@@ -65,18 +66,18 @@ struct Part {
     high: [f64; 2],
 }
 
-/// Where the image of a cell lies in `(x1, x2)`: in this circle.
+/// A circle in `(x1, x2)` within which the image of a cell lies.
 #[derive(Debug, Clone, Copy)]
 struct Disc {
     middle: State,
     radius: f64,
 }
 
-/// What an image may bulge beyond the points that are looked at.
+/// Factor by which an image may extend beyond the points examined.
 const BULGE: f64 = 1.25;
 
 impl Disc {
-    /// Round points, the farthest of which are `1/reach` of the way to the corners.
+    /// Around points; the distance to the corners is `reach` times that to the farthest of the points.
     fn around(points: impl Iterator<Item = State> + Clone, reach: f64) -> Self {
         let sum = points.clone().fold([0.0; 3], |[x1, x2, n], state| [x1 + state.x1, x2 + state.x2, n + 1.0]);
         let middle = State { x1: sum[0] / sum[2], x2: sum[1] / sum[2] };
@@ -84,7 +85,7 @@ impl Disc {
         Self { middle, radius: BULGE * reach * points.map(distance).fold(0.0, f64::max) }
     }
 
-    /// Whether `phi` and `e` are smooth in it: it is far from the origin, seen in its own size, and off the cut.
+    /// Whether `phi` and `e` are smooth in the disc: it is far from the origin compared with its size, and off the cut.
     fn is_regular(&self, cut: f64) -> bool {
         let e = self.middle.eccentricity();
         e > FAR * self.radius && {
@@ -134,7 +135,7 @@ fn gauss(rule: &[(f64, f64)], low: f64, high: f64) -> impl Iterator<Item = (f64,
 }
 
 impl Quadrature {
-    /// Over the lattice with these lines in standard deviations, interpolated to `degree`.
+    /// A quadrature over the lattice with these lines in standard deviations, interpolated to `degree`.
     pub(super) fn new(lines: [Vec<f64>; 2], degree: usize) -> Self {
         let rule: &[(f64, f64)] = match lines[0].len() {
             ..=61 => &GAUSS_8,
@@ -163,7 +164,7 @@ impl Quadrature {
         let (whole, weights) = (samples.weights.len(), samples.weights.clone());
         for _ in 0..2 {
             let cut = circular.mean + PI;
-            // The points of irregular cells give way to those of their parts.
+            // The points of irregular cells are replaced by the points of their parts.
             samples.truncate(whole);
             samples.weights.copy_from_slice(&weights);
             let irregular = (0..discs.len()).filter(|&cell| !discs[cell].is_regular(cut)).collect::<Vec<_>>();
@@ -180,7 +181,7 @@ impl Quadrature {
         (moments, circular)
     }
 
-    /// The points of all cells, one cell after the other, and where the cells lie.
+    /// The points of all cells, one cell after the other, and the disc of each cell.
     fn of_whole_cells(&self, x1: &[f64], x2: &[f64]) -> (Samples, Vec<Disc>) {
         let along = [x1, x2].map(|values| self.along_inner(values));
         let cells = self.lines[0].len() - 1;
@@ -194,7 +195,7 @@ impl Quadrature {
         (samples, discs)
     }
 
-    /// The points of parts of cells, irregular ones divided.
+    /// The points of parts of cells; irregular parts are divided.
     fn divided(&self, mut parts: Vec<Part>, x1: &[f64], x2: &[f64], cut: f64) -> Samples {
         let mut samples = Samples::default();
         while !parts.is_empty() {
@@ -215,7 +216,7 @@ impl Quadrature {
         samples
     }
 
-    /// Values at the quadrature points along the inner direction, on every line of the outer one.
+    /// Values at the quadrature points along the inner direction, on every line of the outer direction.
     fn along_inner(&self, values: &[f64]) -> Vec<f64> {
         let side = self.lines[0].len();
         let row = |row: &[f64]| -> Vec<f64> {
@@ -224,7 +225,7 @@ impl Quadrature {
         values.par_chunks(side).flat_map_iter(row).collect()
     }
 
-    /// The points of a row of cells, and where its cells lie.
+    /// The points of a row of cells, and the discs of its cells.
     fn of_row(&self, row: usize, along: [&[f64]; 2]) -> (Samples, Vec<Disc>) {
         let (width, n) = (self.axes[1].len(), self.points_a_cell);
         let (mut samples, mut discs) = (Samples::default(), Vec::new());
@@ -311,7 +312,7 @@ mod tests {
         (0..count).map(|i| reach * (2.0 * f64::from(i) / f64::from(count - 1) - 1.0)).collect()
     }
 
-    /// Moments of a round cloud of deviation `sigma` about `(x1, x2)`, by a lattice of 21 points a side.
+    /// Moments of a round cloud of standard deviation `sigma` about `(x1, x2)`, by a lattice of 21 points per side.
     fn round_cloud(x1: f64, x2: f64, sigma: f64) -> (Moments, Circular) {
         let nodes = lines(21, 5.0);
         let quadrature = Quadrature::new([nodes.clone(), nodes.clone()], 7);
@@ -326,7 +327,7 @@ mod tests {
         let (moments, circular) = round_cloud(0.0, 1e-4, 0.02);
         assert!((moments.mean_e / (0.02 * (PI / 2.0).sqrt()) - 1.0).abs() < 1e-4, "{moments:?}");
         assert!((moments.std_e / (0.02 * (2.0 - PI / 2.0).sqrt()) - 1.0).abs() < 1e-4, "{moments:?}");
-        // Even round the circle, but for the part of the hair.
+        // Even round the circle, except for the effect of the small offset.
         assert!((moments.std_phi / (PI / 3f64.sqrt()) - 1.0).abs() < 0.01, "{moments:?} {circular:?}");
     }
 

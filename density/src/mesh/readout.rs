@@ -1,9 +1,9 @@
 //! A carried triangle in the `(phi, e)` plane.
 //!
 //! Triangles are carried in `(x1, x2)`, which is regular at `e = 0`, and read out in `(phi, e)`, which is not. A triangle
-//! that sees the origin under a small angle becomes one triangle in `(phi, e)`, with straight edges there: clouds are
+//! that subtends a small angle at the origin becomes one triangle in `(phi, e)`, with straight edges there: clouds are
 //! stretched along arcs of nearly constant `e`, which straight edges in `(phi, e)` follow and chords in `(x1, x2)` cut. A
-//! triangle near the origin, or around it, is halved in `(x1, x2)` until its parts are narrow or too small to matter.
+//! triangle near or around the origin is halved in `(x1, x2)` until its parts are narrow or too small to matter.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use crate::model::plane::State;
 
 /// Triangles wider than this \[rad\] are halved.
 const WIDE: f64 = 0.3;
-/// Halvings after which a wide part, a thousandth of its triangle, counts as a point.
+/// Number of halvings after which a wide part, a thousandth of its triangle, counts as a point.
 const DEEPEST: u32 = 10;
 
 /// A node of a carried mesh.
@@ -49,7 +49,7 @@ impl Node {
     }
 }
 
-/// `sqrt(1 - e²)`; interpolation between lattice points may overshoot the domain where it resolves nothing.
+/// `sqrt(1 - e²)`; interpolation between lattice points may overshoot the disc `e < 1` where it resolves nothing.
 fn s_of(e: f64) -> f64 {
     (1.0 - e * e).max(1e-12).sqrt()
 }
@@ -57,9 +57,9 @@ fn s_of(e: f64) -> f64 {
 /// A part of a carried triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Part {
-    /// A triangle in `(phi, e)`, with densities per unit area there. Angles lie near each other, on any branch.
+    /// A triangle in `(phi, e)`, with densities per unit area there. Its angles lie near each other, on any branch.
     Triangle([Corner; 3]),
-    /// Too small and too near the origin to be told from a point, with its integral of the density.
+    /// A part too small and too near the origin to be distinguished from a point, with its integral of the density.
     Point {
         /// Solar angle \[rad\].
         phi: f64,
@@ -71,7 +71,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// Integral of the density over the part, its sense of rotation aside.
+    /// Integral of the density over the part, regardless of its sense of rotation.
     pub fn integral(&self) -> f64 {
         match self {
             Self::Triangle(corners) => Polygon::new(corners).integral().abs(),
@@ -80,7 +80,8 @@ impl Part {
     }
 }
 
-/// A triangle's corners in `(phi, e)`, with the angles next to that of the first; none if the triangle is wide.
+/// A triangle's corners in `(phi, e)`, with the angles on the branch nearest to the first; `None` if the triangle is
+/// wide.
 pub fn polar(triangle: &[Node; 3]) -> Option<[Corner; 3]> {
     let first = triangle[0].phi;
     // Most triangles lie off the cut of the circle.
@@ -94,7 +95,7 @@ fn twice_area_of_states([a, b, c]: &[Node; 3]) -> f64 {
     twice_area(&[a, b, c].map(|node| [node.x1, node.x2, 0.0]))
 }
 
-/// Calls `visit` with the parts of a carried triangle, whatever their number.
+/// Calls `visit` with each part of a carried triangle.
 pub fn for_each_part(triangle: &[Node; 3], visit: &mut impl FnMut(&Part)) {
     match polar(triangle) {
         Some(corners) => visit(&Part::Triangle(corners)),
@@ -136,7 +137,7 @@ pub fn invariant_measure(triangle: &[Node; 3]) -> f64 {
     }
 }
 
-/// As [`invariant_measure`], of a triangle in `(phi, e)`.
+/// Like [`invariant_measure`], for a triangle in `(phi, e)`.
 pub fn polar_measure(corners: &[Corner; 3]) -> f64 {
     let weight = |a: usize, b: usize| {
         let e = corners[a][1].midpoint(corners[b][1]);

@@ -1,7 +1,7 @@
-//! Sharing out the probability of carried triangles to the bins.
+//! Divides the probability of carried triangles among the bins.
 //!
 //! Each triangle's probability is spread in proportion to the densities that its corners carry, and cut exactly along the
-//! edges of the bins. Whatever becomes of a triangle, all of its probability arrives somewhere.
+//! edges of the bins. Whatever the flow does to a triangle, all of its probability is counted somewhere.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use super::readout::{Node, Part, for_each_part, polar};
 use crate::angle::fold;
 use crate::grid::Grid;
 
-/// What some of the triangles contribute to a snapshot.
+/// The contribution of some of the triangles to a snapshot.
 pub(super) struct Share {
     units: BinUnits,
     branch_low: f64,
@@ -22,7 +22,7 @@ pub(super) struct Share {
 }
 
 impl Share {
-    /// Nothing yet.
+    /// A contribution of zero.
     pub(super) fn new(grid: &Grid, critical_e: f64) -> Self {
         Self {
             units: BinUnits::new(grid),
@@ -33,7 +33,7 @@ impl Share {
         }
     }
 
-    /// Shares out the probability `mass` of a carried triangle.
+    /// Divides the probability `mass` of a carried triangle among the bins.
     pub(super) fn add(&mut self, triangle: &[Node; 3], mass: f64) {
         if let Some(corners) = polar(triangle) {
             let integral = Polygon::new(&corners).integral().abs();
@@ -54,15 +54,15 @@ impl Share {
         }
     }
 
-    /// Shares out a triangle of probability `mass`, `scale` times the integral of its density.
+    /// Divides a triangle of probability `mass` among the bins; `scale` is `mass` over the integral of its density.
     fn add_triangle(&mut self, corners: &[Corner; 3], mass: f64, scale: f64) {
         self.above += mass * share_above(corners, self.critical_e);
-        // A part turned over integrates to a negative number, but its probability is positive all the same.
+        // A part that is turned over has a negative integral, but its probability is positive all the same.
         let scale = scale.copysign(twice_area(corners));
         let shift = fold(corners[0][0], self.branch_low) - corners[0][0];
         let shifted = corners.map(|[phi, e, n]| [phi + shift, e, n]);
         self.deposit(&shifted, scale);
-        // A triangle across the cut of the circle shows at the other end as well.
+        // A triangle across the cut of the circle appears at the other end as well.
         if shifted.iter().any(|corner| corner[0] < self.branch_low) {
             self.deposit(&shifted.map(|[phi, e, n]| [phi + TAU, e, n]), scale);
         }
@@ -71,7 +71,7 @@ impl Share {
         }
     }
 
-    /// Deposits a triangle; measured in bins, its integral changes by a factor that `scale` takes out again.
+    /// Deposits a triangle. Measured in bins, its integral changes by a factor that the bin area takes out again.
     fn deposit(&mut self, triangle: &[[f64; 3]; 3], scale: f64) {
         let measured = triangle.map(|corner| self.units.measure(corner));
         self.units.deposit(&measured, scale * self.units.bin_area(), &mut self.joint);

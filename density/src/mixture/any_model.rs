@@ -1,14 +1,14 @@
 //! The unscented transform and the mixture over the variables of any model.
 //!
-//! What [`super::unscented`] does in the plane, in any number `n` of variables: a component's mean and covariance are carried by
+//! This is [`super::unscented`] in any number `n` of variables: a component's mean and covariance are carried by
 //! `2n + 1` points (Julier & Uhlmann, Proc. IEEE 92(3), 2004; Eqs. 17 to 19 of Sun et al. 2022),
 //!
 //! ```text
 //! x_0 = m,   x_{±i} = m ± sqrt(n + zeta) S_i,   i = 1 .. n,   S S^T = P
 //! ```
 //!
-//! and the initial Gaussian is split into components along one column of its square root (Eq. 15). The plane has more: lattices,
-//! a cut at `e = 0`, and bin averages of the density in closed form.
+//! and the initial Gaussian is split into components along one column of its square root (Eq. 15). Only planar models
+//! have more: lattices, a cut at `e = 0`, and bin averages of the density in closed form.
 
 use super::MixtureError;
 use super::library::Library;
@@ -30,7 +30,8 @@ pub struct Component<const N: usize> {
     pub covariance: [[f64; N]; N],
 }
 
-/// The sigma points of a Gaussian: its mean, then plus and minus along each column of its square root.
+/// The sigma points of a Gaussian: its mean, then the points on the plus and the minus side along each column of its
+/// square root.
 pub fn sigma_points<const N: usize>(unscented: &Unscented, gaussian: &Gaussian<N>) -> Vec<[f64; N]> {
     let distance = unscented.distance_squared_in(N).sqrt();
     let along =
@@ -39,7 +40,7 @@ pub fn sigma_points<const N: usize>(unscented: &Unscented, gaussian: &Gaussian<N
     [gaussian.mean].into_iter().chain(outer).collect()
 }
 
-/// Eq. 18 from a component's propagated sigma points; angles on the branch nearest to that of the first.
+/// Eq. 18 for a component's propagated sigma points; angles are taken on the branch nearest to that of the first point.
 pub fn transform<const N: usize>(
     unscented: &Unscented,
     variables: &[Variable],
@@ -67,23 +68,24 @@ pub fn transform<const N: usize>(
     }
 }
 
-/// A mixture's sigma points on their way.
+/// The sigma points of a mixture, moved from time to time.
 #[derive(Debug, Clone)]
 pub struct Propagator<M, const N: usize> {
     flow: Flow<M>,
     unscented: Unscented,
     weights: Vec<f64>,
-    /// States of the sigma points: one column a coordinate, `2 N + 1` rows a component.
+    /// States of the sigma points: one column per coordinate, `2 N + 1` rows per component.
     columns: Vec<Vec<f64>>,
     now: f64,
 }
 
 impl<M: Model<Variables = [f64; N]>, const N: usize> Propagator<M, N> {
-    /// Splits a Gaussian at `t = 0` along column `along` of its square root into the components of a library. Components of which a
-    /// sigma point lies outside the variables' ranges are left out; the weights of the others are scaled to sum to 1.
+    /// Splits a Gaussian at `t = 0` along column `along` of its square root into the components of a library. A
+    /// component is left out if one of its sigma points lies outside the variables' ranges; the weights of the others
+    /// are scaled to sum to 1.
     ///
     /// # Errors
-    /// [`MixtureError`], if the settings are out of range or no component is inside the domain.
+    /// [`MixtureError`], if the settings are out of range or no component is inside the variables' ranges.
     pub fn new(
         flow: Flow<M>,
         initial: &Gaussian<N>,
@@ -143,8 +145,8 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> Propagator<M, N> {
     }
 }
 
-/// Mean and covariance of a mixture (Eq. 16). The mean vector of a variable on a circle is that of normals wrapped round it
-/// (Mardia & Jupp 2000, Eq. 3.5.60). Weights need not sum to 1.
+/// Mean and covariance of a mixture (Eq. 16). The mean vector of a variable on a circle is that of normals wrapped
+/// round the circle (Mardia & Jupp 2000, Eq. 3.5.60). Weights need not sum to 1.
 pub fn moments<const N: usize>(variables: &[Variable], components: &[Component<N>]) -> VariableMoments<N> {
     let total: f64 = components.iter().map(|component| component.weight).sum();
     let weighted = |f: &dyn Fn(&Component<N>) -> f64| -> f64 {

@@ -8,18 +8,20 @@
 //! μ(phi) = m_e + (P_phie/P_phiphi) (phi - m_phi),   s² = P_ee - P_phie²/P_phiphi
 //! ```
 //!
-//! with `Φ` the standard normal distribution function: exact in `e`, and in `phi` by Gauss-Legendre panels no wider than
-//! 1.5 `sigma_phi`. Where a thin tilted ellipse crosses an edge in `e`, the bracket changes over the much shorter length
-//! `s P_phiphi/|P_phie|`; there panels are halved until they are no wider than 1.5 times that. The error is below 1e-6 of a
-//! component's weight for correlations up to 0.999999. Sampling the density at bin centres instead would be wrong wherever a component is thinner than a bin, and the clouds of
-//! scenarios 1 and 2 are.
+//! with `Φ` the standard normal distribution function. The integral is exact in `e`; in `phi` it is taken by
+//! Gauss-Legendre panels no wider than 1.5 `sigma_phi`. Where a thin tilted ellipse crosses an edge in `e`, the bracket
+//! changes over the much shorter length `s P_phiphi/|P_phie|`; there panels are halved until they are no wider than 1.5
+//! times that length. The error is below 1e-6 of a component's weight for correlations up to 0.999999. Sampling the
+//! density at bin centres instead would be wrong wherever a component is thinner than a bin, as in the clouds of
+//! scenarios 1 and 2.
 //!
-//! That is done by rules of two, three or four points, the fewer the shorter a panel. Over bins narrower than half an `s` the
-//! bracket is the density in their middle with two terms of its expansion (good to 1e-6 of it), for several bins at a time;
-//! otherwise `Φ` is interpolated in a table.
+//! A panel is integrated by a rule of two, three or four points, fewer for a shorter panel. Over bins narrower than
+//! half an `s` the bracket is the density in the middle of the bin with two terms of its expansion (accurate to a
+//! relative 1e-6), computed for several bins at a time; otherwise `Φ` is interpolated in a table.
 //!
-//! `phi` lives on a circle: every image of a component a multiple of 2π away that reaches the grid counts. Probability that
-//! a component has at `e < 0` lies outside every grid and is lost; [`crate::estimate::Estimate::mass`] shows how much.
+//! `phi` lives on a circle: every image of a component that is shifted by a multiple of 2π and reaches the grid counts.
+//! The probability that a component has at `e < 0` lies outside every grid and is lost;
+//! [`crate::estimate::Estimate::mass`] shows how much.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_SQRT_PI, LN_2, LOG2_E, TAU};
 
@@ -29,16 +31,16 @@ use rayon::prelude::*;
 use super::Component;
 use crate::grid::Grid;
 
-/// Standard deviations from its mean beyond which a component is not looked for; the tail left out is 2e-9.
+/// Standard deviations from its mean beyond which a component is neglected; the tail left out is 2e-9.
 const REACH: f64 = 6.0;
-/// Most times a panel is halved.
+/// Largest number of times that a panel is halved.
 const MOST_HALVINGS: usize = 16;
-/// Width of a panel in lengths over which the integrand changes.
+/// Largest width of a panel, in units of the length over which the integrand changes.
 const PANEL: f64 = 1.5;
-/// Width of a panel, in the same lengths, up to which two nodes do, and three: the error of both is below 3e-5 of the panel's
-/// integral and of the other sign in the panel beside it.
+/// Widths of a panel, in the same units, up to which two nodes and three nodes are enough. The error of both rules is
+/// below 3e-5 of the panel's integral, and has the other sign in the panel beside it.
 const SHORT: [f64; 2] = [0.4, 0.9];
-/// Width of a bin in standard deviations up to which the density in its middle is expanded.
+/// Largest width of a bin, in standard deviations, for which the density in its middle is expanded.
 const NARROW: f64 = 0.5;
 /// Nodes and weights of the Gauss-Legendre rules on `[-1, 1]`.
 const GAUSS_2: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)];
@@ -70,8 +72,9 @@ pub fn bin_averages(components: &[Component], grid: &Grid) -> Vec<f64> {
     joint
 }
 
-/// Adds the probability of all components in every bin of the row `low <= phi < high`. Everything below is inlined here, so
-/// that it uses the machine's own rounding and vectors; no fused operations, so that the result is the same on every machine.
+/// Adds the probability of all components in every bin of the row `low <= phi < high`. All functions called are inlined
+/// here, so that they use the vector instructions of the machine. No fused operations are used, so the result is the
+/// same on every machine.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
 fn add_row(components: &[Conditional], low: f64, high: f64, row: &mut Row) {
     for component in components {
@@ -89,12 +92,12 @@ struct Conditional {
     slope: f64,
     /// Standard deviation of `e` at a given `phi`.
     sigma_e: f64,
-    /// `phi` over which an edge in `e` is crossed \[rad\].
+    /// Length in `phi` over which an edge in `e` is crossed \[rad\].
     crossing: f64,
 }
 
 impl Conditional {
-    /// `None` if the component weighs nothing.
+    /// `None` if the component has no weight.
     fn new(component: &Component) -> Option<Self> {
         let sigma_phi = component.var_phi.sqrt().max(f64::MIN_POSITIVE.sqrt());
         let slope = component.cov_phi_e / (sigma_phi * sigma_phi);
@@ -133,7 +136,7 @@ impl Conditional {
     /// Integrates over a panel, halved as often as needed.
     #[inline(always)]
     fn add_panel(&self, from: f64, to: f64, row: &mut Row) {
-        // Parts still to do, from right to left: never more than two of each size.
+        // Parts still to be done, from right to left; there are never more than two of each size.
         let mut parts = [(from, to, 0); 2 * MOST_HALVINGS];
         let mut count = 1;
         while count > 0 {
@@ -147,7 +150,7 @@ impl Conditional {
         }
     }
 
-    /// Integrates over a part of a panel; not if it is too long, unless it is the last of its kind.
+    /// Integrates over a part of a panel, unless it is too long and not `last_chance`; returns whether it did.
     #[inline(always)]
     fn add_part(&self, from: f64, to: f64, last_chance: bool, row: &mut Row) -> bool {
         let (start, end) = (self.mean_e + self.slope * from, self.mean_e + self.slope * to);
@@ -169,7 +172,7 @@ impl Conditional {
         true
     }
 
-    /// Offsets in `phi`, and the probability that each stands for.
+    /// Offsets in `phi`, and the probability at each.
     #[inline(always)]
     fn quadrature(&self, from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
         let (middle, half) = (from.midpoint(to), 0.5 * (to - from));
@@ -200,13 +203,13 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// The bin of `e`, also beyond the grid.
+    /// The number of the bin that holds `e`, also beyond the grid.
     #[inline(always)]
     fn position(&self, e: f64) -> f64 {
         ((e - self.low) * self.per_unit).floor()
     }
 
-    /// Spreads `mass` over the bins in `e` as a Gaussian.
+    /// Distributes `mass` over the bins in `e` as a Gaussian.
     #[inline(always)]
     fn add_column(&mut self, mass: f64, mean: f64, sigma: f64) {
         let bins = self.bins.len() as f64;
@@ -227,8 +230,9 @@ impl Row<'_> {
     }
 }
 
-/// Spreads `mass` as a Gaussian over bins of width `step` whose middles lie at `first`, `first + step`, ..., in standard
-/// deviations: `∫ φ = step φ(x) (1 + step² (x² - 1)/24 + step⁴ (x⁴ - 6 x² + 3)/1920)`. Written for the vectoriser.
+/// Distributes `mass` as a Gaussian over bins of width `step` whose middles lie at `first`, `first + step`, ..., in
+/// standard deviations: `∫ φ = step φ(x) (1 + step² (x² - 1)/24 + step⁴ (x⁴ - 6 x² + 3)/1920)`. Written to be
+/// vectorised.
 #[inline(always)]
 fn add_narrow(bins: &mut [f64], mass: f64, first: f64, step: f64) {
     let scale = mass * step * FRAC_1_SQRT_2 * 0.5 * FRAC_2_SQRT_PI;
@@ -242,7 +246,7 @@ fn add_narrow(bins: &mut [f64], mass: f64, first: f64, step: f64) {
     }
 }
 
-/// `exp(x)` for `-700 < x <= 0` to 1e-8 of it: `2^k 2^f` with `|f| <= 1/2` and the Taylor series of `2^f`.
+/// `exp(x)` for `-700 < x <= 0` to a relative 1e-8: `2^k 2^f` with `|f| <= 1/2` and the Taylor series of `2^f`.
 #[inline(always)]
 fn exp_of_negative(x: f64) -> f64 {
     // Adding this leaves a number's nearest integer in its lowest bits.
@@ -256,9 +260,9 @@ fn exp_of_negative(x: f64) -> f64 {
     series * f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52)
 }
 
-/// `Φ` on `[-REACH, REACH]` by cubic Hermite interpolation, good to 4e-9; 0 and 1 beyond.
+/// `Φ` on `[-REACH, REACH]` by cubic Hermite interpolation, accurate to 4e-9; 0 and 1 beyond.
 struct NormalDistribution {
-    /// `Φ` and its derivative, times the spacing, at even nodes.
+    /// `Φ` and its derivative times the spacing, at equally spaced nodes.
     nodes: Vec<[f64; 2]>,
 }
 

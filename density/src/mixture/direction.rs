@@ -1,12 +1,12 @@
-//! Along which direction the flow bends the initial Gaussian most.
+//! Finds the direction along which the flow bends the initial Gaussian most.
 //!
 //! Vittaldev & Russell (2016, Eq. 5) measure the second difference of the flow along a direction. Here it is the second
-//! difference over one standard deviation either side of the mean, in standard deviations of the linearly propagated cloud,
-//! and the largest over the snapshots. Plain second differences would compare radians with eccentricities, and would call a
-//! bend along the cloud as bad as one across it.
+//! difference over one standard deviation to either side of the mean, in standard deviations of the linearly propagated
+//! cloud; the largest over the snapshots counts. Plain second differences would compare radians with eccentricities,
+//! and would count a bend along the cloud as much as one across it.
 //!
-//! In the three scenarios it finds 40, 175 and 155 degrees from `phi` towards `e`, neither axis being best. It depends on the
-//! snapshot, too: 60, 40, 65 and 95 degrees at the four of scenario 1.
+//! In the three scenarios it finds 40, 175 and 155 degrees from `phi` towards `e`; neither axis is the best. The
+//! direction also depends on the snapshot: it is 60, 40, 65 and 95 degrees at the four snapshots of scenario 1.
 
 use std::f64::consts::PI;
 
@@ -18,8 +18,8 @@ use crate::flow::Flow;
 use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 
-/// The direction along which the flow bends the initial Gaussian most: its angle from the `phi` axis in standardised
-/// coordinates, in `[0, π)`, and the points propagated to find it.
+/// The direction along which the flow bends the initial Gaussian most, as its angle from the `phi` axis in standardised
+/// coordinates, in `[0, π)`; and the number of points propagated to find it.
 ///
 /// # Errors
 /// [`MixtureError::NothingInside`], [`MixtureError::Escaped`].

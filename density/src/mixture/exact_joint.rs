@@ -1,4 +1,4 @@
-//! The exact joint density for the tests, as bin averages: the initial mass carried forward.
+//! The exact joint density for the tests, as bin averages: the initial probability carried forward.
 //!
 //! A lattice of orbits over `±6 sigma` is propagated through all snapshots; between its nodes the flow map is interpolated by
 //! Lagrange polynomials of third order along both directions. Each cell's probability is spread over 100 points of a Kronecker sequence
@@ -16,7 +16,7 @@ const EDGE: f64 = 6.0;
 const POINTS: usize = 100;
 const SPACING: f64 = 2.0 * EDGE / CELLS as f64;
 
-/// Nodes along an axis: one more on either side than the cells need.
+/// Nodes along an axis: the interpolation needs one more on either side than the cells have.
 const NODES: usize = CELLS + 3;
 
 /// Probability in each bin of each grid.
@@ -40,14 +40,14 @@ pub(super) fn exact_masses(problem: &Problem, grids: &[Grid]) -> Vec<Vec<f64>> {
     snapshots
 }
 
-/// What a sixteenth of the cells puts into the bins.
+/// The probability that a sixteenth of the cells puts into the bins.
 fn row_masses(problem: &Problem, grid: &Grid, x1: &[f64], x2: &[f64], part: usize) -> Vec<f64> {
     let mut masses = vec![0.0; grid.len()];
     let share = SPACING * SPACING / (POINTS as f64 * std::f64::consts::TAU);
     for cell in (part * CELLS * CELLS / 16)..((part + 1) * CELLS * CELLS / 16) {
         let (i, j) = (cell / CELLS, cell % CELLS);
         for k in 0..POINTS {
-            // The two-dimensional golden ratio (Roberts 2018), running on from cell to cell.
+            // The two-dimensional golden ratio (Roberts 2018); the sequence continues from cell to cell.
             let step = (cell * POINTS + k) as f64;
             let (s, t) = ((step * 0.754_877_666_246_692_8).fract(), (step * 0.569_840_290_998_053_3).fract());
             let (u, v) = ((i as f64 + s) * SPACING - EDGE, (j as f64 + t) * SPACING - EDGE);

@@ -1,4 +1,4 @@
-//! An even lattice of equal components: fine splitting at one sigma point a component.
+//! An even lattice of equal components: fine splitting at one sigma point per component.
 //!
 //! Equal Gaussians at spacing `d` reproduce a smooth density to a relative ripple of `2 exp(-2 π² sigma²/d²)` (Poisson's
 //! summation formula). The standard normal is therefore the mixture
@@ -7,17 +7,18 @@
 //! w_i ∝ exp(-(i d)²/(2 (1 - sigma²))),   m_i = i d,   sigma = d/sqrt(n + zeta)
 //! ```
 //!
-//! along each of two perpendicular directions: the weights sample the normal that, widened by the components, has variance 1.
-//! Why this and not the library of [`super::library`]:
+//! along each of two perpendicular directions. The weights sample the normal distribution that has variance 1 once the
+//! components have widened it. The advantages over the library of [`super::library`]:
 //!
-//! - `N` components have `sigma ∝ 1/N`, not `1/sqrt(N)`: 39 components are 0.16 wide both ways, but 99 of the library 0.10, here
-//!   0.06. Splitting in seven three times over makes 343 components of width 0.054 a direction, the lattice about 117.
+//! - With `N` components, `sigma` is proportional to `1/N`, not to `1/sqrt(N)`. The width of 39 components is 0.16 in
+//!   both cases, but that of 99 components is 0.10 with the library and 0.06 here. Splitting in seven three times over
+//!   makes 343 components of width 0.054 per direction; the lattice needs about 117.
 //! - With `sigma = d/sqrt(n + zeta)` the outer sigma points of a component are the centres of its neighbours. Each point
-//!   is propagated once and serves five components: fine splitting costs one sigma point a component, not five.
-//! - Mean and variance are kept to the ripple and the cut at `reach`; nothing has to be optimised.
+//!   is propagated once and serves five components: fine splitting costs one sigma point per component, not five.
+//! - Mean and variance are kept, except for the ripple and the cut at `reach`; nothing has to be optimised.
 //!
-//! With `n + zeta = 3` the ripple is 0.3 % of the density in each direction, on the scale of a component; with the paper's
-//! 1.28 it is 4e-7, but the components are half as wide again and bend more.
+//! With `n + zeta = 3` the ripple is 0.3 % of the density in each direction, on the scale of a component. With the
+//! paper's 1.28 it is 4e-7, but the components are wider by half and bend more.
 
 use super::MixtureError;
 use super::split::{Axes, CutComponent, SigmaPoints, is_inside, state};
@@ -31,7 +32,7 @@ pub struct Lattice {
     pub angle: f64,
     /// Distance of neighbours along the first direction and perpendicular to it \[standard deviations\].
     pub spacing: [f64; 2],
-    /// Components further from the centre are left out \[standard deviations\].
+    /// Distance from the centre beyond which components are left out \[standard deviations\].
     pub reach: f64,
 }
 
@@ -42,8 +43,8 @@ impl Default for Lattice {
 }
 
 impl Lattice {
-    /// Holds all but 3e-7 of the Gaussian. The far tail matters: at 5 the deviation of `e` in scenario 3 at two years is
-    /// 0.09 % short, at 5.5 0.01 %.
+    /// Holds all but 3e-7 of the Gaussian. The far tail matters: in scenario 3 at two years, the standard deviation of
+    /// `e` is too small by 0.09 % with a reach of 5, and by 0.01 % with 5.5.
     pub const REACH: f64 = 5.5;
 
     /// The spacing above which the components would be wider than 0.8 of the Gaussian that they make up.
@@ -51,7 +52,7 @@ impl Lattice {
         0.8 * unscented.distance_squared().sqrt()
     }
 
-    /// About how many sigma points the lattice has: its area and a row around it.
+    /// Approximate number of sigma points of the lattice: its area and a row around it.
     pub fn points(&self, unscented: &Unscented) -> f64 {
         let [a, b] = self.half_axes(unscented);
         std::f64::consts::PI * (a / self.spacing[0] + 0.6) * (b / self.spacing[1] + 0.6)
@@ -120,7 +121,7 @@ impl Lattice {
     }
 }
 
-/// Numbers of the lattice points that are in use.
+/// Numbers the lattice points that are in use.
 struct Numbered {
     columns: i32,
     rows: i32,
@@ -128,13 +129,13 @@ struct Numbered {
 }
 
 impl Numbered {
-    /// For indices up to one beyond `columns` and `rows`.
+    /// For indices up to one beyond `columns` and `rows` on either side.
     fn new(columns: i32, rows: i32) -> Self {
         let size = (2 * columns + 3) as usize * (2 * rows + 3) as usize;
         Self { columns, rows, numbers: vec![None; size] }
     }
 
-    /// The number of the point at `(i, j)`, a new one if it is not in use yet.
+    /// The number of the point at `(i, j)`; the point gets a new number if it is not in use yet.
     fn number(
         &mut self,
         (i, j): (i32, i32),

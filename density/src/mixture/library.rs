@@ -6,16 +6,16 @@
 //! J = ∫ [N(x; 0, 1) - Σ w_i N(x; m_i, sigma²)]² dx,    Σ w_i = 1,   symmetric in x
 //! ```
 //!
-//! `J` has a closed form in Gaussians, but one that subtracts numbers of order 1 to leave 1e-11: it loses the digits that
-//! decide the means. The integral is therefore kept as a sum of squares on an even grid of spacing `0.4 sigma`, which for
-//! these integrands is exact to rounding (the trapezoidal rule converges exponentially), and minimised by Levenberg and
-//! Marquardt's method with the sum of weights eliminated. Solved at run time: 39 components take about 30 ms. The minimum
-//! lies in a flat valley, so compare by cost and moments, not digit by digit. From 49 components on the optimiser stops on
-//! its way down the valley, once `J` is below 2e-12.
+//! `J` has a closed form in Gaussians, but that form subtracts numbers of order 1 to leave 1e-11, and loses the digits
+//! that decide the means. The integral is therefore kept as a sum of squares on an even grid of spacing `0.4 sigma`,
+//! which for these integrands is exact to rounding (the trapezoidal rule converges exponentially). It is minimised by
+//! the Levenberg-Marquardt method with the sum of weights eliminated. The library is solved for at run time: 39
+//! components take about 30 ms. The minimum lies in a flat valley, so compare libraries by cost and moments, not digit
+//! by digit. From 49 components on the optimiser stops on its way down the valley, once `J` is below 2e-12.
 //!
 //! The first rule loses variance: 2.6 % for `N` = 7, 4e-5 for 39. [`Variance::Kept`] minimises the same `J` under the
-//! additional condition `Σ w_i m_i² + sigma² = 1`. It is eliminated, too: the means are `κ m_i` with the factor
-//! `κ² = (1 - sigma²)/Σ w_i m_i²`, whose derivatives enter those of the residuals.
+//! additional condition `Σ w_i m_i² + sigma² = 1`. That condition is eliminated, too: the means are `κ m_i` with the
+//! factor `κ² = (1 - sigma²)/Σ w_i m_i²`, whose derivatives enter those of the residuals.
 
 use std::f64::consts::PI;
 
@@ -23,9 +23,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::MixtureError;
 
-/// Most components of a library.
+/// Largest number of components of a library.
 pub const MOST: usize = 99;
-/// Iterations after which the optimiser gives up; 39 components take about 100.
+/// Number of iterations after which the optimiser gives up; 39 components take about 100.
 const MOST_ITERATIONS: usize = 500;
 /// A cost that needs no further improvement: the mixture is within 1.4e-6 of the normal in the L2 norm.
 const NEGLIGIBLE_COST: f64 = 2e-12;
@@ -33,9 +33,9 @@ const NEGLIGIBLE_COST: f64 = 2e-12;
 /// Whether a library keeps the variance of the standard normal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Variance {
-    /// Vittaldev & Russell's first rule: the variance is what the smallest cost leaves.
+    /// Vittaldev & Russell's first rule: the variance is the one that the smallest cost leads to.
     Free,
-    /// Exactly 1.
+    /// The variance is exactly 1.
     #[default]
     Kept,
 }
@@ -91,7 +91,7 @@ struct Fit {
     sigma: f64,
     variance: Variance,
     nodes: Vec<f64>,
-    /// Square root of the weight of a node; twice the spacing, as the integrand is even.
+    /// Square root of the weight of a node; the weight is twice the spacing, as the integrand is even.
     root: f64,
 }
 
@@ -105,8 +105,8 @@ impl Fit {
         Self { pairs: components / 2, sigma, variance, nodes, root: (2.0 * spacing).sqrt() }
     }
 
-    /// Means a bit wider apart outwards, weights of a Gaussian: close enough for every `N`. The outermost mean is a fit to
-    /// the solutions (1.08 for `N` = 3, 4.38 for 39).
+    /// The means lie a bit wider apart outwards, and the weights are those of a Gaussian: close enough for every `N`.
+    /// The outermost mean is a fit to the solutions (1.08 for `N` = 3, 4.38 for 39).
     fn initial_guess(&self) -> DVector<f64> {
         let outermost = 1.25 * ((2 * self.pairs + 1) as f64).ln() - 0.33;
         let even = (1.22 * self.sigma * self.pairs as f64).min(outermost);
@@ -168,7 +168,7 @@ impl Fit {
         unknowns
     }
 
-    /// Levenberg-Marquardt; `None` if it does not settle.
+    /// Levenberg-Marquardt method; `None` if it does not converge.
     fn minimise(&self) -> Option<DVector<f64>> {
         let mut unknowns = self.on_condition(self.initial_guess());
         let (mut residual, mut slope) = self.linearise(&unknowns);
@@ -186,7 +186,7 @@ impl Fit {
                     return Some(unknowns);
                 }
             } else if damping > 1e8 {
-                return Some(unknowns); // no direction goes down any more
+                return Some(unknowns); // no direction lowers the cost any more
             } else {
                 damping *= 4.0;
             }
@@ -230,7 +230,7 @@ fn damped_step(residual: &DVector<f64>, slope: &DMatrix<f64>, damping: f64) -> O
 mod tests {
     use super::*;
 
-    /// `∫ [N(x; 0, 1) - Σ w N(x; m, s²)]² dx` in its closed form, not the way it was minimised.
+    /// `∫ [N(x; 0, 1) - Σ w N(x; m, s²)]² dx` in closed form, which is not how it was minimised.
     fn closed_form_cost(library: &Library) -> f64 {
         let (wide, wider) = ((1.0 + library.sigma * library.sigma).sqrt(), 2f64.sqrt() * library.sigma);
         let pairs = || library.weights.iter().zip(&library.means);

@@ -1,16 +1,17 @@
 //! Fewer components with the same mean and covariance.
 //!
-//! Two components are replaced by the Gaussian with their common moments (Eq. 16), again and again, each time the pair for
-//! which that costs least. The cost is Runnalls' upper bound on the Kullback-Leibler divergence that a merger adds (Runnalls,
-//! IEEE Trans. Aerosp. Electron. Syst. 43(3), 2007, Eq. 16):
+//! Two components are replaced by the Gaussian with their common moments (Eq. 16), again and again; each time it is the
+//! pair for which this costs least. The cost is Runnalls' upper bound on the Kullback-Leibler divergence that a merger
+//! adds (Runnalls, IEEE Trans. Aerosp. Electron. Syst. 43(3), 2007, Eq. 16):
 //!
 //! ```text
 //! B(i, j) = ½ [(w_i + w_j) ln det P_ij - w_i ln det P_i - w_j ln det P_j]
 //! ```
 //!
-//! Mean and covariance of the mixture stay as they are to rounding. Every merger asks all components for their cheapest partner:
-//! the time grows with the third power of their number, under half a second from 877 to 300, 8 s from 4,155 to 2,000 on two threads. Those 2,000
-//! had the same `L1` error as the 4,155 at all snapshots of scenario 1; 1,000 had 0.004 instead of 0.003 at one year, 300 had 0.02.
+//! Mean and covariance of the mixture stay the same to rounding. Every merger searches the cheapest partner among all
+//! components, so the time grows with the third power of their number: under half a second from 877 to 300 components,
+//! 8 s from 4,155 to 2,000 on two threads. Those 2,000 had the same `L1` error as the 4,155 at all snapshots of
+//! scenario 1; 1,000 had 0.004 instead of 0.003 at one year, and 300 had 0.02.
 
 use rayon::prelude::*;
 
@@ -67,7 +68,7 @@ fn cheapest_partner(components: &[Weighed], i: usize) -> Partner {
     })
 }
 
-/// A component and its `w ln det P`.
+/// A component and the value of its `w ln det P`.
 #[derive(Clone, Copy)]
 struct Weighed {
     component: Component,
@@ -84,18 +85,18 @@ fn entropy(component: &Component) -> f64 {
     component.weight * determinant(component).ln()
 }
 
-/// Runnalls' bound.
+/// Runnalls' bound for a pair.
 fn cost(a: &Weighed, b: &Weighed) -> f64 {
     0.5 * (entropy(&merged(&a.component, &b.component)) - a.entropy - b.entropy)
 }
 
-/// Kept above zero for components that the flow has drawn out to a line.
+/// The determinant of the covariance, kept above zero for components that the flow has drawn out to a line.
 fn determinant(component: &Component) -> f64 {
     let product = component.var_phi * component.var_e;
     (product - component.cov_phi_e * component.cov_phi_e).max(1e-14 * product)
 }
 
-/// The Gaussian with the moments of two.
+/// The Gaussian with the common moments of two.
 fn merged(a: &Component, b: &Component) -> Component {
     let weight = a.weight + b.weight;
     let (share, other) = (a.weight / weight, b.weight / weight);

@@ -9,7 +9,7 @@
 //! rows, grid -> estimate -> Estimate
 //! ```
 //!
-//! The two lines may run in different processes: the rows are all that passes between them.
+//! The two lines may run in different processes: only the rows pass between them.
 //!
 //! | file | idea |
 //! |---|---|
@@ -17,18 +17,19 @@
 //! | [`split`] | the initial Gaussian as components along one or two directions |
 //! | [`lattice`] | the same on an even lattice, where neighbours share their sigma points |
 //! | [`plan`] | which lattice a given problem needs |
-//! | [`direction`] | in which direction a given problem bends most |
+//! | [`direction`] | in which direction the flow of a given problem bends the cloud most |
 //! | [`unscented`] | sigma points and the moments they carry |
-//! | [`propagator`] | the sigma points on their way |
-//! | [`linearity`] | how far the flow over a component is from linear: when to distrust the density |
-//! | [`merge`] | fewer components, same mean and covariance |
-//! | [`moments`], [`bins`] | what a mixture says: moments, and bin averages of its density |
+//! | [`propagator`] | the sigma points, moved from snapshot to snapshot |
+//! | [`linearity`] | how far the flow over a component is from linear, which says when to distrust the density |
+//! | [`merge`] | fewer components with the same mean and covariance |
+//! | [`moments`], [`bins`] | the results of a mixture: moments, and bin averages of its density |
 //! | [`any_model`] | the transform and the mixture over the variables of a model that is not planar |
 //!
-//! # What the paper's form can and cannot do
-//! [`Settings::paper`] is the method of Table 3: 39 components split along `e` (the text says along `phi`, the numbers say
-//! `e`), 195 sigma points. Means are good to 0.3 %, deviations to a few per cent. The density is poor: the components stay a
-//! full `sigma_phi` wide in the direction that was not split, and where the flow bends them a Gaussian cannot follow.
+//! # What the paper's form can do and what it cannot
+//! [`Settings::paper`] is the method of Table 3: 39 components split along `e` (the text says along `phi`, but the
+//! numbers are those of a split along `e`), 195 sigma points. Means are accurate to 0.3 %, standard deviations to a few
+//! per cent. The density is poor: the components stay a full `sigma_phi` wide in the direction that was not split, and
+//! a Gaussian cannot follow where the flow bends them.
 //!
 //! The default, [`Settings::default`], plans an even lattice in both directions; its points are propagated once through all
 //! snapshots. Measured (C = 0.15, W = 0.40921):
@@ -42,17 +43,17 @@
 //! | 3 | paper | 195 | 39 | 9.4 % | 0.04, 0.19, 0.44, 0.53 |
 //! | 3 | default | 1,962 | 1,641 | 0.02 % | 0.002, 0.002, 0.002, 0.002 |
 //!
-//! Sigma points are all that were propagated, the 161 of the plan's pilot included. The worst moment is the largest relative
-//! error of the two means and two deviations over the snapshots. `L1` is the integral of the absolute difference from the
-//! exact joint density on the comparison grid of 100 x 100 bins, at most 2; the exact density it was measured against is good
-//! to about 0.002. The defaults (tolerance, reach) and [`linearity::DISTRUST`] were chosen while looking at these same three
-//! scenarios; no other problem was tried.
+//! The number of sigma points counts all that were propagated, including the 161 of the plan's pilot. The worst moment
+//! is the largest relative error of the two means and two standard deviations over the snapshots. `L1` is the integral
+//! of the absolute difference from the exact joint density on the comparison grid of 100 x 100 bins, at most 2; the
+//! exact density used here is itself accurate to about 0.002. The defaults (tolerance, reach) and
+//! [`linearity::DISTRUST`] were chosen while looking at these same three scenarios; no other problem was tried.
 //!
 //! # Limits
-//! Probabilities beyond `e_cri` far out in the tail (below about 1e-6) are those of Gaussians cut at 5.5 standard deviations,
-//! not of the flow: at two years in scenario 1 the exact value is 1e-12, a mixture says 1e-57. A component that reaches
-//! across `e = 0` is no Gaussian in `(phi, e)`; in scenario 1 at two years the cloud passes the origin at 3.3 standard deviations,
-//! which fine components survive (`L1` 0.001) and coarse ones do not.
+//! Probabilities above `e_cri` far out in the tail (below about 1e-6) are those of Gaussians cut at 5.5 standard
+//! deviations, not those of the flow: at two years in scenario 1 the exact value is 1e-12, and a mixture gives 1e-57. A
+//! component that reaches across `e = 0` is not Gaussian in `(phi, e)`. In scenario 1 at two years the cloud passes the
+//! origin at 3.3 standard deviations, which fine components survive (`L1` 0.001) and coarse ones do not.
 
 use crate::flow::Escaped;
 
@@ -78,7 +79,7 @@ mod tests;
 pub use moments::{estimate, mass_below_zero};
 pub use propagator::{Mixture, Propagator};
 
-/// One Gaussian of a mixture in the `(phi, e)` plane: a row of what a propagator publishes.
+/// One Gaussian of a mixture in the `(phi, e)` plane: one row of the snapshot that a propagator publishes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Component {
     /// Share of the probability.
@@ -96,7 +97,7 @@ pub struct Component {
 }
 
 impl Component {
-    /// The wire row `(w, m_phi, m_e, P_phiphi, P_phie, P_ee)`.
+    /// The row as it is published: `(w, m_phi, m_e, P_phiphi, P_phie, P_ee)`.
     pub fn to_array(self) -> [f64; 6] {
         [self.weight, self.mean_phi, self.mean_e, self.var_phi, self.cov_phi_e, self.var_e]
     }
@@ -106,7 +107,7 @@ impl Component {
         Self { weight, mean_phi, mean_e, var_phi, cov_phi_e, var_e }
     }
 
-    /// The component's part above `e = 0`, which is all of it that there is: its probability, mean and covariance.
+    /// The part of the component above `e = 0`, below which there are no orbits: its probability, mean and covariance.
     pub(super) fn above_zero(self) -> Self {
         let sigma = self.var_e.sqrt();
         if sigma.is_nan() || sigma <= 0.0 {
@@ -124,7 +125,8 @@ impl Component {
         }
     }
 
-    /// Whether this is a Gaussian at all: finite, with a weight that is not negative and a covariance that is not indefinite.
+    /// Whether the values are those of a Gaussian: finite, with a weight that is not negative and a covariance that is
+    /// not indefinite.
     fn is_gaussian(&self) -> bool {
         let determinant = self.var_phi * self.var_e - self.cov_phi_e * self.cov_phi_e;
         self.to_array().iter().all(|x| x.is_finite())
@@ -163,7 +165,7 @@ impl Above {
     }
 }
 
-/// What a mixture method is told.
+/// Settings of a mixture method.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Settings {
     /// How the initial Gaussian is split.
@@ -191,7 +193,7 @@ impl Settings {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Split {
     /// By the univariate splitting library (Eq. 15): `components` along a direction times `across` perpendicular to it.
-    /// Both odd; 1 does not split.
+    /// Both are odd; 1 does not split.
     Library {
         /// The direction.
         along: split::Direction,
@@ -231,7 +233,7 @@ pub enum MixtureError {
     CovarianceWeight {
         /// The weight that the parameters give.
         weight: f64,
-        /// The least that is safe.
+        /// The smallest weight that is safe.
         least: f64,
     },
     /// Lattice spacings that cannot reproduce the initial Gaussian.
@@ -254,7 +256,7 @@ pub enum MixtureError {
         tolerance: f64,
         /// The sigma points allowed.
         points: usize,
-        /// The fewest that would do.
+        /// The smallest number of sigma points that is enough.
         least: usize,
     },
     /// No part of the initial Gaussian is inside `0 < e < 1`.
@@ -262,16 +264,16 @@ pub enum MixtureError {
         "no component of the initial Gaussian has all its sigma points inside 0 < e < 1; check its mean and deviation"
     )]
     NothingInside,
-    /// A snapshot time that is no time.
+    /// A snapshot time that is not a finite number.
     #[error("cannot propagate to t = {0} yr; a snapshot time is a finite number")]
     Time(f64),
-    /// A row that is no Gaussian.
+    /// A row that is not a Gaussian.
     #[error(
         "component {index} is no Gaussian: {row:?} (w, m_phi, m_e, P_phiphi, P_phie, P_ee) must be finite, the weight not \
          negative, the variances positive and the covariance not indefinite"
     )]
     NoGaussian {
-        /// Which.
+        /// Index of the component.
         index: usize,
         /// Its row.
         row: [f64; 6],
@@ -279,12 +281,12 @@ pub enum MixtureError {
     /// A mixture without probability.
     #[error("the mixture has no weight: it needs at least one component of positive weight")]
     Weightless,
-    /// A sigma point left the domain of the equations.
+    /// A sigma point could not be followed by the equations of motion.
     #[error("a sigma point cannot be propagated")]
     Escaped(#[from] Escaped),
 }
 
-/// Checks rows that come from outside.
+/// Checks rows that come from outside this library.
 fn check(components: &[Component]) -> Result<(), MixtureError> {
     if let Some(index) = components.iter().position(|component| !component.is_gaussian()) {
         return Err(MixtureError::NoGaussian { index, row: components[index].to_array() });

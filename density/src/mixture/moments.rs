@@ -1,9 +1,10 @@
-//! Moments of a Gaussian mixture, and the estimate that it amounts to on the comparison grid.
+//! Moments of a Gaussian mixture, and its estimate on the comparison grid.
 //!
-//! Mean and covariance are those of Eq. 16, in the form that does not cancel: `P_c = Σ w_i (P_i + (m_i - m_c)(m_i - m_c)^T)`.
-//! The circular mean is the direction of `Σ w_i exp(i m_i - P_i/2)`, the mean vector of normals wrapped round the circle
-//! (Mardia & Jupp 2000, Eq. 3.5.60); means of `phi` are taken on the branch around it.
-//! `P(e > e_cri)` is a sum of complementary error functions. Of every component only what lies above `e = 0` counts.
+//! Mean and covariance are those of Eq. 16, in a form without cancellation:
+//! `P_c = Σ w_i (P_i + (m_i - m_c)(m_i - m_c)^T)`. The circular mean is the direction of `Σ w_i exp(i m_i - P_i/2)`,
+//! the mean vector of normals wrapped round the circle (Mardia & Jupp 2000, Eq. 3.5.60); means of `phi` are taken on
+//! the branch around it. `P(e > e_cri)` is a sum of complementary error functions. Only the part of every component
+//! above `e = 0` counts.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -64,15 +65,15 @@ pub fn moments(components: &[Component], critical_e: f64) -> Result<(Moments, Ci
     Ok(unchecked_moments(components, critical_e))
 }
 
-/// The share of a mixture's probability that lies below `e = 0`, where there are no orbits: [`estimate`] leaves it out. Gaussians in
-/// `(phi, e)` are a poor picture of what reaches across `e = 0`.
+/// The share of a mixture's probability that lies below `e = 0`, where there are no orbits; [`estimate`] leaves it out.
+/// Where a component reaches across `e = 0`, a Gaussian in `(phi, e)` describes the cloud poorly.
 pub fn mass_below_zero(components: &[Component]) -> f64 {
     let [all, above] = ordered_sum(components.len(), |i| [components[i].weight, components[i].above_zero().weight]);
     (1.0 - above / all).max(0.0)
 }
 
-/// The density, marginals and moments of a mixture: bin averages on `grid`, moments of all of it above `e = 0`. Weights need not
-/// sum to 1; the result is normalised.
+/// The density, marginals and moments of a mixture: bin averages on `grid`, and moments of the whole part above
+/// `e = 0`. Weights need not sum to 1; the result is normalised.
 ///
 /// # Errors
 /// [`MixtureError::NoGaussian`] and [`MixtureError::Weightless`].

@@ -1,7 +1,8 @@
 //! Derivatives of the flow map over the initial Gaussian, from a coarse lattice of orbits.
 //!
-//! Central differences over the nine points around a node, half a standard deviation apart: not the derivatives at the node but
-//! their mean over a component or more, which is what decides here. See [`super::plan`] for what they are used for.
+//! The derivatives are central differences over the nine points around a node, half a standard deviation apart. They
+//! are not the derivatives at the node but their mean over a component or more, which is what matters here. See
+//! [`super::plan`] for their use.
 
 use super::MixtureError;
 use super::lattice::Lattice;
@@ -16,14 +17,14 @@ use crate::problem::{InitialGaussian, Problem};
 
 /// Spacing of the pilot lattice \[standard deviations\].
 const PILOT_SPACING: f64 = 0.5;
-/// Nodes of the pilot lattice along a half axis: it ends at three standard deviations, where the weight is 1 %.
+/// Number of nodes of the pilot lattice along a half axis. It ends at three standard deviations, where the weight is 1 %.
 const PILOT_NODES: i32 = 6;
 
 /// Derivatives of the flow map at the nodes of the pilot lattice.
 pub(super) struct Pilot {
-    /// One list of nodes a snapshot.
+    /// One list of nodes per snapshot.
     snapshots: Vec<Snapshot>,
-    /// How many points were propagated.
+    /// Number of points propagated.
     pub(super) points: usize,
 }
 
@@ -33,11 +34,11 @@ struct Snapshot {
     resolution: [f64; 2],
 }
 
-/// Derivatives of `(phi, e)` by the standardised coordinates at a node.
+/// Derivatives of `(phi, e)` with respect to the standardised coordinates at a node.
 struct Node {
     weight: f64,
     first: [[f64; 2]; 2],
-    /// By `uu`, `uv`, `vv`.
+    /// With respect to `uu`, `uv`, `vv`.
     second: [[f64; 2]; 3],
 }
 
@@ -66,7 +67,7 @@ impl Pilot {
     }
 }
 
-/// Where each node of the pilot lattice is in the list of points; nodes outside the domain are not.
+/// Index of each node of the pilot lattice in the list of points; `None` for nodes outside `0 < e < 1`.
 type Indices = Vec<Vec<Option<usize>>>;
 
 fn pilot_states(initial: &InitialGaussian) -> (Indices, Vec<State>) {
@@ -157,7 +158,7 @@ impl Node {
         })
     }
 
-    /// What sigma points at `steps` from the centre would show.
+    /// The bends that sigma points at `steps` from the centre would show.
     fn bends(&self, steps: [[f64; 2]; 2], unscented: &Unscented) -> Bends {
         let share = 1.0 / unscented.distance_squared();
         let slope = |[u, v]: [f64; 2], x: usize| u * self.first[0][x] + v * self.first[1][x];

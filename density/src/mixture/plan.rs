@@ -1,4 +1,4 @@
-//! Which lattice a problem needs: a look ahead with a few hundred pilot points.
+//! Chooses the lattice that a problem needs, by a look ahead with a few hundred pilot points.
 //!
 //! A pilot lattice of spacing 0.5 is carried through all snapshots. At each of its nodes the nine points around it give the
 //! first and second derivatives of the flow map, from which the disagreement `D` of [`super::linearity`] follows for a component
@@ -9,11 +9,12 @@
 //! ```
 //!
 //! without propagating anything again. The twist `d_1 d_2 ∂²x/∂p_1∂p_2`, which sigma points on the axes do not see, is added as a
-//! third bend. The plan is the lattice with the fewest points whose `D` is below the tolerance at
-//! every snapshot; if that is more than allowed, the lattice with the least `D` among those that are allowed.
+//! third bend. The plan is the lattice with the fewest points whose `D` is below the tolerance at every snapshot. If
+//! that lattice has more points than allowed, the plan is the allowed lattice with the least `D`.
 //!
 //! One lattice serves the whole cloud and all snapshots. Refining only where the flow bends would break the lattice, and with
-//! it the sharing of sigma points, see [`super::lattice`]; it was not tried, as the lattice needed fewer points than were allowed.
+//! it the sharing of sigma points (see [`super::lattice`]). It was not tried, as the lattice needed fewer points than
+//! were allowed.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -25,21 +26,21 @@ use crate::flow::Flow;
 use crate::model::PlanarHamiltonian;
 use crate::problem::Problem;
 
-/// Fewest points to plan with: those of the pilot and of a coarse lattice.
+/// Smallest number of points to plan with: those of the pilot and of a coarse lattice.
 pub const LEAST_POINTS: usize = 600;
-/// Orientations tried in a quarter turn.
+/// Number of orientations tried in a quarter turn.
 const ORIENTATIONS: u32 = 6;
-/// Spacings tried, each a sixth of an octave below the last.
+/// Number of spacings tried, each a sixth of an octave below the one before.
 const SPACINGS: i32 = 40;
 /// The widest spacing tried \[standard deviations\].
 const WIDEST: f64 = 0.6;
 
-/// What a plan may cost and what it has to reach.
+/// The permitted cost of a plan and its target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adaptive {
     /// Largest disagreement `D`, twist included, that the plan allows at any snapshot.
     pub tolerance: f64,
-    /// Most sigma points, those of the pilot included.
+    /// Largest number of sigma points, including those of the pilot.
     pub sigma_points: usize,
 }
 
@@ -49,14 +50,14 @@ impl Default for Adaptive {
     }
 }
 
-/// A lattice, and what it is expected to reach.
+/// A lattice and its expected disagreement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
     /// The lattice.
     pub lattice: Lattice,
     /// The largest disagreement `D`, twist included, expected at any snapshot.
     pub disagreement: f64,
-    /// Points that were propagated to find out.
+    /// Number of points propagated for the plan.
     pub pilot_points: usize,
 }
 

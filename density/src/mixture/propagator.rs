@@ -1,4 +1,4 @@
-//! The sigma points on their way through the snapshots.
+//! Moves the sigma points through the snapshots.
 //!
 //! The components are made once, at `t = 0`; their sigma points are moved from snapshot to snapshot. The weights stay as
 //! they are (Sect. 3.3.1 of the paper).
@@ -20,12 +20,12 @@ use crate::problem::Problem;
 pub struct Mixture {
     /// The components, their mean `phi` on the branch within π of the mixture's circular mean.
     pub components: Vec<Component>,
-    /// Of each component, how far apart its unscented and its linear prediction are ([`linearity`]).
+    /// How far apart the unscented and the linear prediction of each component are ([`linearity`]).
     pub disagreements: Vec<f64>,
 }
 
 impl Mixture {
-    /// `D`, the mean of the disagreements; above [`linearity::DISTRUST`] the density is not to be trusted.
+    /// `D`, the mean of the disagreements; above [`linearity::DISTRUST`] the density should not be trusted.
     pub fn disagreement(&self) -> f64 {
         linearity::mean_disagreement(&self.components, &self.disagreements)
     }
@@ -50,7 +50,7 @@ impl<M: PlanarHamiltonian> Propagator<M> {
     /// problem with a few hundred pilot points.
     ///
     /// # Errors
-    /// [`MixtureError`], if the settings are out of range or the initial Gaussian is outside the domain.
+    /// [`MixtureError`], if the settings are out of range or the initial Gaussian is outside `0 < e < 1`.
     pub fn new(problem: &Problem<M>, flow: &Flow<M>, settings: &Settings) -> Result<Self, MixtureError> {
         let unscented = settings.unscented;
         unscented.check()?;
@@ -124,13 +124,14 @@ impl<M: PlanarHamiltonian> Propagator<M> {
         self.pilot_points
     }
 
-    /// Share of the initial Gaussian whose components were left out, as they reach out of `0 < e < 1`.
+    /// Share of the initial Gaussian whose components were left out because they reach out of `0 < e < 1`.
     pub fn left_out(&self) -> f64 {
         self.left_out
     }
 }
 
-/// The angle of a direction from the `phi` axis in standardised coordinates, in `[0, π)`, and the points spent on finding it.
+/// The angle of a direction from the `phi` axis in standardised coordinates, in `[0, π)`, and the number of points
+/// spent on finding it.
 fn angle<M: PlanarHamiltonian>(
     direction: Direction,
     problem: &Problem<M>,

@@ -1,17 +1,17 @@
-//! The initial Gaussian as components along one direction or two.
+//! Splits the initial Gaussian into components along one direction or two.
 //!
 //! In coordinates `(u, v)` standardised by the initial Gaussian, `u` along `phi` and `v` along `e`, that Gaussian is round,
 //! so it may be split along any direction `p` and the perpendicular `r`. With a univariate library of means `m_i`, weights
-//! `w_i` and deviation `sigma` along each (Eq. 15 for one direction):
+//! `w_i` and standard deviation `sigma` along each (Eq. 15 for one direction), the components are:
 //!
 //! ```text
 //! w_ij = w_i w_j,   m_ij = m_i p + m_j r,   S_ij = [sigma_p p, sigma_r r]
 //! ```
 //!
 //! The initial Gaussian is cut to `0 < e < 1`. A component that reaches below `e = 0` is replaced by the Gaussian that has
-//! the probability, mean and covariance of its part above ([`Axes::cut`]), one that has hardly any there is left out. The
-//! others count if their means are below `e = 1` and all their sigma points inside `|e| < 1`. The weights of those that count
-//! are scaled to sum to 1.
+//! the probability, mean and covariance of its part above ([`Axes::cut`]); a component with hardly any probability
+//! there is left out. The others count if their means are below `e = 1` and all their sigma points inside `|e| < 1`.
+//! The weights of those that count are scaled to sum to 1.
 
 use super::library::Library;
 use super::unscented::{Stencil, Unscented};
@@ -19,16 +19,16 @@ use super::{Above, MixtureError};
 use crate::model::plane::State;
 use crate::problem::InitialGaussian;
 
-/// Along which line of the initial Gaussian to split.
+/// The direction along which the initial Gaussian is split.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Direction {
     /// Along `phi`, as the paper's text says.
     SolarAngle,
-    /// Along `e`, as the paper's Table 3 was computed.
+    /// Along `e`, which gives the numbers of the paper's Table 3.
     Eccentricity,
     /// At this angle from the `phi` axis towards the `e` axis \[rad\], in standardised coordinates.
     Angle(f64),
-    /// Where the flow bends most, see [`super::direction::strongest_nonlinearity`].
+    /// Along the direction in which the flow bends most, see [`super::direction::strongest_nonlinearity`].
     StrongestNonlinearity,
 }
 
@@ -40,42 +40,43 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    /// The first at `angle` from `u` towards `v` \[rad\]. A quarter turn is kept free of rounding.
+    /// Axes whose first vector is at `angle` from `u` towards `v` \[rad\]. A quarter turn is kept free of rounding.
     pub(super) fn new(angle: f64) -> Self {
         let (sin, cos) = angle.sin_cos();
         let clean = |x: f64| if x.abs() < 1e-15 { 0.0 } else { x };
         Self { cos: clean(cos), sin: clean(sin) }
     }
 
-    /// `(u, v)` of the point at `p` along the first and `r` along the second.
+    /// `(u, v)` of the point at `p` along the first axis and `r` along the second.
     pub(super) fn point(&self, [p, r]: [f64; 2]) -> [f64; 2] {
         [p * self.cos - r * self.sin, p * self.sin + r * self.cos]
     }
 }
 
-/// Standard deviations from `e = 0` beyond which a component is not cut there: the tail left is 1e-3 of it.
+/// Distance of the mean from `e = 0`, in standard deviations, beyond which a component is not cut there: the tail left
+/// is 1e-3.
 const UNCUT: f64 = 3.0;
-/// Standard deviations below `e = 0` beyond which a component is left out.
+/// Distance of the mean below `e = 0`, in standard deviations, beyond which a component is left out.
 const OUT: f64 = 4.0;
 
-/// A component as it is after the cut at `e = 0`.
+/// A component after the cut at `e = 0`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum CutComponent {
-    /// It does not reach there.
+    /// It does not reach `e = 0`.
     Whole,
-    /// The share of it that is above, with the points of its stencil in standardised coordinates `(u, v)`.
+    /// The share of the component that is above, with the points of its stencil in standardised coordinates `(u, v)`.
     Part(f64, Stencil<[f64; 2]>),
-    /// It is all below.
+    /// The whole component is below.
     Nothing,
 }
 
 impl Axes {
-    /// What is above `e = 0` of the component at `at` with deviations `sigma`, both along the axes in standardised coordinates;
-    /// its sigma points lie `distance` deviations from its mean.
+    /// The part above `e = 0` of the component at `at` with standard deviations `sigma`, both along the axes in
+    /// standardised coordinates. The sigma points lie `distance` standard deviations from the mean.
     ///
-    /// With `d` the direction of `e` in the coordinates in which the component is round, its part above is a normal cut along
-    /// `d`: the mean moves along `d` and the deviation along it shrinks by a factor `c`, so columns `S` become
-    /// `S (1 - (1 - c) d d^T)`.
+    /// Let `d` be the direction of `e` in the coordinates in which the component is round. The part above is a normal
+    /// distribution cut along `d`: its mean moves along `d` and its standard deviation along `d` shrinks by a factor
+    /// `c`, so columns `S` become `S (1 - (1 - c) d d^T)`.
     pub(super) fn cut(&self, initial: &InitialGaussian, at: [f64; 2], sigma: [f64; 2], distance: f64) -> CutComponent {
         let [_, v] = self.point(at);
         let (_, e) = initial.point(0.0, v);
@@ -110,12 +111,12 @@ pub struct SigmaPoints {
     pub weights: Vec<f64>,
     /// Which points each component has. Components may share points.
     pub stencils: Vec<Stencil<u32>>,
-    /// Share of the split Gaussian whose components were left out, as they reach out of `0 < e < 1`.
+    /// Share of the split Gaussian whose components were left out because they reach out of `0 < e < 1`.
     pub left_out: f64,
 }
 
 impl SigmaPoints {
-    /// Adds a component with sigma points of its own at standardised `(u, v)`, if all are inside `|e| < 1`.
+    /// Adds a component with its own sigma points at standardised `(u, v)`, if all of them are inside `|e| < 1`.
     pub(super) fn add(&mut self, initial: &InitialGaussian, weight: f64, stencil: Stencil<[f64; 2]>) {
         let placed: Option<Vec<State>> = stencil.iter().map(|&at| state(initial, at)).collect();
         if let Some(states) = placed.filter(|_| is_inside(initial, stencil[0])) {
@@ -126,7 +127,7 @@ impl SigmaPoints {
         }
     }
 
-    /// Scales the weights to sum to 1. `total` is the weight before components were left out.
+    /// Scales the weights to sum to 1. `total` is the sum of the weights before components were left out.
     pub(super) fn normalised(mut self, total: f64) -> Result<Self, MixtureError> {
         let kept: f64 = self.weights.iter().sum();
         if self.weights.is_empty() || kept.is_nan() || kept <= 0.0 {
@@ -144,13 +145,13 @@ pub(super) fn state(initial: &InitialGaussian, [u, v]: [f64; 2]) -> Option<State
     (e.abs() < 1.0).then(|| State::from_polar(phi, e))
 }
 
-/// Whether a component's mean is inside the domain to which the initial Gaussian is cut.
+/// Whether a component's mean is inside the range `0 < e < 1` to which the initial Gaussian is cut.
 pub(super) fn is_inside(initial: &InitialGaussian, [u, v]: [f64; 2]) -> bool {
     let (_, e) = initial.point(u, v);
     e > 0.0 && e < 1.0
 }
 
-/// Splits along the direction at `angle` by the library `along` and perpendicular to it by `across`.
+/// Splits along the direction at `angle` with the library `along`, and perpendicular to it with `across`.
 ///
 /// # Errors
 /// [`MixtureError::NothingInside`].

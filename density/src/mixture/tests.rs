@@ -1,7 +1,7 @@
-//! The mixture methods against the paper's tables, exact moments and exact densities.
+//! Tests of the mixture methods against the paper's tables, exact moments and exact densities.
 //!
-//! `tests/reference/paper-table-3.csv` holds the paper's Table 3, `exact-moments.csv` moments by quadrature over the initial
-//! Gaussian along the flow, computed independently of this crate.
+//! `tests/reference/paper-table-3.csv` holds the paper's Table 3. `exact-moments.csv` holds moments by quadrature over
+//! the initial Gaussian along the flow, computed independently of this crate.
 
 use std::sync::OnceLock;
 
@@ -15,7 +15,7 @@ use crate::model::plane::{State, density_growth};
 use crate::problem::Problem;
 use crate::problem::paper::scenario;
 
-/// Rows of a reference file that start with `key`, as numbers after it.
+/// The rows of a reference file that start with `key`, as the numbers after the key.
 fn reference(file: &str, key: &str) -> Vec<Vec<f64>> {
     let rows = file.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix(','));
     rows.map(|row| row.split(',').map(|value| value.parse().unwrap()).collect()).collect()

@@ -9,13 +9,14 @@
 //! m(t) = Σ w_k^m x_k(t),     P(t) = Σ w_k^P (x_k(t) - m(t)) (x_k(t) - m(t))^T        (Eq. 18)
 //! ```
 //!
-//! Two misprints of the paper are put right: the minus points use the same column of `S` as the plus points (Eq. 17), and
+//! Two misprints of the paper are corrected: the minus points use the same column of `S` as the plus points (Eq. 17), and
 //! the outer weights have 1, not `zeta`, in the numerator (Eq. 19; as printed, the weights do not sum to 1).
 //!
-//! The points are placed in standardised coordinates and moved in the plane `(e sin(phi), e cos(phi))`. A point placed at
-//! `e < 0` is the point at `phi + π, |e|`: the straight line through the origin of that plane, the smooth continuation of the
-//! flow map to negative `e`. At the end, each point's `phi` is taken on the branch nearest to that of the component's centre, and a
-//! point that lies more than 0.45 of a turn from it, on a line that runs across the origin, counts as one at negative `e`.
+//! The points are placed in standardised coordinates and moved in the plane `(e sin(phi), e cos(phi))`. A point placed
+//! at `e < 0` is the point at `phi + π, |e|`, on the straight line through the origin of that plane; this continues the
+//! flow map smoothly to negative `e`. At the end, each point's `phi` is taken on the branch nearest to that of the
+//! component's centre. A point that lies more than 0.45 of a turn from the centre, on a line that runs across the
+//! origin, counts as a point at negative `e`.
 
 use std::f64::consts::PI;
 
@@ -52,7 +53,7 @@ impl Unscented {
     /// The paper's choice below Eqs. 17 and 19.
     pub const PAPER: Self = Self { alpha: 0.8, beta: 0.0, eta: 2.0 };
     /// `n + zeta = 3`: the points carry the Gaussian's moments along each direction to the fifth order, so that the mean of
-    /// a flow without mixed fourth derivatives is good to fifth order (Julier & Uhlmann 2004, Sect. III).
+    /// a flow without mixed fourth derivatives is accurate to fifth order (Julier & Uhlmann 2004, Sect. III).
     pub const THIRD_ORDER: Self = Self { alpha: 1.0, beta: 1.0, eta: 0.0 };
 
     /// `n + zeta`, the square of the points' distance from their centre in standard deviations, in the plane.
@@ -60,7 +61,7 @@ impl Unscented {
         self.distance_squared_in(PLANE)
     }
 
-    /// The same in so many dimensions.
+    /// `n + zeta` in a given number of dimensions.
     pub fn distance_squared_in(&self, dimensions: usize) -> f64 {
         self.alpha * self.alpha * (dimensions as f64 + self.beta)
     }
@@ -70,7 +71,7 @@ impl Unscented {
         self.outer_weight_in(PLANE)
     }
 
-    /// The same in so many dimensions.
+    /// Weight of each outer point in a given number of dimensions.
     pub fn outer_weight_in(&self, dimensions: usize) -> f64 {
         0.5 / self.distance_squared_in(dimensions)
     }
@@ -80,7 +81,7 @@ impl Unscented {
         self.central_mean_weight_in(PLANE)
     }
 
-    /// The same in so many dimensions.
+    /// Weight of the centre in the mean, in a given number of dimensions.
     pub fn central_mean_weight_in(&self, dimensions: usize) -> f64 {
         1.0 - dimensions as f64 / self.distance_squared_in(dimensions)
     }
@@ -90,7 +91,7 @@ impl Unscented {
         self.central_covariance_weight_in(PLANE)
     }
 
-    /// The same in so many dimensions.
+    /// Weight of the centre in the covariance, in a given number of dimensions.
     pub fn central_covariance_weight_in(&self, dimensions: usize) -> f64 {
         self.central_mean_weight_in(dimensions) + 1.0 - self.alpha * self.alpha + self.eta
     }
@@ -103,7 +104,7 @@ impl Unscented {
         self.check_in(PLANE)
     }
 
-    /// The same in so many dimensions.
+    /// Like [`Unscented::check`], in a given number of dimensions.
     ///
     /// # Errors
     /// As [`Unscented::check`].
@@ -112,7 +113,7 @@ impl Unscented {
         if !(distance_squared > 0.0 && distance_squared.is_finite()) {
             return Err(MixtureError::SigmaDistance(distance_squared));
         }
-        // At a given shift s of the mean the variance is least with all outer points at the same place, and is then
+        // At a given shift s of the mean, the variance is least if all outer points are at the same place, and is then
         // s² [(n + zeta - n)²/(n (n + zeta)) + w_0].
         let n = dimensions as f64;
         let weight = self.central_covariance_weight_in(dimensions);
@@ -120,7 +121,7 @@ impl Unscented {
         if weight >= least { Ok(()) } else { Err(MixtureError::CovarianceWeight { weight, least }) }
     }
 
-    /// Eq. 18 from a component's propagated sigma points.
+    /// Eq. 18 for a component's propagated sigma points.
     pub fn transform(&self, weight: f64, points: &Stencil<State>) -> Component {
         let centre = (points[0].solar_angle(), points[0].eccentricity());
         let offsets = Offsets::from_states(points);
@@ -169,7 +170,7 @@ impl Offsets {
         Self { outer: std::array::from_fn(offset) }
     }
 
-    /// Half the difference of the pair of points along direction `i`: what is linear in the flow, times the distance.
+    /// Half the difference of the pair of points along direction `i`: the linear part of the flow, times the distance.
     pub(super) fn slope(&self, i: usize) -> [f64; 2] {
         std::array::from_fn(|axis| 0.5 * (self.outer[2 * i][axis] - self.outer[2 * i + 1][axis]))
     }

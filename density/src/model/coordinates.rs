@@ -2,16 +2,16 @@
 
 /// Some coordinates: an array, or a structure whose fields have names.
 pub trait Coordinates<T>: Copy {
-    /// How many there are.
+    /// Number of coordinates.
     const COUNT: usize;
 
-    /// Coordinates of which number `k` is `component(k)`.
+    /// The coordinates whose number `k` is `component(k)`.
     fn from_fn(component: impl FnMut(usize) -> T) -> Self;
 
     /// Coordinate number `k`.
     ///
     /// # Panics
-    /// If there are not as many.
+    /// If there is no coordinate number `k`.
     fn component(&self, k: usize) -> T;
 }
 

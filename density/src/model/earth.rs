@@ -18,7 +18,7 @@ pub const LIGHT_SPEED: f64 = 299_792_458.0;
 /// Sidereal year \[s\] (IERS).
 pub const YEAR: f64 = 365.256_363 * 86_400.0;
 
-/// Mean motion of a satellite \[rad/s\]; its semi-major axis in Earth radii.
+/// Mean motion of a satellite \[rad/s\], from its semi-major axis in Earth radii.
 pub fn mean_motion(semi_major_axis: f64) -> f64 {
     (MU / (semi_major_axis * RADIUS).powi(3)).sqrt()
 }

@@ -1,31 +1,32 @@
-//! What moves: the room in which every model of an orbit's motion lives.
+//! Models of an orbit's motion: what every model states and what it may offer beyond that.
 //!
-//! A [`Model`] says how orbits move and in which variables people speak of them. Everything else in this crate (the flow, the
-//! samples, the sigma points, the first passages) takes any model. What needs more of it asks for a capability: a
-//! [`PlanarHamiltonian`] for closed orbits in the plane, the exact density, meshes and phase portraits. To ask for it is a trait bound,
-//! so a model that lacks it is refused where the program is written.
+//! A [`Model`] says how orbits move and in which variables they are given and read out. Everything else in this crate
+//! (the flow, the samples, the sigma points, the first passages) takes any model. Code that needs more of a model asks
+//! for a capability, which is a trait bound: a [`PlanarHamiltonian`] for closed orbits in the plane, the exact density,
+//! meshes and phase portraits. A model that lacks the capability is refused at compile time.
 //!
-//! Two sets of coordinates are told apart:
+//! There are two sets of coordinates:
 //!
 //! - the *state*, in which orbits are integrated. It is regular wherever satellites go: `(e sin phi, e cos phi)` in the plane, the
 //!   eccentricity and angular momentum vectors in space;
-//! - the *variables*, in which a cloud is given and read out: solar angle, eccentricity, inclination. They have names, units and,
-//!   where they are angles, no beginning.
+//! - the *variables*, in which a cloud is given and read out: solar angle, eccentricity, inclination. They have names
+//!   and units; a variable that is an angle has no natural start.
 //!
-//! A model writes its equations of motion once, in [`Model::rate`], over any [`Quantity`]. Evaluated with plain numbers they are a
-//! rate, with [`Dual`] numbers a derivative, and recorded they become the Taylor series of the integrator ([`FromEquations`](crate::flow::FromEquations)). A model
-//! whose orbits are counted in millions may give the integrator a recurrence of its own, as [`planar`] does.
+//! A model writes its equations of motion once, in [`Model::rate`], over any [`Quantity`]. Evaluated with plain numbers
+//! they give a rate; with [`Dual`] numbers they give its derivative; and recorded they become the Taylor series of the
+//! integrator ([`FromEquations`](crate::flow::FromEquations)). A model of which millions of orbits are propagated may
+//! give the integrator a recurrence of its own, as [`planar`] does.
 //!
 //! # A new planar model
-//! One file here with an `impl` of [`PlanarHamiltonian`] and of [`parameter::Named`], and one line in [`registry`].
+//! Add one file here with an `impl` of [`PlanarHamiltonian`] and of [`parameter::Named`], and one line in [`registry`].
 //!
 //! | file | idea |
 //! |---|---|
 //! | [`variable`] | the name, the unit and the kind of a variable |
 //! | [`parameter`] | the name, the symbol and the range of a parameter |
 //! | [`coordinates`] | a fixed number of coordinates |
-//! | [`quantity`] | what equations of motion are written over: numbers, and numbers with a derivative |
-//! | [`plane`] | states in the plane, and what a planar Hamiltonian model says beyond the rest |
+//! | [`quantity`] | the types over which equations of motion are written: numbers, and numbers with a derivative |
+//! | [`plane`] | states in the plane, and what a planar Hamiltonian model states beyond every other model |
 //! | [`planar`] | solar radiation pressure and Earth's oblateness in the plane: the paper's model |
 //! | [`sun_moon`] | the same with the gravity of the Sun and the Moon |
 //! | [`earth`] | constants of the Earth and the Sun |
@@ -48,10 +49,10 @@ pub use plane::PlanarHamiltonian;
 pub use quantity::{Dual, Quantity};
 pub use variable::{Kind, Variable};
 
-/// Orbits that the integrator moves side by side: three sums in as many vector registers as AVX2 has to spare.
+/// Number of orbits that the integrator moves side by side: three sums in as many vector registers as AVX2 has to spare.
 pub const LANES: usize = 16;
 
-/// A number for each lane.
+/// One number per lane.
 pub type Lanes = [f64; LANES];
 
 /// A model of an orbit's motion. Time is in years.
@@ -80,20 +81,22 @@ pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The variables of an orbit in this state at a time \[yr\]. Those on a circle are in `[0, 2π)`.
     fn read_out(&self, time: f64, state: Self::State<f64>) -> Self::Variables;
 
-    /// A smooth function of the state that falls as the re-entry variable grows: how far the satellite is from coming down.
+    /// A smooth function of the state that falls as the re-entry variable grows; it measures how far the satellite is
+    /// from re-entry.
     fn clearance<T: Quantity>(&self, state: Self::State<T>) -> T;
 
     /// The clearance at a value of the re-entry variable.
     fn critical_clearance(&self, critical: f64) -> f64;
 
-    /// The factor by which a density per unit of the variables has changed after the flow carried it from `start` to `end`, where
-    /// it follows from these alone: the flow keeps a measure. `None` where it has to be integrated along the orbit, from
-    /// [`Model::divergence`].
+    /// The factor by which a density per unit of the variables has changed after the flow carried it from `start` to
+    /// `end`. `Some` if the factor follows from these states alone, because the flow keeps a measure; `None` if it has
+    /// to be integrated along the orbit, from [`Model::divergence`].
     fn density_growth(&self, _start: Self::State<f64>, _end: Self::State<f64>) -> Option<f64> {
         None
     }
 
-    /// Divergence of the rate in the coordinates of the state \[1/yr\]: a density per unit of them falls at that rate.
+    /// Divergence of the rate in the coordinates of the state \[1/yr\]: the relative rate at which a density per unit
+    /// of them falls.
     fn divergence(&self, time: f64, state: Self::State<f64>) -> f64 {
         let along = |k: usize| {
             let state = Self::State::<Dual>::from_fn(|j| Dual::new(state.component(j), f64::from(j == k)));
@@ -102,37 +105,39 @@ pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
         (0..Self::State::<f64>::COUNT).map(along).sum()
     }
 
-    /// The names and values of what is constant along every orbit, if anything is.
+    /// The names and values of the quantities that are constant along every orbit, if there are any.
     fn conserved(&self, _time: f64, _state: Self::State<f64>) -> Vec<(&'static str, f64)> {
         Vec::new()
     }
 
-    /// The state whose motion forwards in time is this one's motion backwards, mirrored; `None` where time cannot be reversed so.
+    /// The mirror image of the state, whose motion forwards in time mirrors the motion of this state backwards; `None`
+    /// if the model has no such symmetry.
     fn reversed(&self, _state: Self::State<f64>) -> Option<Self::State<f64>> {
         None
     }
 
-    /// Does a task with this model, or with the one that it stands for: a registry of models overrides this, so that no choice
-    /// between models is made within the task.
+    /// Does a task with this model, or with the model that it stands for. A registry of models overrides this, so that
+    /// no choice between models is made within the task.
     fn perform<T: Task>(&self, task: T) -> T::Output {
         task.with(self)
     }
 }
 
-/// Something that is done with a model, whichever it is: the integrator's loop is one.
+/// Something that is done with any model; the integrator's loop is one such task.
 pub trait Task {
-    /// What comes of it.
+    /// The result.
     type Output;
 
-    /// Does it.
+    /// Does the task with a given model.
     fn with<M: Model>(self, model: &M) -> Self::Output;
 }
 
-/// Taylor coefficients of [`LANES`] orbits of a model, `P` of each coordinate, in the time unit `1/n_sun`; those of order 0 are the
-/// states. A lane never looks at its neighbours.
+/// Taylor coefficients of [`LANES`] orbits of a model: `P` coefficients per coordinate, in the time unit `1/n_sun`. The
+/// coefficients of order 0 are the states. A lane never looks at its neighbours.
 ///
-/// Implementations mark every method `#[inline(always)]`: they become part of the integrator's loop, which is compiled for several
-/// sets of vector instructions. Loops over lanes are written for the vectoriser.
+/// Implementations mark every method `#[inline(always)]`: the methods become part of the integrator's loop, which is
+/// compiled for several sets of vector instructions. Loops over lanes are written so that the compiler can vectorise
+/// them.
 pub trait Series<const P: usize> {
     /// The model.
     type Model: Model;
@@ -143,7 +148,7 @@ pub trait Series<const P: usize> {
     /// Puts an orbit into a lane, at a time \[yr\].
     fn start(&mut self, lane: usize, state: <Self::Model as Model>::State<f64>, time: f64);
 
-    /// All coefficients from those of order 0; of the clearance only if asked for.
+    /// Computes all coefficients from those of order 0; those of the clearance only if asked for.
     fn expand(&mut self, with_clearance: bool);
 
     /// Moves each lane by its step \[1/n_sun\], backwards if negative.

@@ -5,7 +5,7 @@ use crate::problem_error::ProblemError;
 /// A parameter of a model, a pure number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
-    /// What a scenario calls it: `radiation`.
+    /// Its name in a scenario file: `radiation`.
     pub name: &'static str,
     /// Its symbol in equations: `C`.
     pub symbol: &'static str,
@@ -13,13 +13,13 @@ pub struct Parameter {
     pub force: &'static str,
     /// The least that it may be.
     pub low: f64,
-    /// The most that it may be.
+    /// The largest permitted value.
     pub high: f64,
 }
 
 /// A model with a name, made from parameters with names.
 pub trait Named: Sized {
-    /// What a scenario calls the model.
+    /// The model's name in a scenario file.
     const NAME: &'static str;
     /// Its parameters, in the order in which they are given.
     const PARAMETERS: &'static [Parameter];

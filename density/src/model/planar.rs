@@ -25,9 +25,9 @@
 //! x1' = C s + W x2 p - x2,   x2' = x1 - W x1 p,   s' = -C x1,   s p' = 4 C x1 p
 //! ```
 //!
-//! so the Taylor coefficients of all four follow from three Cauchy products an order (`x1 p`, `x2 p`, `s p`), without a
-//! square root and with one division a step. The conserved `H` would remove a variable, but no product: with `s` alone,
-//! `s'' = (H - h(s)) h'(s) - C² s` needs three as well, and `x2 = (H - h(s))/C` loses digits where `C` is small.
+//! so the Taylor coefficients of all four follow from three Cauchy products per order (`x1 p`, `x2 p`, `s p`), without a
+//! square root and with one division per step. The conserved `H` would remove a variable, but no product: with `s` alone,
+//! `s'' = (H - h(s)) h'(s) - C² s` needs three products as well, and `x2 = (H - h(s))/C` loses digits where `C` is small.
 //!
 //! The coefficients are aligned to cache lines: loads that straddle two cost a quarter of the speed.
 
@@ -69,7 +69,7 @@ pub const OBLATENESS: Parameter = Parameter { name: "oblateness", symbol: "W", f
 impl PlanarHamiltonian for Force {
     type Series<const P: usize> = PlanarSeries<P>;
 
-    /// Eq. 7 with Eq. 1 inserted.
+    /// Eq. 7, with Eq. 1 inserted.
     fn motion<T: Quantity>(&self, state: State<T>) -> State<T> {
         let s = state.s();
         let g = T::from(self.oblateness) / s.powi(4) - 1.0;
@@ -140,10 +140,10 @@ impl PlanarHamiltonian for Force {
 }
 
 impl Force {
-    /// Eq. 2: `C` and `W` from the satellite's orbit and shape, which must be in their ranges.
+    /// Eq. 2: `C` and `W` from the satellite's orbit and shape. All arguments must be in their ranges.
     ///
     /// # Errors
-    /// [`ProblemError`] with the first that is not.
+    /// [`ProblemError`] with the first argument that is not.
     pub fn from_orbit(semi_major_axis: f64, area_to_mass: f64, reflectivity: f64) -> Result<Self, ProblemError> {
         let given = |name, value, is_right, right: &str| check(Field::Parameter(name), value, is_right, right.into());
         let larger_than_earth = semi_major_axis > 1.0 && semi_major_axis <= 100.0;
@@ -157,8 +157,8 @@ impl Force {
 
 /// Eq. 2: `C` and `W` from the satellite's orbit and shape.
 ///
-/// `semi_major_axis` in Earth radii, `area_to_mass` in m²/kg, `reflectivity` the dimensionless coefficient that multiplies
-/// the solar radiation pressure (1 absorbs all light, 2 reflects it all back).
+/// `semi_major_axis` is in Earth radii and `area_to_mass` in m²/kg. `reflectivity` is the dimensionless coefficient
+/// that multiplies the solar radiation pressure (1 absorbs all light, 2 reflects it all back).
 pub fn force_from_orbit(semi_major_axis: f64, area_to_mass: f64, reflectivity: f64) -> Force {
     let a = semi_major_axis * earth::RADIUS;
     let mean_motion = earth::mean_motion(semi_major_axis);
@@ -184,15 +184,17 @@ pub struct PlanarSeries<const P: usize> {
 impl<const P: usize> PlanarSeries<P> {
     const ORDER: usize = P - 1;
 
-    /// Without oblateness the equations turn `(x1, x2, s)` about `(0, C, 1)` and lead on beyond `e = 1`, where `s` is negative and the
-    /// orbit no longer one of a satellite; nothing else in the series tells. An orbit that has passed its most eccentric point within
-    /// the step, where `x1` changes its sign, and was at `s < 0` there is put outside the domain.
+    /// Puts orbits that have reached `e = 1` within a step outside the range of the equations. Without oblateness the
+    /// equations turn `(x1, x2, s)` about `(0, C, 1)` and lead on beyond `e = 1`, where `s` is negative and the orbit
+    /// is no longer one of a satellite; nothing else in the series shows this. An orbit is put outside if it has passed
+    /// its most eccentric point within the step, where `x1` changes its sign, and had `s < 0` there.
     fn end_where_e_was_one(&mut self, before: &Lanes, step: &Lanes) {
         let radiation = self.force.radiation;
         for l in 0..LANES {
             let (x1, x2, s) = (self.x1[0][l], self.x2[0][l], self.s[0][l]);
             let has_passed = before[l] * step[l] > 0.0 && x1 * step[l] <= 0.0;
-            // The axis has the length N, the state its distance d along it: the least s is (d - C sqrt(1 - d²))/N.
+            // The axis has the length N, and the state lies at the distance d along it. So the least s is
+            // (d - C sqrt(1 - d²))/N.
             let along = (s + radiation * x2) / (1.0 + radiation * radiation).sqrt();
             if has_passed && along < radiation * (1.0 - along * along).max(0.0).sqrt() {
                 self.s[0][l] = f64::NAN;
@@ -278,7 +280,7 @@ impl<const P: usize> Series<P> for PlanarSeries<P> {
         if k == 0 { &self.x1 } else { &self.x2 }
     }
 
-    /// `s` itself.
+    /// The clearance is `s` itself.
     #[inline(always)]
     fn clearance(&self) -> &[Lanes; P] {
         &self.s

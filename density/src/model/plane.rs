@@ -1,8 +1,8 @@
-//! The plane: states, and what a planar Hamiltonian model says beyond the rest.
+//! The plane: states, and what a planar Hamiltonian model states beyond every other model.
 //!
-//! The solar angle `phi` \[rad\] is the angle from the direction towards the Sun to the pericentre, `e` the eccentricity. In
-//! `x1 = e sin(phi)`, `x2 = e cos(phi)`, which are regular at `e = 0`, averaged motion in the plane has a Hamiltonian `H(x1, x2)`
-//! that does not depend on time (Eq. 3 of Sun et al. 2022, after Krivov & Getino 1997):
+//! The solar angle `phi` \[rad\] is the angle from the direction towards the Sun to the pericentre; `e` is the
+//! eccentricity. In `x1 = e sin(phi)`, `x2 = e cos(phi)`, which are regular at `e = 0`, averaged motion in the plane
+//! has a Hamiltonian `H(x1, x2)` that does not depend on time (Eq. 3 of Sun et al. 2022, after Krivov & Getino 1997):
 //!
 //! ```text
 //! x1' = n_sun s ∂H/∂x2      x2' = -n_sun s ∂H/∂x1      s = sqrt(1 - e²)
@@ -18,7 +18,7 @@ use super::earth::SUN_MEAN_MOTION;
 use super::parameter::Parameter;
 use super::{Kind, Model, Quantity, Series, Task, Variable, acceleration};
 
-/// Solar angle and eccentricity, as every planar model has them.
+/// The variables of every planar model: solar angle and eccentricity.
 pub const VARIABLES: [Variable; 2] = [
     Variable { name: "solar angle", symbol: "phi", unit: "rad", kind: Kind::Circle },
     Variable { name: "eccentricity", symbol: "e", unit: "", kind: Kind::Interval { low: 0.0, high: 1.0 } },
@@ -75,37 +75,38 @@ impl<T: Copy> Coordinates<T> for State<T> {
 
 /// A planar model with a Hamiltonian: the capability that closed orbits, the exact density, meshes and phase portraits need.
 ///
-/// It is a [`Model`] by that: the variables, the domain `e < 1`, the kept measure, the conserved Hamiltonian and the mirror
-/// image in time are the same for all of them.
+/// Every such model is a [`Model`] automatically: the variables, the range `e < 1`, the kept measure, the conserved
+/// Hamiltonian and the mirror image in time are the same for all of them.
 pub trait PlanarHamiltonian: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The Taylor series of the integrator, see [`Model::Series`].
     type Series<const P: usize>: Series<P, Model = Self>;
 
-    /// Time derivatives of `(x1, x2)` \[1/yr\]. The mirror image `(-x1, x2)` moves alike with time reversed.
+    /// Time derivatives of `(x1, x2)` \[1/yr\]. The mirror image `(-x1, x2)` moves in the same way with time reversed.
     fn motion<T: Quantity>(&self, state: State<T>) -> State<T>;
 
     /// The Hamiltonian, constant along every orbit.
     fn hamiltonian(&self, state: State) -> f64;
 
-    /// Bounds of the Hamiltonian for solar angles \[rad\] and eccentricities between these.
+    /// Bounds of the Hamiltonian for solar angles \[rad\] and eccentricities between the given ends.
     fn hamiltonian_range(&self, phi: (f64, f64), e: (f64, f64)) -> (f64, f64);
 
-    /// The model's parameters with their values, for whoever checks or prints them.
+    /// The model's parameters with their values, for checks and for printing.
     fn parameters(&self) -> Vec<(Parameter, f64)> {
         Vec::new()
     }
 
-    /// Bound of `|e'|/(n_sun s)`: how strongly the eccentricity is driven.
+    /// Upper bound of `|e'|/(n_sun s)`: how strongly the eccentricity is driven.
     fn pull(&self) -> f64;
 
-    /// How fast an orbit in a state turns, at most, by all but the pull towards the Sun \[rad a radian of the Sun\].
+    /// Upper bound of the rate at which an orbit in a state turns by everything except the pull towards the Sun \[rad
+    /// per radian of the Sun\].
     fn turning_rate(&self, state: State) -> f64;
 
     /// Whether the eccentricity of every orbit grows where `x1 > 0` and falls where `x1 < 0`: an orbit then passes every
     /// eccentricity once on its way up and once on its way down.
     fn eccentricity_follows_x1(&self) -> bool;
 
-    /// How fast, at most, an orbit moves about a state \[1/n_sun\].
+    /// Upper bound of the rate at which an orbit moves near a state, in the time unit `1/n_sun`.
     fn pace(&self, state: State) -> f64 {
         1.0 + self.pull() + self.turning_rate(state)
     }
@@ -116,7 +117,7 @@ pub trait PlanarHamiltonian: Copy + Debug + PartialEq + Send + Sync + 'static {
         self.motion(state).x1 / (SUN_MEAN_MOTION * ((1.0 - q) * (1.0 + q)).sqrt())
     }
 
-    /// Rates of solar angle and eccentricity \[a radian of the Sun\].
+    /// Rates of solar angle and eccentricity \[per radian of the Sun\].
     fn polar_rates(&self, phi: f64, e: f64) -> (f64, f64) {
         let e = e.clamp(f64::MIN_POSITIVE, 1.0f64.next_down());
         let (sin, cos) = phi.sin_cos();
@@ -131,8 +132,8 @@ pub trait PlanarHamiltonian: Copy + Debug + PartialEq + Send + Sync + 'static {
         [2.0 * product(state, rate), 2.0 * (product(rate, rate) + product(state, bend))]
     }
 
-    /// Points where the flow stands still on the axis `phi = 0` or `π`, ordered by `e cos(phi)`: zeros of `dH/dx2`.
-    /// (`e = 0` is a kink of the polar phase portrait, not an equilibrium of the flow, unless nothing pulls.)
+    /// Points on the axis `phi = 0` or `π` where the flow stands still, ordered by `e cos(phi)`: the zeros of `dH/dx2`.
+    /// (`e = 0` is a kink of the polar phase portrait. It is not an equilibrium of the flow unless the pull is zero.)
     fn stationary_points(&self) -> Vec<State> {
         let rate = |x2: f64| self.motion(State { x1: 0.0, x2 }).x1;
         let steps = 4000;
@@ -213,13 +214,13 @@ pub fn density_growth(start: State, end: State) -> f64 {
     density_growth_without_jacobian(start, end) * end.eccentricity() / start.eccentricity()
 }
 
-/// As [`density_growth`], for a density per unit `x1`-`x2` area: `s_0/s_t`. Using it for densities per `phi`-`e` area is the
-/// paper's first error (the `as-printed` mode reproduces it).
+/// Like [`density_growth`], for a density per unit `x1`-`x2` area: `s_0/s_t`. Using it for densities per `phi`-`e` area
+/// is the paper's first error (the `as-printed` mode reproduces it).
 pub fn density_growth_without_jacobian(start: State, end: State) -> f64 {
     start.s() / end.s()
 }
 
-/// Bounds of the cosine of the angles between two.
+/// Bounds of the cosine of the angles between two given angles \[rad\].
 pub fn cosine_range(from: f64, to: f64) -> (f64, f64) {
     let holds = |angle: f64| ((from - angle) / TAU).ceil() * TAU + angle <= to;
     let (a, b) = (from.cos(), to.cos());

@@ -1,12 +1,12 @@
-//! What equations of motion are written over.
+//! The types over which equations of motion are written.
 //!
-//! A model's equations are a generic function of a [`Quantity`], so that the same lines serve three ends: plain numbers give a
-//! rate, [`Dual`] numbers its derivative, and [`crate::flow::equations::Term`]s a record of the operations, from which the
-//! integrator makes Taylor series.
+//! A model's equations are a generic function of a [`Quantity`], so that the same lines serve three purposes: plain
+//! numbers give a rate, [`Dual`] numbers give its derivative, and [`crate::flow::equations::Term`]s give a record of
+//! the operations, from which the integrator makes Taylor series.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number, or something that is computed with like one.
+/// A number, or something that can be computed with like a number.
 pub trait Quantity:
     Copy
     + From<f64>
@@ -47,7 +47,7 @@ impl Quantity for f64 {
     }
 }
 
-/// A number and its derivative by something: forward differentiation to rounding.
+/// A number and its derivative with respect to some variable: forward differentiation, exact to rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dual {
     /// The number.
@@ -57,7 +57,7 @@ pub struct Dual {
 }
 
 impl Dual {
-    /// From both.
+    /// From a number and its derivative.
     pub fn new(value: f64, derivative: f64) -> Self {
         Self { value, derivative }
     }
@@ -105,7 +105,7 @@ impl Div for Dual {
     }
 }
 
-/// An operation with a plain number on the right, by way of the number as a quantity.
+/// Implements an operation with a plain number on the right by turning the number into a quantity.
 macro_rules! with_plain_number {
     ([$($lifetime:tt)*] $quantity:ty, $operation:ident, $method:ident) => {
         impl<$($lifetime)*> std::ops::$operation<f64> for $quantity {

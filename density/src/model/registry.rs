@@ -1,6 +1,6 @@
 //! Every planar model by its name.
 //!
-//! A model of its own is made from the numbers of a scenario; what a scenario calls it and its parameters is said here and in the
+//! A model is made from the numbers of a scenario. Its name and its parameters in a scenario are stated here and in the
 //! model's own file, and nowhere else.
 
 use super::Task;
@@ -118,16 +118,16 @@ macro_rules! planar_models {
     };
 }
 
-// A planar model is registered by its name here.
+// A planar model is registered here.
 planar_models!(Force, SunMoon);
 
-/// Why a name and parameters make no model.
+/// Why no model can be made of a name and parameters.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {
     /// No model has this name.
     #[error("there is no planar model \"{name}\"; there are {}", names())]
     Unknown {
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
     },
     /// A parameter is missing.
@@ -143,7 +143,7 @@ pub enum ModelError {
     Superfluous {
         /// The model.
         model: &'static str,
-        /// What was given.
+        /// The parameter that was given.
         parameter: String,
     },
 }

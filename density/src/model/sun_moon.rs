@@ -1,7 +1,7 @@
 //! The paper's model with the gravity of the Sun and the Moon, in the plane.
 //!
-//! Both are taken as quadrupoles on circular orbits in the plane, the Moon's averaged over its own revolution (Hamilton & Krivov, Icarus
-//! 123, 1996, for the Sun). The Hamiltonian is that of [`super::planar`] and
+//! Both are taken as quadrupoles on circular orbits in the plane; the Moon's is averaged over its own revolution
+//! (Hamilton & Krivov, Icarus 123, 1996, for the Sun). The Hamiltonian is that of [`super::planar`] plus
 //!
 //! ```text
 //! (e²/2) [A (1 + 5 cos 2phi) + B] = ((6A + B) x2² + (B - 4A) x1²)/2
@@ -59,13 +59,13 @@ impl Named for SunMoon {
 }
 
 impl SunMoon {
-    /// The Sun and the Moon as a satellite sees them whose semi-major axis is so many Earth radii.
+    /// The Sun and the Moon as they act on a satellite with the given semi-major axis in Earth radii.
     pub fn at(semi_major_axis: f64, force: Force) -> Self {
         let (n, n_sun) = (earth::mean_motion(semi_major_axis), SUN_MEAN_MOTION / earth::YEAR);
         Self { force, sun: 0.75 * n_sun / n, moon: 0.75 * MOON_MU / MOON_DISTANCE.powi(3) / (n * n_sun) }
     }
 
-    /// `B - 4A` and `6A + B`: the second derivatives of the added Hamiltonian by `x1` and by `x2`.
+    /// `B - 4A` and `6A + B`: the second derivatives of the added Hamiltonian with respect to `x1` and to `x2`.
     fn curvatures(&self) -> (f64, f64) {
         (self.moon - 4.0 * self.sun, 6.0 * self.sun + self.moon)
     }

@@ -1,13 +1,13 @@
-//! What a variable or parameter of a model is called, and which values it takes.
+//! The name of a model's variable and the values that it takes.
 
 use std::fmt;
 
 /// A variable in which orbits are given and read out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variable {
-    /// What it is called: `solar angle`.
+    /// Its name: `solar angle`.
     pub name: &'static str,
-    /// How it is written in columns and messages: `phi`.
+    /// Its symbol in columns and messages: `phi`.
     pub symbol: &'static str,
     /// Its unit; empty for a pure number.
     pub unit: &'static str,
@@ -18,9 +18,9 @@ pub struct Variable {
 /// Which values a variable takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
-    /// An angle without a beginning \[rad\]: values a turn apart are the same.
+    /// An angle without a natural start \[rad\]: values a turn apart are the same.
     Circle,
-    /// Numbers between two bounds, which are not among them.
+    /// Numbers between two bounds, both excluded.
     Interval {
         /// The lower bound.
         low: f64,
@@ -30,12 +30,12 @@ pub enum Kind {
 }
 
 impl Variable {
-    /// Whether it is an angle without a beginning.
+    /// Whether it is an angle without a natural start.
     pub fn is_circle(&self) -> bool {
         self.kind == Kind::Circle
     }
 
-    /// Whether it takes a value.
+    /// Whether a value is one that the variable takes.
     pub fn allows(&self, value: f64) -> bool {
         match self.kind {
             Kind::Circle => value.is_finite(),
@@ -44,10 +44,10 @@ impl Variable {
     }
 }
 
-/// Most variables that a model has: the elements of an orbit.
+/// Largest number of variables of a model: the elements of an orbit.
 pub const MOST_VARIABLES: usize = 6;
 
-/// Where an orbit is, in the words of its model: `phi = 2.2 rad, e = 0.1`.
+/// The place of an orbit in the variables of its model: `phi = 2.2 rad, e = 0.1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// The variables.

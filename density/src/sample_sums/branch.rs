@@ -1,16 +1,16 @@
 //! Sums of samples on the branch of `phi` around their circular mean.
 //!
-//! Moments are taken on the branch around the circular mean, which is known only when all samples are. So
-//! sums with `s` are kept for each of [`SECTORS`] sectors of the circle, and at the end those that lie beyond the cut move by
-//! a turn, which is a shift of their origin. The sector that the circular mean's antipode lies in is cut there as if its
-//! samples were spread evenly over it. For clouds that leave out that sector, which all do that do not reach round the
-//! circle, that is the branch `[mean - π, mean + π)` itself.
+//! Moments are taken on the branch around the circular mean, which is known only when all samples are. So sums with `s`
+//! are kept for each of [`SECTORS`] sectors of the circle. At the end, the sectors beyond the cut are moved by a turn,
+//! which is a shift of their origin. The sector that holds the point opposite the circular mean is cut there as if its
+//! samples were spread evenly over it. A cloud that does not reach round the circle has no samples in that sector, and
+//! its branch is exactly `[mean - π, mean + π)`.
 
 use std::f64::consts::{PI, TAU};
 
 use super::{SECTOR_SUMS, SECTORS, SampleSums, Sector, UNIT};
 
-/// Samples of a sector, or of a part of the one that is cut, on the branch of the circular mean.
+/// The samples of a sector, or of one part of the sector that is cut, on the branch of the circular mean.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rolled {
     pub(super) samples: f64,
@@ -19,7 +19,7 @@ pub(super) struct Rolled {
     pub(super) sums: [f64; SECTOR_SUMS],
 }
 
-/// Sums over all.
+/// Sums over all parts.
 pub(super) fn total(rolled: &[Rolled]) -> [f64; SECTOR_SUMS] {
     rolled.iter().fold([0.0; SECTOR_SUMS], |mut total, part| {
         total.iter_mut().zip(part.sums).for_each(|(total, sum)| *total += sum);
@@ -29,9 +29,11 @@ pub(super) fn total(rolled: &[Rolled]) -> [f64; SECTOR_SUMS] {
 
 impl SampleSums {
     /// Sums of the sectors' terms on the branch of the circular mean, which lies `from_centre` rad from the grid's centre, with
-    /// their numbers of samples; `turn` is a turn in half widths of the grid. The sector that is cut comes in two.
+    /// their numbers of samples; `turn` is a turn in half widths of the grid. The sector that is cut is returned as two
+    /// parts.
     pub(super) fn unrolled(&self, from_centre: f64, turn: f64) -> Vec<Rolled> {
-        // Samples below the cut of a cloud right of the grid's centre move up, those above that of a cloud left of it down.
+        // If the cloud lies right of the grid's centre, samples below its cut move up; if it lies left, samples above
+        // its cut move down.
         let (cut, shift) = if from_centre >= 0.0 { (from_centre - PI, turn) } else { (from_centre + PI, -turn) };
         let position = ((cut + PI) / TAU * SECTORS as f64).clamp(0.0, SECTORS as f64);
         let width = turn / SECTORS as f64;
@@ -50,12 +52,12 @@ impl SampleSums {
 }
 
 impl Sector {
-    /// The sector about `middle`, of which the share `moved`, about `centre`, moves by `k`: as one part or as two.
+    /// The sector about `middle`, as one part or as two. Its share `moved`, about `centre`, moves by `k`.
     fn rolled(&self, middle: f64, moved: f64, centre: f64, k: f64) -> impl Iterator<Item = Rolled> {
         let all = self.sums.map(|sum| sum as f64 * UNIT);
         let n = self.samples as f64;
         let [_, _, _, _, t, t2, ..] = all;
-        // Of an evenly filled part about `centre`, in which t does not depend on s.
+        // The sums of an evenly filled part about `centre`, in which t does not depend on s.
         let (m, c) = (moved * n, centre);
         let part = if moved < 1.0 {
             let [t, t2] = [moved * t, moved * t2];

@@ -1,9 +1,9 @@
-//! From the sums of all samples to their density, moments and standard errors.
+//! Computes density, moments and standard errors from the sums of all samples.
 //!
-//! The cut follows the sample's circular mean `c`, which has an error of its own:
-//! moving the cut by `δ` moves the probability `p δ` beside it by a turn, `p` the density of `phi` there, and so the mean by
-//! `2π p δ`. With resultant length `R`, a sample at `phi` moves `c` by `g/n`, `g = sin(phi - c)/R`, so the moments' influence
-//! functions become
+//! The cut of the branch follows the sample's circular mean `c`, which has an error of its own. Moving the cut by `δ`
+//! moves the probability `p δ` beside it by a turn, where `p` is the density of `phi` there, and so moves the mean by
+//! `2π p δ`. With resultant length `R`, a sample at `phi` moves `c` by `g/n`, `g = sin(phi - c)/R`. So the influence
+//! functions of the moments become
 //!
 //! ```text
 //! mean of phi   (phi - μ) + 2π p g
@@ -62,10 +62,10 @@ impl SampleSums {
         Estimate { standard_errors, ..Estimate::from_joint(grid, joint, moments, circular) }
     }
 
-    /// What the cut of the branch does to the influence of a sample, from central moments `s`, `t`, `σ_s²`, `κ` about the
-    /// grid's centre, in units of half widths of the grid; `mean` is the circular mean in the same.
+    /// The effect of the cut of the branch on the influence of a sample, from the moments `s`, `t`, `σ_s²`, `κ` about the
+    /// grid's centre, in units of half widths of the grid; `mean` is the circular mean in the same units.
     fn cut(&self, rolled: &[Rolled], [s, t, var, cov]: [f64; 4], mean: f64, resultant: f64, frame: &Frame) -> Cut {
-        /// Sectors beside the cut, on each side, that tell the density there.
+        /// Number of sectors beside the cut, on each side, from which the density there is computed.
         const BESIDE: f64 = 2.5;
         let (n, width) = (self.samples as f64, TAU / SECTORS as f64);
         let (p, q) = (frame.half_phi, frame.half_e);
@@ -85,7 +85,7 @@ impl SampleSums {
             let [s1, s2, s3, .., st, s2t, _, _] = part.sums;
             let t1 = part.sums[4];
             let m = part.samples;
-            // Sums of (s - s̄)^j (t - t̄)^k and of the same times the offset from the middle.
+            // Sums of (s - s̄)^j (t - t̄)^k, and of the same terms times the offset from the middle.
             let about = |first: [f64; 3], at: f64| first[1] - at * first[0];
             let offset = |first: [f64; 3]| about(first, part.middle) * p;
             let term = |first: [f64; 3]| sin * first[0] + cos * offset(first);
@@ -115,8 +115,8 @@ impl SampleSums {
     }
 }
 
-/// The estimate of independent, equally weighted samples, reduced and finished; in a wider frame if some lie far away. Not
-/// a number if they are not finite.
+/// The estimate of independent, equally weighted samples, reduced and finished. If some samples lie far from the grid,
+/// a wider frame is taken. The moments are NaN if samples are not finite.
 ///
 /// # Panics
 /// If `phi` and `e` differ in length.

@@ -1,8 +1,8 @@
-//! Samples reduced to sums: what their density and moments follow from, in any number of parts.
+//! Reduces samples, in any number of parts, to the sums from which their density and moments follow.
 //!
-//! A part of the samples becomes counts and sums of powers, parts are added, and only the whole becomes an estimate. The sums
-//! are whole numbers of [`UNIT`]s, to which each term is cut, and adding whole numbers is exact: the estimate is the same
-//! bytes in whatever parts, threads or order the samples came.
+//! A part of the samples becomes counts and sums of powers; parts are added, and only the whole becomes an estimate.
+//! Each term is cut to a whole number of [`UNIT`]s, and adding whole numbers is exact. So the estimate is the same
+//! bytes whatever the parts, threads or order of the samples.
 //!
 //! With the comparison grid's centre as origin and its half widths as units,
 //!
@@ -27,38 +27,39 @@ use crate::grid::{Axis, Grid};
 
 pub use finish::estimate;
 
-/// Sectors of the circle.
+/// Number of sectors of the circle.
 pub const SECTORS: usize = 256;
-/// Sums of a sector: `s, s², s³, s⁴, t, t², st, s²t, st², s²t²`.
+/// Number of sums of a sector: `s, s², s³, s⁴, t, t², st, s²t, st², s²t²`.
 pub const SECTOR_SUMS: usize = 10;
-/// Sums of all samples: `sin(phi), cos(phi), t³, t⁴`.
+/// Number of sums over all samples: `sin(phi), cos(phi), t³, t⁴`.
 pub const COMMON_SUMS: usize = 4;
-/// What sums are whole numbers of.
+/// The unit of the sums, which are whole numbers of it.
 const UNIT: f64 = 1.0 / (1u64 << 60) as f64;
-/// Half widths of the grid, from its centre, within which a sample must lie for its terms to be summed: 2^76 units at most.
+/// Distance from the grid's centre, in half widths of the grid, within which a sample must lie for its terms to be
+/// summed: 2^76 units at most.
 const REACH: f64 = 16.0;
-/// Samples that a thread takes at a time.
+/// Number of samples that a thread takes at a time.
 const CHUNK: usize = 65_536;
 
 /// Samples reduced to counts and sums.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SampleSums {
-    /// How many samples.
+    /// Number of samples.
     pub samples: u64,
-    /// How many of them exceed the critical eccentricity.
+    /// Number of samples above the critical eccentricity.
     pub above: u64,
-    /// How many lie in each bin of the grid.
+    /// Number of samples in each bin of the grid.
     pub counts: Vec<u64>,
-    /// Sums over all, see [`COMMON_SUMS`].
+    /// Sums over all samples, see [`COMMON_SUMS`].
     pub common: [i128; COMMON_SUMS],
-    /// Sums by sector, the first at the lower end of the grid's branch.
+    /// Sums of each sector; the first sector is at the lower end of the grid's branch.
     pub sectors: Vec<Sector>,
 }
 
-/// Samples of a sector.
+/// The samples of a sector.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Sector {
-    /// How many.
+    /// Number of samples.
     pub samples: u64,
     /// Their sums, see [`SECTOR_SUMS`].
     pub sums: [i128; SECTOR_SUMS],
@@ -95,14 +96,14 @@ impl Frame {
     }
 }
 
-/// Whole units of a value, the rest cut off.
+/// A value in whole units; the rest is cut off.
 fn units(value: f64) -> i128 {
     let scaled = value / UNIT;
-    // The common case, and much the quicker one.
+    // This is the common case, and much the quicker one.
     if scaled.abs() < i64::MAX as f64 { i128::from(scaled as i64) } else { scaled as i128 }
 }
 impl SampleSums {
-    /// Nothing, on a grid of `bins` bins.
+    /// The sums of no samples, on a grid of `bins` bins.
     pub fn empty(bins: usize) -> Self {
         Self {
             samples: 0,
@@ -116,7 +117,7 @@ impl SampleSums {
     /// Reduces samples.
     ///
     /// # Errors
-    /// [`TooFar`] names one that cannot be summed.
+    /// [`TooFar`] names a sample that cannot be summed.
     ///
     /// # Panics
     /// If `phi` and `e` differ in length.
@@ -165,7 +166,7 @@ impl SampleSums {
         Ok(())
     }
 
-    /// Adds a part on the same grid.
+    /// Adds the sums of another part on the same grid.
     pub fn add(&mut self, other: &Self) {
         self.samples += other.samples;
         self.above += other.above;

@@ -53,7 +53,7 @@ fn moments_and_their_errors_are_those_of_two_passes() {
             );
             let deviations = [moments.std_phi, moments.std_phi, moments.std_e, moments.std_e];
             let scales = deviations.into_iter().chain([moments.std_phi * moments.std_e, 1.0]);
-            // What lies beside the cut of the branch is the business of other tests.
+            // Clouds with samples beside the cut of the branch are left to other tests.
             let from_cut = |&phi: &f64| PI - nearest(phi - circular.mean, 0.0).abs();
             if phi.iter().map(from_cut).fold(f64::INFINITY, f64::min) < 4.0 * TAU / SECTORS as f64 {
                 beside_the_cut += 1;
@@ -83,7 +83,7 @@ fn moments_and_their_errors_are_those_of_two_passes() {
 fn a_cloud_that_reaches_round_the_circle_is_cut_at_the_antipode_to_a_part_of_a_sector() {
     let problem = scenario(1);
     let (u, v) = draw(&problem.initial, 9, 20_000);
-    // Its centre a standard deviation from the origin.
+    // The centre of the cloud is about a standard deviation from the origin.
     let (a, b) = (u.iter().sum::<f64>() / 2e4, v.iter().sum::<f64>() / 2e4);
     let polar = |(u, v): (&f64, &f64)| {
         let (x1, x2) = (u - a + 0.01, v - b + 0.03);
@@ -97,7 +97,7 @@ fn a_cloud_that_reaches_round_the_circle_is_cut_at_the_antipode_to_a_part_of_a_s
         };
         let found = estimate(&phi, &e, grid, 0.6).moments;
         let (moments, circular) = weighted_moments(&phi, &e, None, 0.6);
-        // A turn times by how much the samples of a sector are not spread evenly over it: a few of some twenty.
+        // A turn, times the unevenness of a sector's samples: a few of some twenty.
         let beside = |phi: f64| PI - nearest(phi - circular.mean, 0.0).abs() < TAU / SECTORS as f64;
         let near = phi.iter().filter(|&&phi| beside(phi)).count() as f64;
         let tolerance = TAU * near.sqrt() / 2e4;

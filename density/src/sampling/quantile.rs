@@ -8,7 +8,8 @@ pub(super) fn normal_tail(z: f64) -> f64 {
 }
 
 /// The `z` that a standard normal variable exceeds with probability `tail`, for `0 < tail < 1`: a rational start
-/// (Abramowitz & Stegun 26.2.23, good to 4.5e-4) and two steps of Halley's method, each of which triples the digits.
+/// (Abramowitz & Stegun 26.2.23, accurate to 4.5e-4) and two steps of Halley's method, each of which triples the number
+/// of correct digits.
 pub(super) fn normal_quantile_of_tail(tail: f64) -> f64 {
     if tail > 0.5 {
         // 1 - tail is exact here.

@@ -1,24 +1,25 @@
 //! The two-dimensional Sobol sequence, scrambled.
 //!
-//! Its first coordinate is van der Corput's (the index with its bits reversed behind the point), its second has the
+//! The first coordinate is van der Corput's (the index with its bits reversed behind the point). The second has the
 //! direction numbers of the primitive polynomial `x + 1`: Pascal's triangle modulo 2 (Sobol', USSR Comput. Math. Math.
-//! Phys. 7, 1967). The two are a (0,2)-sequence: of any first `2^m` points, each dyadic box of area `2^-m` holds
-//! exactly one.
+//! Phys. 7, 1967). The two are a (0,2)-sequence: each dyadic box of area `2^-m` holds exactly one of the first `2^m`
+//! points.
 //!
 //! Nested uniform scrambling (Owen, in *Monte Carlo and Quasi-Monte Carlo Methods*, 1995) flips each binary digit by a
-//! coin that belongs to all digits before it. It keeps that property, makes each point uniform, hence every mean
-//! unbiased, and the errors of independent scrambles independent; for smooth integrands the variance falls almost as
-//! `n^-3` (Owen, Ann. Statist. 25, 1997). The coins are a hash of the digits before, so that a point needs no other.
+//! coin toss that depends on all digits before it. It keeps the property of the sequence. It makes each point uniform,
+//! hence every mean unbiased, and it makes the errors of independent scrambles independent; for smooth integrands the
+//! variance falls almost as `n^-3` (Owen, Ann. Statist. 25, 1997). The coin toss is a hash of the digits before, so
+//! that a point needs no other point.
 //!
-//! Own code, as what crates offer in place of it ends at 2^16 points in single precision or is not scrambled.
+//! The code is our own, because existing crates end at 2^16 points in single precision or do not scramble.
 
-/// Digits of a coordinate: as many as make the middle of the last box exact in double precision.
+/// Number of binary digits of a coordinate: as many as make the middle of the last box exact in double precision.
 const DIGITS: u32 = 52;
 
 /// One scramble of the sequence.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scramble {
-    /// Keys of the coins of both coordinates.
+    /// Keys of the coin tosses of the two coordinates.
     pub(super) keys: [u64; 2],
 }
 
@@ -36,7 +37,7 @@ fn second_coordinate(index: u64) -> u64 {
     directions.take(64).enumerate().fold(0, |sum, (bit, v)| if index >> bit & 1 == 1 { sum ^ v } else { sum })
 }
 
-/// Flips each digit by the coin of the digits before it.
+/// Flips each digit by the coin toss of the digits before it.
 fn scramble(digits: u64, key: u64) -> u64 {
     (0..DIGITS).fold(digits, |flipped, place| {
         // The node of the binary tree that these digits lead to, numbered as in a heap.
@@ -45,7 +46,7 @@ fn scramble(digits: u64, key: u64) -> u64 {
     })
 }
 
-/// Mixes a counter (the finaliser of SplitMix64: Steele, Lea & Flood, OOPSLA 2014), twice as its counters are few.
+/// Mixes a counter (the finaliser of SplitMix64: Steele, Lea & Flood, OOPSLA 2014), twice because the counters are few.
 fn hash(key: u64, node: u64) -> u64 {
     mix(mix(key.wrapping_add(node.wrapping_mul(0x9e37_79b9_7f4a_7c15))) ^ key.rotate_left(32))
 }

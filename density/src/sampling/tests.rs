@@ -9,7 +9,7 @@ fn plan(draws: Draws, seed: u64, replicates: usize) -> Plan {
     Plan { draws, seed, replicates: NonZeroUsize::new(replicates).unwrap() }
 }
 
-/// Half of its Gaussian is cut away.
+/// A Gaussian half of which is cut away.
 const HALVED: InitialGaussian = InitialGaussian { mean_phi: 1.0, mean_e: 0.0, sigma_phi: 0.1, sigma_e: 0.3 };
 
 #[test]
@@ -46,7 +46,7 @@ fn draws_stay_inside_the_cut_even_where_it_takes_half_the_gaussian() {
 
 #[test]
 fn draws_of_every_kind_have_the_distribution_of_the_cut_gaussian() {
-    // One draw a seed, so that they are independent; the odd one is the mirrored one. Kolmogorov's test at 0.1 %.
+    // One draw per seed, so that the draws are independent; draw 1 is the mirrored one. Kolmogorov's test at 0.1 %.
     const SEEDS: u64 = 4000;
     let tail = |z: f64| 0.5 * libm::erfc(z / 2f64.sqrt());
     let above = tail(1.0 / 0.3);
@@ -81,7 +81,7 @@ fn groups_are_dealt_whole_pairs_and_share_alike() {
 
 #[test]
 fn every_group_of_sobol_draws_fills_the_gaussian_evenly() {
-    // 16 draws in each of 3 groups: in each, one in every sixteenth of the distribution of phi.
+    // 16 draws in each of 3 groups: each group has one draw in every sixteenth of the distribution of phi.
     let initial = scenario(1).initial;
     let polar = plan(Draws::Sobol, 5, 3).polar(&initial);
     let mut counts = [[0; 16]; 3];

@@ -1,5 +1,7 @@
-//! The joint density on a grid: lines between the lattice's, interpolated, are cut into short pieces, and each piece leaves its
-//! probability in the bins that it crosses.
+//! The joint density on a grid, from lines of orbits.
+//!
+//! Lines are interpolated between those of the lattice and cut into short pieces; each piece leaves its probability in
+//! the bins that it crosses.
 
 use density::angle::nearest;
 use density::grid::Grid;
@@ -8,15 +10,15 @@ use rayon::prelude::*;
 use super::lattice::Lattice;
 use super::paths::Paths;
 
-/// Points of an interpolation.
+/// Number of points of an interpolation.
 const STENCIL: usize = 6;
-/// Most pieces between two nodes.
+/// Largest number of pieces between two nodes.
 const MOST_PIECES: usize = 64;
-/// Lines that a thread takes at a time.
+/// Number of lines that a thread takes at a time.
 const CHUNK: usize = 64;
 
-/// Mean density in each bin at time `k` \[1/rad\], from `least_lines` lines or more; and half of the L1 distance
-/// between what every other line and what the rest of them leave, which tells how coarse so many lines are for the bins.
+/// Mean density in each bin at time `k` \[1/rad\], from at least `least_lines` lines; and half of the L1 distance
+/// between the densities of the even and of the odd lines, which shows whether the lines are too few for the bins.
 pub fn joint(lattice: &Lattice, paths: &Paths, k: usize, grid: &Grid, least_lines: usize) -> (Vec<f64>, f64) {
     let (lines, nodes) = (lattice.phi.len(), lattice.e.len());
     let parts = least_lines.div_ceil(lines);
@@ -69,7 +71,7 @@ struct Across {
 }
 
 impl Across {
-    /// Between `line` and the next.
+    /// Interpolation between `line` and the next line.
     fn new(lattice: &Lattice, line: usize, fraction: f64) -> Self {
         let (count, before) = (lattice.phi.len(), STENCIL / 2 - 1);
         if lattice.periodic {
@@ -90,7 +92,7 @@ struct Pieces {
     /// First point of the stencil of each interval between nodes, and its weights at each of the finest fractions.
     stencils: Vec<(usize, usize)>,
     weights: Vec<Vec<[f64; STENCIL]>>,
-    /// Probability below each of the finest fractions of each interval.
+    /// Probability below each of the finest fractions, in each interval.
     below: Vec<Vec<f64>>,
 }
 
@@ -137,7 +139,7 @@ impl Pieces {
     }
 }
 
-/// Shares the mass of a straight piece, which crosses at most one border of bins along each axis, among its bins.
+/// Divides the mass of a straight piece, which crosses at most one border of bins along each axis, among its bins.
 fn deposit_piece(from: (f64, f64), to: (f64, f64), mass: f64, grid: &Grid, joint: &mut [f64]) {
     let turn = nearest(to.0 - from.0, 0.0);
     let start = grid.fold(from.0);

@@ -1,4 +1,4 @@
-//! The scenarios of other people in `tests/cases`, with what is known of them.
+//! The scenarios of other people in `tests/cases`, with their known values.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::scenario::Scenario;
 
-/// What is known of a case at a time; `None` where it is not.
+/// The known values of a case at one time; `None` for a value that is not known.
 #[derive(Debug, Clone)]
 pub struct Known {
     /// Time \[yr\].
@@ -17,11 +17,11 @@ pub struct Known {
     pub resultant: Option<f64>,
     /// Probability above the critical eccentricity.
     pub above: Option<f64>,
-    /// Probability of having been there.
+    /// Probability of having been above it.
     pub ever: Option<f64>,
-    /// To what the moments are known, in standard deviations.
+    /// Uncertainty of the moments, in standard deviations.
     pub moment_error: f64,
-    /// To what the probabilities are known: above, ever.
+    /// Uncertainties of the probabilities: above, ever.
     pub probability_error: [f64; 2],
 }
 
@@ -42,9 +42,10 @@ pub fn all() -> Vec<(Scenario, Vec<Known>)> {
 fn known(name: &str, row: &Value) -> Known {
     let number = |key: &str| row[key].as_f64();
     let uncertainty = |key: &str| row["uncertainty"][key].as_f64().unwrap_or(0.0);
-    // The file's author says 1e-5, and 1e-3 of near-circular. Its quadrature is less good where the cloud is cut at e = 0 (the
-    // formulas of a truncated Gaussian say so at t = 0), passes by e = 0 (radiation-1.5) or reaches the branch cut of phi: midpoint rules of 2 to 5
-    // million orbits have the values of `exact` there, to 1e-9 in the moments of e, and so has the oracle of the campaign.
+    // The file's author states 1e-5, and 1e-3 for near-circular. Its quadrature is less accurate where the cloud is cut
+    // at e = 0 (the formulas of a truncated Gaussian show this at t = 0), passes near e = 0 (radiation-1.5) or reaches
+    // the branch cut of phi. There, midpoint rules with 2 to 5 million orbits give the values of `exact`, to 1e-9 in
+    // the moments of e, and so does the oracle of the campaign.
     let good_to = match name {
         "near-circular" => 5e-2,
         "wide-start" => 5e-3,

@@ -1,20 +1,22 @@
-//! Probabilities: on each line the places where an orbit just reaches the critical eccentricity are found by following further
-//! orbits, and the Gaussian's distribution function gives what lies between them.
+//! Probabilities of an eccentricity above the critical one.
+//!
+//! On each line, the places where an orbit just reaches the critical eccentricity are found by following further
+//! orbits. The Gaussian's distribution function gives the probability between these places.
 
 use rayon::prelude::*;
 
 use super::lattice::Lattice;
 use super::paths::{Motion, Paths, follow};
 
-/// Orbits that are followed to narrow a place down.
+/// Number of further orbits that are followed to narrow down a place.
 const REFINEMENTS: usize = 3;
 
-/// Which square of an eccentricity is compared with the critical one.
+/// Which eccentricity of an orbit is compared with the critical one, as a square.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading {
-    /// The one at the time.
+    /// The one at the given time.
     Now,
-    /// The largest one until the time.
+    /// The largest one until the given time.
     Ever,
 }
 
@@ -31,12 +33,12 @@ impl Reading {
 struct Bracket {
     line: usize,
     node: usize,
-    /// Eccentricity at the start, and excess of the square over the critical one.
+    /// For each end: eccentricity at the start, and excess of the square over the critical square.
     ends: [(f64, f64); 2],
     side: u8,
 }
 
-/// Probability that the eccentricity, read at time `k`, is above `critical_e`, and what the lines are too few for.
+/// Probability that the eccentricity, read at time `k`, is above `critical_e`, and the error if the lines are too few.
 pub fn probability(
     motion: Motion,
     lattice: &Lattice,
@@ -73,7 +75,7 @@ pub fn probability(
         });
     }
     for bracket in &brackets {
-        // The nodes stand for their cells: what lies between the border and the place is on the wrong side.
+        // The nodes stand for their cells, so the part between the border and the place is on the wrong side.
         let (border, place) = (lattice.border(bracket.node + 1), bracket.guess());
         let rises = bracket.ends[1].1 > 0.0;
         let from_place_to_border = lattice.probability(place.min(border), place.max(border));
@@ -84,7 +86,7 @@ pub fn probability(
 }
 
 impl Bracket {
-    /// Where a straight line crosses.
+    /// The place where a straight line through both ends crosses zero.
     fn guess(&self) -> f64 {
         let [(a, fa), (b, fb)] = self.ends;
         if fa == fb { 0.5 * (a + b) } else { ((a * fb - b * fa) / (fb - fa)).clamp(a.min(b), a.max(b)) }

@@ -1,4 +1,4 @@
-//! Whether a method's figures are what it says they are.
+//! Judges whether a method's figures are as accurate as the method claims.
 
 use density::angle::nearest;
 use density::grid::Grid;
@@ -7,7 +7,7 @@ use density::problem::Problem;
 use super::methods::{Answer, Claim, Curve, Distrust, Shown};
 use super::oracle::{Effort, Oracle, Truth, solve};
 
-/// What a figure is.
+/// The kind of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A moment.
@@ -16,52 +16,52 @@ pub enum Kind {
     Above,
     /// The joint density.
     Joint,
-    /// First passage.
+    /// A probability of first passage.
     Passage,
-    /// Something that is wrong whatever the truth: a probability above 1, a mass that is not 1, a curve that falls.
+    /// A figure that is wrong whatever the truth is: a probability above 1, a mass that is not 1, a curve that falls.
     Impossible,
 }
 
 impl Kind {
-    /// All, in the order of the table's columns.
+    /// All kinds, in the order of the table's columns.
     pub const ALL: [Self; 5] = [Self::Moment, Self::Above, Self::Joint, Self::Passage, Self::Impossible];
 }
 
-/// A figure that was looked at.
+/// A figure that was judged.
 #[derive(Debug, Clone)]
 pub struct Figure {
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
-    /// In words, with its time.
+    /// Its name, with its time.
     pub name: String,
-    /// How far it is off beyond the oracle's own error: in standard deviations, absolute, or L1.
+    /// Its error beyond the oracle's own error: in standard deviations, absolute, or L1.
     pub off: f64,
-    /// How far method and oracle are apart.
+    /// The difference between method and oracle.
     pub apart: f64,
-    /// Whether it is farther off than the method answers for.
+    /// Whether its error is larger than the method claims.
     pub wrong: bool,
     /// Whether the method warned.
     pub warned: bool,
-    /// What was found, what is right, and what was claimed.
+    /// The value found, the right value, and the claimed error.
     pub detail: String,
 }
 
-/// All that was found in a method's answer.
+/// The result of judging a method's answer.
 #[derive(Debug, Clone, Default)]
 pub struct Verdict {
     /// Figures that could be compared.
     pub figures: Vec<Figure>,
-    /// Why there are none.
+    /// Reasons why the method gave no answer.
     pub refusals: Vec<String>,
-    /// Figures that were withheld, in words.
+    /// Names of the figures that were withheld.
     pub withheld: Vec<String>,
-    /// Snapshots with a warning.
+    /// Number of snapshots with a warning.
     pub warned: usize,
-    /// Figures to which the oracle comes closer the more pains it takes: it may be the one that is off.
+    /// Figures to which the oracle comes closer with more effort, so that the oracle may be the one that is wrong.
     pub undecided: Vec<String>,
 }
 
-/// By how much the better oracle must have come closer to a figure for that.
+/// Factor by which the careful oracle must be closer to a figure than the quick one for the figure to count as undecided.
 const CLOSER: f64 = 1.5;
 
 impl Verdict {
@@ -71,22 +71,22 @@ impl Verdict {
     }
 }
 
-/// An oracle that takes little pains, and one that takes more where something seems to be silently wrong.
+/// An oracle of little effort, and one of more effort that is asked if something seems to be silently wrong.
 pub struct Oracles<'a> {
     problem: &'a Problem,
     grids: &'a [Grid],
-    /// The first.
+    /// The oracle of little effort.
     pub quick: Oracle,
     careful: Option<Oracle>,
 }
 
 impl<'a> Oracles<'a> {
-    /// Asks the first.
+    /// Asks the oracle of little effort.
     pub fn new(problem: &'a Problem, grids: &'a [Grid], effort: &Effort) -> Self {
         Self { problem, grids, quick: solve(problem, grids, effort), careful: None }
     }
 
-    /// Judges an answer, as [`judge`].
+    /// Judges an answer as [`judge`] does, with the careful oracle if needed.
     pub fn judge(&mut self, answer: &Answer, may_withhold: bool) -> Verdict {
         let verdict = judge(self.problem, answer, &self.quick, may_withhold);
         if verdict.silently_wrong().next().is_none() {
@@ -106,7 +106,7 @@ impl<'a> Oracles<'a> {
     }
 }
 
-/// Judges `answer`. Of `may_withhold` NaN is accepted as a figure withheld.
+/// Judges `answer`. If `may_withhold`, NaN is accepted as a withheld figure.
 pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: bool) -> Verdict {
     let mut verdict = Verdict::default();
     for ((shown, truth), &time) in answer.snapshots.iter().zip(&oracle.truths).zip(&problem.times) {
@@ -138,16 +138,16 @@ pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: 
     verdict
 }
 
-/// How many times the oracle's own estimate its error may be.
+/// Factor by which the oracle's error may exceed its own estimate.
 ///
-/// Of 60 figures of 40 scenarios in which it and `exact` differed by more than the estimates of both, the largest ratio at `t > 0`
-/// was 2.9. Of joint densities it has been 8.6 since (`--seed 3 --index 43`: two ways of `exact` agree to 6e-6 there, the oracle is
-/// off by 2.4e-4 and says 2.8e-5).
+/// Of 60 figures of 40 scenarios in which the oracle and `exact` differed by more than the estimates of both, the largest
+/// factor at `t > 0` was 2.9. For joint densities a factor of 8.6 has been seen since (`--seed 3 --index 43`: two
+/// ways of `exact` agree to 6e-6 there, while the oracle is off by 2.4e-4 and estimates 2.8e-5).
 fn trust_in_oracle(kind: Kind) -> f64 {
     if kind == Kind::Joint { 10.0 } else { 4.0 }
 }
 
-/// Where the figures of a snapshot are looked at.
+/// The figures of one snapshot, or of one curve, while they are judged.
 struct Desk<'a> {
     verdict: &'a mut Verdict,
     time: f64,
@@ -157,7 +157,7 @@ struct Desk<'a> {
 }
 
 impl Desk<'_> {
-    /// Compares a figure that is off by `off` with what is claimed of it, given the oracle's error.
+    /// Compares the error `off` of a figure with the claimed error, given the oracle's own error.
     fn compare(&mut self, kind: Kind, name: &str, off: f64, claimed: f64, oracle: f64, detail: String) {
         let name = format!("{name} at {} yr", self.time);
         if off.is_nan() || claimed.is_nan() {
@@ -168,7 +168,7 @@ impl Desk<'_> {
             }
             return;
         }
-        // Where the oracle does not know, nothing can be said.
+        // If the oracle does not know the figure, nothing can be said about it.
         if oracle.is_finite() {
             let wrong = off > claimed + trust_in_oracle(kind) * oracle;
             let says: String =
@@ -184,7 +184,7 @@ impl Desk<'_> {
         let warned = match kind {
             Kind::Moment | Kind::Above => self.distrusted.moments,
             Kind::Joint => self.distrusted.density,
-            // Curves have errors of their own, and no warning excuses the impossible.
+            // Curves have error estimates of their own, and no warning excuses an impossible figure.
             Kind::Passage | Kind::Impossible => false,
         };
         self.verdict.figures.push(Figure { kind, name, off, apart, wrong, warned, detail });
@@ -216,7 +216,8 @@ impl Desk<'_> {
         );
         let area = estimate.grid.bin_area();
         let l1: f64 = estimate.joint.iter().zip(&truth.joint.0).map(|(a, b)| (a - b).abs() * area).sum();
-        // At the start the oracle's lines run along the bins' edges, and its filling of bins is poor: `exact` has a closed form there.
+        // At the start the oracle's lines run along the bins' edges, and it fills the bins poorly; `exact` has a closed
+        // form there.
         if self.time > 0.0 && (l1.is_nan() || joint.is_finite() || joint.is_nan()) {
             self.compare(Kind::Joint, "joint density", l1, *joint, truth.error.joint, "L1".into());
         }
@@ -251,7 +252,7 @@ impl Desk<'_> {
             self.compare(Kind::Passage, "p_ever", (value - truth.ever).abs(), claimed, truth.error.ever, detail);
         }
         let points = || curve.times.iter().zip(&curve.points);
-        // Once each: what is wrong at one time mostly is at all.
+        // One report of each kind: a curve that is wrong at one time usually is wrong at all.
         if let Some((&time, &(value, _))) = points().find(|(_, p)| p.0 < -1e-12 || p.0 > 1.0 + 1e-12) {
             self.time = time;
             self.impossible("p_ever", true, format!("{value} is no probability"));

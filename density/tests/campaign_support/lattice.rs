@@ -1,15 +1,16 @@
 //! Orbits on lines of constant solar angle that fill the initial Gaussian.
 //!
-//! Along `phi` the lines are evenly spaced, over 8 standard deviations to either side or, where that is more than a circle,
-//! round the circle with the sum of the Gaussian's turns for a weight: both converge faster than any power. Along `e` the nodes
-//! are the middles of even cells of a parameter `x`. Where the Gaussian is cut at `e = 0` or `e = 1` within 8 standard deviations,
-//! `e(x)` is a polynomial with three vanishing derivatives at both ends, so that the cut costs no order below `1/n⁴`.
+//! Along `phi` the lines are evenly spaced, over 8 standard deviations to either side. If that is more than a circle,
+//! they go round the circle, and their weight is the Gaussian summed over all turns. Both sums converge faster than any
+//! power. Along `e` the nodes are the middles of even cells of a parameter `x`. Where the Gaussian is cut at `e = 0` or
+//! `e = 1` within 8 standard deviations, `e(x)` is a polynomial with three vanishing derivatives at both ends, so that
+//! the convergence is still of order `1/n⁴` or better.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 use density::problem::InitialGaussian;
 
-/// Standard deviations beyond which nothing lies.
+/// Standard deviations beyond which the Gaussian counts as zero.
 const REACH: f64 = 8.0;
 
 /// Lines and nodes.
@@ -33,7 +34,7 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// `lines` lines of `nodes` nodes.
+    /// A lattice of `lines` lines with `nodes` nodes each.
     pub fn new(gaussian: InitialGaussian, lines: usize, nodes: usize) -> Self {
         let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = gaussian;
         let (below, above) = (mean_e - REACH * sigma_e, mean_e + REACH * sigma_e);
@@ -65,7 +66,7 @@ impl Lattice {
         self.phi.len() * self.e.len()
     }
 
-    /// Where all orbits start, line after line.
+    /// The starting points of all orbits, line after line.
     pub fn starts(&self) -> Vec<[f64; 2]> {
         self.phi.iter().flat_map(|&phi| self.e.iter().map(move |&e| [phi, e])).collect()
     }
@@ -75,7 +76,7 @@ impl Lattice {
         self.phi[1] - self.phi[0]
     }
 
-    /// Density of the initial solar angle, all turns together, but for a constant factor.
+    /// Density of the initial solar angle, summed over all turns, up to a constant factor.
     pub fn line_density(&self, phi: f64) -> f64 {
         let InitialGaussian { mean_phi, sigma_phi, .. } = self.gaussian;
         let turns = if self.periodic { (1.0 + REACH * sigma_phi / TAU).ceil() as i32 } else { 0 };
@@ -101,15 +102,16 @@ impl Lattice {
         let InitialGaussian { mean_e, sigma_e, .. } = self.gaussian;
         let (a, b) = ((from - mean_e) / sigma_e, (to - mean_e) / sigma_e);
         let tail = |z: f64| 0.5 * libm::erfc(z / SQRT_2);
-        // From the side on which no digits cancel.
+        // Taken from the side on which no digits cancel.
         let between = if a + b > 0.0 { tail(a) - tail(b) } else { tail(-b) - tail(-a) };
         between / self.mass
     }
 
-    /// What the sum over lines of a share of each, `shares`, may be off by because the share jumps within few lines.
+    /// Error of the sum over lines of one share per line, `shares`, if the share jumps within few lines.
     ///
     /// A step of size `S` that a Gaussian of `σ` line spacings smooths is summed with the error `exp(-2π²σ²)` (the first term of
-    /// Poisson's summation formula), and its steepest part is `S/(σ √2π)` a line, σ² less 1/12 for the width of a line.
+    /// Poisson's summation formula). Its steepest part is `S/(σ √2π)` per line, with σ² less 1/12 for the width of a
+    /// line.
     pub fn doubt_of_steps(&self, shares: &[f64]) -> f64 {
         let heaviest = self.line_weight.iter().copied().fold(0.0, f64::max);
         let steps = || shares.windows(2).zip(&self.line_weight).filter(|(_, weight)| **weight > 1e-10 * heaviest);

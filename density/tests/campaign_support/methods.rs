@@ -1,4 +1,4 @@
-//! The methods, called as the nodes call them, and what each says of its own figures.
+//! The methods, called as the nodes call them, and the errors that each claims for its figures.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -25,16 +25,16 @@ use rustix::time::{ClockId, clock_gettime};
 pub enum Method {
     /// The exact density.
     Exact,
-    /// Carried lattice of up to so many points.
+    /// Carried lattice of at most the given number of points.
     Mesh(usize),
     /// Mixture with the default split.
     Mixture,
-    /// So many independent samples.
+    /// The given number of independent samples.
     MonteCarlo(usize),
 }
 
 impl Method {
-    /// The method that a name on the command line means.
+    /// The method with a name from the command line.
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "exact" => Self::Exact,
@@ -61,30 +61,30 @@ impl Method {
 /// A method's answer to a scenario.
 #[derive(Debug)]
 pub struct Answer {
-    /// At each time, or why not.
+    /// One snapshot per time, or why there is none.
     pub snapshots: Vec<Result<Shown, String>>,
-    /// First passage, or why not; `None` if the method has no such curve.
+    /// First-passage curve, or why there is none; `None` if the method has no such curve.
     pub curve: Option<Result<Curve, String>>,
     /// Processor time of all threads \[s\].
     pub seconds: f64,
 }
 
-/// A snapshot with what the method says of it.
+/// A snapshot with the claims of the method about it.
 #[derive(Debug)]
 pub struct Shown {
     /// The density.
     pub estimate: Estimate,
-    /// How far off the method says, or lets one think, that it may be.
+    /// The errors that the method claims or implies.
     pub claim: Claim,
-    /// Its diagnostics, those of [`density::trust::trust`].
+    /// Its diagnostics, as [`density::trust::trust`] takes them.
     pub says: [f64; 4],
-    /// Whether its own verdict says that the moments are not to be trusted, and whether the density is not.
+    /// Whether its own verdict says that the moments, or the density, should not be trusted.
     pub distrusted: Distrust,
-    /// Probability outside the grid, if the method says.
+    /// Probability outside the grid, if the method gives it.
     pub mass_outside: Option<f64>,
 }
 
-/// What a method's verdict on itself ([`density::trust`], at the tolerance that is answered for) does not stand behind.
+/// The figures that a method's verdict on itself ([`density::trust`], at `TOLERANCE`) does not vouch for.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Distrust {
     /// Moments and the probability above the critical eccentricity.
@@ -99,39 +99,39 @@ impl Distrust {
         Self { moments: !verdict.moments(), density: !verdict.density() }
     }
 
-    /// Whether there is anything.
+    /// Whether any figure is distrusted.
     pub fn any(self) -> bool {
         self.moments || self.density
     }
 }
 
-/// Errors that a method answers for.
+/// The errors that a method claims.
 #[derive(Debug, Clone, Copy)]
 pub struct Claim {
-    /// Of the moments, in standard deviations or products of them.
+    /// Errors of the moments, in standard deviations or products of them.
     pub moments: [f64; 5],
-    /// Of the probability above the critical eccentricity.
+    /// Error of the probability above the critical eccentricity.
     pub above: f64,
-    /// L1, of the joint density; infinite if the method says nothing.
+    /// L1 error of the joint density; infinite if the method gives none.
     pub joint: f64,
 }
 
-/// A first-passage curve with what the method says of it.
+/// A first-passage curve with the claims of the method about it.
 #[derive(Debug)]
 pub struct Curve {
     /// Times \[yr\].
     pub times: Vec<f64>,
-    /// Probability, and the error that the method answers for.
+    /// Probability, and the error that the method claims.
     pub points: Vec<(f64, f64)>,
 }
 
-/// A method that gives no error estimate is taken to be right to this where its verdict is good.
+/// Claimed error of a method that gives no error estimate, where its verdict is good.
 pub const TOLERANCE: f64 = 0.01;
-/// By how much an error may exceed its estimate.
+/// Factor by which an error may exceed its estimate.
 const WITHIN: f64 = 10.0;
-/// Standard errors within which a sample's figure lies.
+/// Number of standard errors within which a sample's figure must lie.
 const STANDARD_ERRORS: f64 = 5.0;
-/// Rounding, and the flow's own error.
+/// Error from rounding and from the flow.
 const ROUNDING: f64 = 1e-9;
 
 /// Runs `method` on `problem`.
@@ -156,7 +156,7 @@ fn processor_seconds() -> f64 {
 
 type Parts = (Vec<Result<Shown, String>>, Option<Result<Curve, String>>);
 
-/// Times of a curve: those of the problem and some between.
+/// Times of a curve: those of the problem and some between them.
 fn times_of_curve(problem: &Problem) -> Vec<f64> {
     let mut times = curve_times(problem.times.last().copied().unwrap_or(0.0), 17);
     times.extend(&problem.times);
@@ -286,7 +286,7 @@ fn monte_carlo(problem: &Problem, grids: &[Grid], samples: usize) -> Result<Part
     Ok((snapshots, Some(Ok(Curve { points: curve.probability.iter().map(|&p| (p, error(p))).collect(), times }))))
 }
 
-/// What a sample without a single hit, or with nothing else, cannot tell from 0 or 1.
+/// The smallest probability that a sample can distinguish from 0, or from 1 by its complement.
 fn rare(samples: usize) -> f64 {
     3.0 / samples as f64
 }

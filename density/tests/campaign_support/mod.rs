@@ -1,17 +1,17 @@
-//! A random campaign: scenarios as other people have them, each method against an oracle.
+//! A random campaign: scenarios of the kind that users have, with each method compared to an oracle.
 //!
-//! - [`scenario`]: what is drawn, and how it is written down so that phasecloud reads it;
+//! - [`scenario`]: the random scenarios, and how they are written down so that phasecloud reads them;
 //! - [`paths`]: the oracle's own integrator, with the largest eccentricity on the way;
 //! - [`lattice`]: orbits that fill the initial Gaussian on lines of constant solar angle, with quadrature weights;
 //! - [`crossing`], [`moments`], [`bins`]: probabilities, moments and the joint density from those orbits;
 //! - [`oracle`]: all of them on finer and finer lattices, with the error that the last refinement shows, and Monte Carlo;
 //! - [`methods`]: the methods, called as the nodes call them;
 //! - [`cases`]: scenarios of other people, with values that others worked out;
-//! - [`judge`]: whether a method's figures are what it says they are;
-//! - [`summary`]: the table.
+//! - [`judge`]: whether a method's figures are as accurate as it claims;
+//! - [`summary`]: the table of results.
 //!
-//! Nothing of the oracle is shared with `density::exact` or `density::first_passage`.
-#![allow(dead_code)] // each target uses its share
+//! The oracle shares no code with `density::exact` or `density::first_passage`.
+#![allow(dead_code)] // each target uses only a part
 
 pub mod bins;
 pub mod cases;

@@ -1,9 +1,9 @@
-//! Moments from the orbits of a lattice, `phi` on the branch of the circular mean.
+//! Moments from the orbits of a lattice, with `phi` on the branch of the circular mean.
 //!
-//! Where the branch's cut runs between two neighbouring nodes of a line, both stand for cells that end half-way; the strip
-//! between there and the cut is moved to the other branch. Where the line bends, the cut is not quite where a straight line between
-//! the nodes has it, and where it runs along the lines they are few to sum over: the probability of both is what the branch is
-//! uncertain of.
+//! Where the branch's cut runs between two neighbouring nodes of a line, both nodes stand for cells that end half-way;
+//! the strip between that end and the cut is moved to the other branch. Two errors are left. If the line bends, the cut
+//! is not quite where a straight line between the nodes has it; and if the cut runs along the lines, these are few to
+//! sum over. The probability of both is the uncertainty of the branch.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::lattice::Lattice;
 use super::paths::Paths;
 
-/// Mean and deviation of `phi`, mean and deviation of `e`, covariance; and the circular mean and resultant length.
+/// Mean and standard deviation of `phi`, mean and standard deviation of `e`, covariance; and the mean vector of `phi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cloud {
     /// `mean_phi, std_phi, mean_e, std_e, cov_phi_e`.
@@ -27,7 +27,8 @@ pub struct Cloud {
 }
 
 impl Cloud {
-    /// From raw moments `[(phi-c), (phi-c)², (e-r), (e-r)², (phi-c)(e-r)]` about a circular mean `c` and an `r`.
+    /// From raw moments `[(phi-c), (phi-c)², (e-r), (e-r)², (phi-c)(e-r)]` about a circular mean `c` and an
+    /// eccentricity `r`.
     pub fn from_raw([a, aa, b, bb, ab]: [f64; 5], c: f64, r: f64, vector: [f64; 2], lost: f64) -> Self {
         let deviation = |square: f64, mean: f64| (square - mean * mean).max(0.0).sqrt();
         Self { moments: [c + a, deviation(aa, a), r + b, deviation(bb, b), ab - a * b], vector, lost, at_cut: 0.0 }
@@ -38,7 +39,7 @@ impl Cloud {
         self.vector[0].atan2(self.vector[1])
     }
 
-    /// What an error of each moment is measured in: standard deviations, or their product.
+    /// The unit for the error of each moment: standard deviations, or their product.
     pub fn scales(&self) -> [f64; 5] {
         let [_, p, _, q, _] = self.moments;
         [p, p, q, q, p * q]
@@ -88,7 +89,7 @@ pub fn cloud(lattice: &Lattice, paths: &Paths, k: usize) -> Cloud {
     Cloud { at_cut, ..Cloud::from_raw(raw, c, r, vector, lost) }
 }
 
-/// How many turns the branch of each line is ahead of that of the first, on the average over its nodes.
+/// Number of turns by which the branch of each line is ahead of the first line's, averaged over its nodes.
 fn turns(lattice: &Lattice, state: &(impl Fn(usize, usize) -> (f64, f64) + Sync), c: f64) -> Vec<f64> {
     let phi = |line: usize, j: usize| {
         let (x1, x2) = state(line, j);
@@ -111,8 +112,8 @@ fn turns(lattice: &Lattice, state: &(impl Fn(usize, usize) -> (f64, f64) + Sync)
         .collect()
 }
 
-/// By which part of the distance of two nodes the cut between them may be off, at most half: an eighth of the second difference of
-/// `phi` over the first, the error of linear interpolation.
+/// The part of the distance between two nodes by which the cut between them may be off, at most half: an eighth of the
+/// second difference of `phi` over the first, the error of linear interpolation.
 fn bend(before: f64, after: f64, neighbours: [Option<f64>; 2]) -> f64 {
     let step = nearest(after - before, 0.0);
     let seconds = [neighbours[0].map(|phi| step - (before - phi)), neighbours[1].map(|phi| phi - after - step)];
@@ -128,7 +129,7 @@ fn add(sums: &mut [f64; 6], terms: [f64; 5], weight: f64) {
     (0..5).for_each(|i| sums[i] += weight * terms[i]);
 }
 
-/// Moves the strip between the border below node `j` and the cut, which lies between the nodes `j - 1` and `j`.
+/// Moves the strip between the border below node `j` and the cut; the cut lies between the nodes `j - 1` and `j`.
 fn move_strip(sums: &mut [f64; 6], lattice: &Lattice, j: usize, before: (f64, f64), after: (f64, f64)) {
     let turn = if before.0 > 0.0 { TAU } else { -TAU };
     let lifted = after.0 + turn;
@@ -138,7 +139,8 @@ fn move_strip(sums: &mut [f64; 6], lattice: &Lattice, j: usize, before: (f64, f6
     let b = before.1 + middle * (after.1 - before.1);
     let h = 1.0 / lattice.e.len() as f64;
     let weight = lattice.density_in_x((j as f64 - 0.5 + middle) * h) * h * (0.5 - cut);
-    // Before the border all is on the branch of the first node: from the cut on it should be on that of the second.
+    // Before the border, everything is on the branch of the first node; from the cut on it should be on the branch of
+    // the second.
     let (first, second) = (terms((a, b)), terms((a - turn, b)));
     (0..5).for_each(|i| sums[i] += weight * (second[i] - first[i]));
 }

@@ -1,8 +1,9 @@
-//! The oracle: quadrature on finer and finer lattices until the last refinement changes nothing that matters, and Monte Carlo.
+//! The oracle: quadrature on finer and finer lattices until nothing that matters changes, and Monte Carlo.
 //!
-//! The error of a figure is [`SAFETY`] times what the last refinement changed, the largest change of its group: one figure alone
-//! may change little by chance, where a branch cut or a separatrix lies between the nodes. Where Monte Carlo knows better (a cloud wound so thinly that no
-//! lattice resolves it), its value and four of its standard errors are taken instead.
+//! The error of a figure is [`SAFETY`] times the largest change of its group of figures by the last refinement; a
+//! single figure may change little by chance, where a branch cut or a separatrix lies between the nodes. Where Monte
+//! Carlo is more accurate (for a cloud wound so thinly that no lattice resolves it), its value and four of its standard
+//! errors are taken instead.
 
 use density::angle::nearest;
 use density::grid::Grid;
@@ -17,20 +18,20 @@ use super::lattice::Lattice;
 use super::moments::{Cloud, cloud};
 use super::paths::{Motion, Paths, follow};
 
-/// How much work the oracle may do.
+/// Limits of the oracle's work.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
     /// Lines and nodes of the first lattice; each further one has twice as many of both.
     pub first: (usize, usize),
-    /// Lattices at most.
+    /// Largest number of lattices.
     pub most_levels: usize,
-    /// Steps of bundles of orbits that a further lattice may be expected to take.
+    /// Largest number of steps, of bundles of orbits, that a further lattice may be expected to take.
     pub most_steps: u64,
-    /// Orbits of the Monte Carlo run.
+    /// Number of orbits of the Monte Carlo run.
     pub samples: usize,
-    /// Steps of an orbit after which it is given up.
+    /// Number of steps after which an orbit is given up.
     pub most_orbit_steps: u64,
-    /// Lines, interpolated ones included, that fill the bins of the joint density.
+    /// Number of lines, interpolated ones included, that fill the bins of the joint density.
     pub joint_lines: usize,
 }
 
@@ -44,7 +45,7 @@ impl Effort {
         most_orbit_steps: 20_000,
         joint_lines: 2_400,
     };
-    /// For the gate.
+    /// For the tests.
     pub const QUICK: Self = Self {
         first: (40, 80),
         most_levels: 3,
@@ -58,53 +59,53 @@ impl Effort {
 /// Errors below which no finer lattice is needed: of moments and probabilities, and of the joint density.
 const GOOD_ENOUGH: (f64, f64) = (1e-8, 1e-3);
 
-/// See the [module's text](self).
+/// Factor from a change to an error, see the [module's text](self).
 const SAFETY: f64 = 3.0;
 
-/// What is right at one time.
+/// The right figures at one time.
 #[derive(Debug, Clone)]
 pub struct Truth {
     /// Moments.
     pub cloud: Cloud,
     /// Probability above the critical eccentricity.
     pub above: f64,
-    /// Probability of having been there.
+    /// Probability of having been above it.
     pub ever: f64,
-    /// What the lines are too few for, of the two.
+    /// Errors of the two probabilities from too few lines.
     pub doubt: [f64; 2],
-    /// Joint density on the grid, and what the lines through its bins are too few for, in L1.
+    /// Joint density on the grid, and its L1 error from too few lines through its bins.
     pub joint: (Vec<f64>, f64),
-    /// How wrong these may be.
+    /// Errors of these figures.
     pub error: Errors,
 }
 
 /// Errors of a [`Truth`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
-    /// Of the moments, in standard deviations or products of them.
+    /// Errors of the moments, in standard deviations or products of them.
     pub moments: [f64; 5],
-    /// Of the mean vector of the solar angle.
+    /// Error of the mean vector of the solar angle.
     pub vector: f64,
-    /// Of the probabilities.
+    /// Error of the probability above the critical eccentricity.
     pub above: f64,
-    /// Of the probabilities.
+    /// Error of the probability of having been above it.
     pub ever: f64,
-    /// L1, of the joint density.
+    /// L1 error of the joint density.
     pub joint: f64,
 }
 
 /// The oracle's answer.
 #[derive(Debug, Clone)]
 pub struct Oracle {
-    /// At each time of the problem.
+    /// The right figures at each time of the problem.
     pub truths: Vec<Truth>,
     /// Lines and nodes of the last lattice.
     pub lattice: (usize, usize),
-    /// Where quadrature and Monte Carlo contradict each other.
+    /// Descriptions of figures in which quadrature and Monte Carlo contradict each other.
     pub contradictions: Vec<String>,
 }
 
-/// Solves `problem`; joint densities on `grids`.
+/// Solves `problem`, with joint densities on `grids`.
 pub fn solve(problem: &Problem, grids: &[Grid], effort: &Effort) -> Oracle {
     let (mut lines, mut nodes) = effort.first;
     let (mut truths, mut steps) = level(problem, grids, effort, (lines, nodes));
@@ -116,7 +117,7 @@ pub fn solve(problem: &Problem, grids: &[Grid], effort: &Effort) -> Oracle {
         let (finer, finer_steps) = level(problem, grids, effort, (lines, nodes));
         steps = finer_steps;
         truths = finer.into_iter().zip(&truths).zip(grids).map(|((finer, t), grid)| finer.after(t, grid)).collect();
-        // What was uncertain about first passage stays so.
+        // An error of the first-passage probability remains at all later times.
         for k in 1..truths.len() {
             truths[k].error.ever = truths[k].error.ever.max(truths[k - 1].error.ever);
         }
@@ -158,9 +159,9 @@ impl Truth {
         figures.fold(0.0, f64::max) < GOOD_ENOUGH.0 && joint < GOOD_ENOUGH.1
     }
 
-    /// The same with the errors that the step from a coarser lattice shows.
+    /// The same figures, with the errors that follow from the change since a coarser lattice.
     fn after(mut self, coarser: &Self, grid: &Grid) -> Self {
-        // What could not be followed may be anywhere.
+        // Orbits that could not be followed may be anywhere.
         let lost = self.cloud.lost;
         let scales = self.cloud.scales();
         let (values, before) = (self.cloud.moments, coarser.cloud.moments);
@@ -184,7 +185,7 @@ impl Truth {
     }
 }
 
-/// The largest size; NaN if there is one.
+/// The largest absolute value; NaN if one of them is NaN.
 fn largest<const N: usize>(values: [f64; N]) -> f64 {
     values.into_iter().fold(0.0, |most: f64, value| if value.abs() <= most { most } else { value.abs() })
 }
@@ -208,7 +209,7 @@ impl Sampled {
         Self { paths: follow(motion, &starts, &problem.times), count: effort.samples }
     }
 
-    /// Compares `truth` at time `k`, and replaces what is better known here.
+    /// Compares `truth` at time `k` with the sample, and replaces figures that the sample knows better.
     fn check(&self, truth: &mut Truth, k: usize, problem: &Problem, contradictions: &mut Vec<String>) {
         let points: Vec<(f64, f64)> = (0..self.count)
             .map(|i| (self.paths.x1[k][i], self.paths.x2[k][i]))
@@ -243,7 +244,7 @@ impl Sampled {
             ((central(2, 2) - cov * cov).max(0.0) / n).sqrt() / (sd_phi * sd_e),
         ];
         if own_branch {
-            // The cut moves with the sample's circular mean; what it passes over jumps by a turn.
+            // The cut moves with the sample's circular mean; the samples that it passes jump by a turn.
             let resultant = vector[0].hypot(vector[1]);
             let strip = mean(&|p| f64::from(p.0.abs() > std::f64::consts::PI - 0.1)) / 0.2;
             let moved = strip * std::f64::consts::TAU * vector_error / resultant / sd_phi;
@@ -275,7 +276,7 @@ impl Sampled {
     }
 }
 
-/// Takes the better of two figures that differ by `difference`, and notes when they contradict each other.
+/// Takes the more accurate of two figures that differ by `difference`, and notes if they contradict each other.
 fn settle(
     (value, error): (&mut f64, &mut f64),
     sampled: f64,
@@ -288,7 +289,7 @@ fn settle(
         contradictions.push(format!(
             "{name} at time {k}: quadrature {value:.6e} +- {error:.1e}, Monte Carlo {sampled:.6e} +- {standard_error:.1e}"
         ));
-        // Neither can be trusted to the difference.
+        // Neither of them can be trusted beyond the difference.
         *error = error.max(difference.abs());
     }
     if 4.0 * standard_error + lost < *error || error.is_nan() {

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Within a step the series is a dense output. The eccentricity peaks where `x1` changes from positive to negative, so the
-//! largest one on the way is found at the zeros of a polynomial.
+//! largest eccentricity on the way is found at the zeros of a polynomial.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ const LANES: usize = 8;
 const ORDER: usize = 20;
 /// Size of the last terms of a series.
 const LAST_TERM: f64 = 1e-16;
-/// Steps after which the progress is looked at, so that hopeless orbits cost little.
+/// Number of steps after which the progress is checked, so that hopeless orbits cost little.
 const FIRST_LOOK: u64 = 200;
 
 type Lanes = [f64; LANES];
@@ -27,22 +27,23 @@ type Lanes = [f64; LANES];
 /// States of orbits at several times; NaN where an orbit was given up.
 #[derive(Debug, Clone)]
 pub struct Paths {
-    /// At each time, of each orbit, `e sin(phi)`.
+    /// `e sin(phi)` at each time, of each orbit.
     pub x1: Vec<Vec<f64>>,
-    /// `e cos(phi)`.
+    /// `e cos(phi)`, likewise.
     pub x2: Vec<Vec<f64>>,
-    /// The largest `e²` until then.
+    /// The largest `e²` until that time, likewise.
     pub peak: Vec<Vec<f64>>,
-    /// Steps of all bundles of orbits.
+    /// Number of steps of all bundles of orbits.
     pub steps: u64,
 }
 
-/// What moves the orbits.
+/// The force on the orbits, and a limit for the integrator.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion {
     /// The force.
     pub force: Force,
-    /// Steps after which an orbit is given up. One that is very close to `e = 1` turns thousands of times a year.
+    /// Number of steps after which an orbit is given up. An orbit that is very close to `e = 1` turns thousands of
+    /// times a year.
     pub most_steps: u64,
 }
 
@@ -111,7 +112,7 @@ impl Series {
         expand(self, c, w);
     }
 
-    /// How far the series of every lane carries.
+    /// The largest time for which the series of every lane is accurate.
     fn reach(&self) -> f64 {
         let mut reach = f64::INFINITY;
         for lane in 0..LANES {
@@ -119,7 +120,7 @@ impl Series {
             for k in [ORDER - 1, ORDER] {
                 let size = self.x1[k][lane].abs().max(self.x2[k][lane].abs()).max(self.s[k][lane].abs() / s);
                 let own = (LAST_TERM / size).powf(1.0 / k as f64);
-                // A NaN must end it: `min` would pass over it.
+                // A NaN must end the search; `min` would ignore it.
                 reach = if own < reach {
                     own
                 } else if own >= reach {
@@ -129,7 +130,7 @@ impl Series {
                 };
             }
         }
-        // All higher coefficients vanish only where nothing moves.
+        // All higher coefficients vanish only if nothing moves.
         reach.min(0.5)
     }
 

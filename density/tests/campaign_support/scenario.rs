@@ -1,4 +1,4 @@
-//! Scenarios drawn at random, and how they are written down.
+//! Random scenarios, and how they are written down.
 
 use std::f64::consts::TAU;
 
@@ -14,11 +14,11 @@ use rand_chacha::ChaCha8Rng;
 pub struct Scenario {
     /// `random-SEED-INDEX`.
     pub name: String,
-    /// What is to be solved.
+    /// The problem to be solved.
     pub problem: Problem,
 }
 
-/// Scenario number `index` of the campaign `seed`: it depends on these two alone.
+/// Scenario number `index` of the campaign `seed`; it depends only on these two numbers.
 pub fn draw(seed: u64, index: u64) -> Scenario {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(index);
@@ -38,7 +38,7 @@ pub fn draw(seed: u64, index: u64) -> Scenario {
     Scenario { name: format!("random-{seed}-{index}"), problem }
 }
 
-/// To five digits, so that a scenario is short to write down.
+/// Rounds to five digits, so that a scenario is short to write down.
 fn rounded(x: f64) -> f64 {
     format!("{x:.4e}").parse().unwrap_or(x)
 }
@@ -58,7 +58,7 @@ impl fmt::Display for Scenario {
 }
 
 impl Scenario {
-    /// As a scenario file that phasecloud reads.
+    /// The scenario as a file that phasecloud reads.
     pub fn to_toml(&self) -> String {
         let Problem { model: force, initial, times, critical_e } = &self.problem;
         format!(
@@ -74,7 +74,7 @@ impl Scenario {
         )
     }
 
-    /// Reads what [`Scenario::to_toml`] writes, and the cases beside these tests.
+    /// Reads the text that [`Scenario::to_toml`] writes, and the cases beside these tests.
     pub fn from_toml(text: &str) -> Option<Self> {
         let value = |key: &str| {
             text.lines()

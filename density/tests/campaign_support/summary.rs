@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::judge::{Kind, Verdict};
 use super::methods::Method;
 
-/// What is remembered of a method.
+/// The counts of one method.
 #[derive(Debug, Default)]
 pub struct Row {
     scenarios: usize,
@@ -23,7 +23,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Adds a scenario.
+    /// Adds the result of one scenario.
     pub fn add(&mut self, verdict: &Verdict, seconds: f64) {
         self.scenarios += 1;
         self.seconds += seconds;
@@ -48,13 +48,13 @@ impl Row {
         self.withheld += verdict.withheld.len();
     }
 
-    /// Scenarios in which something is wrong without a warning.
+    /// Number of scenarios in which something is wrong without a warning.
     pub fn silently_wrong(&self) -> usize {
         self.scenarios_silently_wrong
     }
 }
 
-/// A reason with its numbers left out, so that like ones are counted together.
+/// A reason without its numbers, so that similar reasons are counted together.
 fn without_numbers(reason: &str) -> String {
     let mut text = String::new();
     for word in reason.split_whitespace() {

@@ -1,4 +1,4 @@
-//! What several tests need.
+//! Functions that several tests use.
 #![allow(dead_code)]
 
 use std::f64::consts::PI;
@@ -24,7 +24,7 @@ pub fn paper(number: usize) -> Problem {
     }
 }
 
-/// The first field and the numbers after it of every row of a file in `tests/reference`.
+/// The first field, and the numbers after it, of every row of a file in `tests/reference`.
 pub fn rows(file: &str) -> Vec<(String, Vec<f64>)> {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(file);
     let text = std::fs::read_to_string(path).unwrap();

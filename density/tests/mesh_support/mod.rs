@@ -1,5 +1,5 @@
-//! What the tests of the mesh methods compare with: the paper's scenarios, reference moments, and the exact density.
-#![allow(dead_code)] // each test file uses its share
+//! Reference values for the tests of the mesh methods: the paper's scenarios, exact moments, and the exact density.
+#![allow(dead_code)] // each test file uses only a part
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -57,7 +57,7 @@ fn rows(csv: &'static str) -> impl Iterator<Item = (Vec<&'static str>, Vec<f64>)
     })
 }
 
-/// Moments of a scenario by quadrature over the initial Gaussian, good to 1e-6.
+/// Moments of a scenario by quadrature over the initial Gaussian, accurate to 1e-6.
 pub fn exact_moments(scenario: usize, time: f64) -> Moments {
     let name = format!("scenario-{scenario}");
     rows(include_str!("../reference/exact-moments.csv"))
@@ -81,7 +81,8 @@ pub fn relative_errors(found: &Moments, exact: &Moments) -> [f64; 4] {
 }
 
 /// Exact mean density of each bin: `fineness` midpoints along `phi` and `e` in every bin are followed back to the initial
-/// Gaussian. Its mass tells whether they were enough: filaments can be a twentieth of a bin thin in `e`.
+/// Gaussian. The total mass shows whether they were enough, because filaments can be as thin as a twentieth of a bin in
+/// `e`.
 pub fn exact_joint(problem: &Problem, time: f64, grid: &Grid, fineness: [usize; 2]) -> Vec<f64> {
     let flow = Flow::new(problem.model);
     let in_cloud = bins_of_cloud(problem, time, grid);
@@ -119,7 +120,7 @@ pub fn exact_joint(problem: &Problem, time: f64, grid: &Grid, fineness: [usize; 
     joint
 }
 
-/// The bins within one of those that 300 x 300 orbits from within 5 standard deviations reach.
+/// The bins that 300 x 300 orbits from within 5 standard deviations reach, and the neighbours of these bins.
 fn bins_of_cloud(problem: &Problem, time: f64, grid: &Grid) -> Vec<bool> {
     const SIDE: usize = 300;
     let sigmas = |k: usize| 10.0 * k as f64 / (SIDE - 1) as f64 - 5.0;

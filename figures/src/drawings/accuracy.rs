@@ -1,4 +1,4 @@
-//! What accuracy costs: errors over trajectories propagated, and over CPU time.
+//! Accuracy against effort: errors over the number of trajectories propagated, and over CPU time.
 
 use super::moment_errors::{QUANTITIES, ROUNDING, errors};
 use crate::axis::Axis;
@@ -12,12 +12,12 @@ use crate::scene::{Method, Scene};
 
 const SLOPE: Stroke = Stroke { ink: Ink::Faint, width: 1.2, dashes: &[] };
 
-/// What a case costs.
+/// The effort of a case.
 type Cost = fn(&Method<'_>) -> f64;
-/// How far it is off.
+/// The error of a case.
 type Inaccuracy = fn(&Scene<'_>, &Method<'_>) -> f64;
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let mut key: Vec<Entry> = scene
         .others()

@@ -1,4 +1,4 @@
-//! How the cloud moves (Fig. 2): samples at every snapshot between the contours of their lowest and highest Hamiltonian.
+//! The evolution of the cloud (Fig. 2): samples at every snapshot, between the contours of their extreme Hamiltonians.
 
 use std::ops::Range;
 
@@ -23,14 +23,14 @@ use crate::palette::{Ink, Stroke};
 use crate::panel::{Panel, Surroundings};
 use crate::scene::{Cloud, Scene};
 
-/// Samples drawn, as in the paper.
+/// Number of samples drawn, as in the paper.
 const SAMPLES: usize = 961;
 const SEED: u64 = 1;
-/// Points that stand for a line across the figure, close enough that no words fit between.
+/// Number of points that stand for a line across the figure, close enough that no words fit between them.
 const LINE_POINTS: usize = 300;
 const BOUND: Stroke = Stroke { ink: Ink::Faint, width: 1.6, dashes: &[] };
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let phi = scene.phi_range();
     let (samples, levels) = snapshots(scene)?;
@@ -72,7 +72,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     })
 }
 
-/// The samples at each snapshot on the branch where their cloud is whole.
+/// The samples at each snapshot, on the branch where their cloud is whole.
 fn placed(samples: &[Vec<Point>], clouds: &[Option<Cloud>], phi: &Range<f64>) -> Vec<Vec<Point>> {
     let place = |(points, cloud): (&Vec<Point>, &Option<Cloud>)| {
         let axis_middle = 0.5 * (phi.start + phi.end);
@@ -82,7 +82,8 @@ fn placed(samples: &[Vec<Point>], clouds: &[Option<Cloud>], phi: &Range<f64>) ->
     samples.iter().zip(clouds).map(place).collect()
 }
 
-/// The times beside the clouds, each in the colour of its own; they keep clear of the line of the critical eccentricity.
+/// The times beside the clouds, each in the colour of its cloud; they keep clear of the line of the critical
+/// eccentricity.
 pub fn cloud_labels(scene: &Scene<'_>, phi: &Range<f64>, clouds: Vec<Vec<Point>>) -> Vec<Label> {
     let times = &scene.times;
     let label = |(index, points): (usize, Vec<Point>)| Label {

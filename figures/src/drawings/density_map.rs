@@ -1,4 +1,4 @@
-//! A joint density as colours: which density sets the axes, where its picture goes, and the bar that explains the colours.
+//! A joint density as colours: the density that sets the axes, the place of the picture, and the colour bar.
 
 use std::ops::Range;
 
@@ -13,10 +13,10 @@ use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings, units};
 use crate::scene::Scene;
 
-/// How much lower a panel with a title begins than one without \[px\].
+/// Additional space above a panel with a title \[px\].
 pub const TITLE: f64 = 13.0;
 
-/// The density that sets the axes of a snapshot: that of the yardstick, or `own` where it withholds its own.
+/// The density that sets the axes of a snapshot: the yardstick's, or `own` if the yardstick withholds its density.
 pub fn yardstick<'s>(scene: &'s Scene<'_>, own: &'s Density, index: usize) -> &'s Density {
     let given = scene.yardstick().and_then(|yardstick| yardstick.densities.get(index));
     given.filter(|density| !density.is_withheld()).unwrap_or(own)
@@ -24,9 +24,9 @@ pub fn yardstick<'s>(scene: &'s Scene<'_>, own: &'s Density, index: usize) -> &'
 
 /// A small map.
 pub struct Map<'s> {
-    /// The density whose bins it has.
+    /// The density whose bins the map has.
     pub density: &'s Density,
-    /// What it shows of each bin.
+    /// The value shown in each bin.
     pub values: &'s [f64],
     /// The density that sets the axes.
     pub yardstick: &'s Density,
@@ -34,8 +34,8 @@ pub struct Map<'s> {
     pub scale: Scale,
 }
 
-/// Values over the grid of `density` as pictures, moved by `shift` in `phi`, on every turn that meets an `axis` of
-/// one turn; a longer axis has room for each grid as a whole.
+/// Pictures of values over the grid of `density`, moved by `shift` in `phi`. On an `axis` of one turn there is a
+/// picture for every turn that meets it; a longer axis has room for the whole grid in one picture.
 pub fn placed(
     density: &Density,
     shift: f64,
@@ -54,7 +54,7 @@ pub fn placed(
     Ok(shifts.take_while(|shift| phi.low + shift < axis.end - 1e-9).map(at).collect())
 }
 
-/// A scale with its numbers. `label` ends in the unit 1/rad; numbers that would be long are given in powers of ten of it.
+/// A scale with its numbers. `label` ends in the unit 1/rad; long numbers are given in a power of ten of that unit.
 pub fn colour_bar(area: &Area<'_>, label: &str, scale: Scale) -> Result<(), DrawError> {
     let (end, unit) = match scale {
         Scale::Linear(end) | Scale::Difference(end) => unit(end),
@@ -76,7 +76,7 @@ pub fn colour_bar(area: &Area<'_>, label: &str, scale: Scale) -> Result<(), Draw
     panel.draw(&[if let Scale::Strength(_) = scale { colours.inked(Ink::Text) } else { colours }])
 }
 
-/// The end of a scale in units of a power of ten, and how that power is written.
+/// The end of a scale in units of a power of ten, and that power as it is written.
 fn unit(end: f64) -> (f64, String) {
     if end <= 0.0 || !end.is_finite() || (0.02..5000.0).contains(&end) {
         return (end, "1".to_owned());

@@ -1,4 +1,4 @@
-//! Where a case is off: its joint density minus the exact one.
+//! The difference of a case from the exact one: its joint density minus the exact joint density.
 
 use super::density_map::{Map, yardstick};
 use super::joint_density::snapshot;
@@ -8,18 +8,19 @@ use crate::draw_error::DrawError;
 use crate::figure::Figure;
 use crate::scene::{Method, Scene};
 
-/// Whether a case is the one that others are subtracted from wherever it states its density.
+/// Whether a case is the one that is subtracted from the others wherever it gives its density.
 pub fn is_exact(scene: &Scene<'_>, method: &Method<'_>) -> bool {
     scene.exact.unwrap_or(scene.reference) == method.label
 }
 
-/// The case that others are subtracted from at a snapshot: the exact one, or else the reference, or what stands in for it.
+/// The case whose density is subtracted from the others at a snapshot: the exact one, else the reference, else the case
+/// that stands in.
 pub fn subtrahend<'s, 'a>(scene: &'s Scene<'a>, index: usize) -> Option<&'s Method<'a>> {
     let states = |other: &&Method<'_>| other.densities.get(index).is_some_and(|density| !density.is_withheld());
     scene.method(scene.exact.unwrap_or(scene.reference)).filter(states).or_else(|| scene.yardstick_at(index))
 }
 
-/// One snapshot of a case.
+/// Draws one snapshot of a case.
 pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figure, DrawError> {
     let (density, t) = snapshot(scene, method, index)?;
     let subtrahend = subtrahend(scene, index);

@@ -1,4 +1,4 @@
-//! What each case costs: shares of propagation and estimation (Fig. 7), and effort relative to Monte Carlo (Fig. 8).
+//! The effort of each case: shares of propagation and estimation (Fig. 7), and effort relative to Monte Carlo (Fig. 8).
 
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -54,7 +54,7 @@ pub fn draw_shares(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     })
 }
 
-/// Effort of each case in all scenarios of the run, relative to Monte Carlo where it ran.
+/// Effort of each case in all scenarios of the run, relative to Monte Carlo if it ran.
 pub fn draw_normalised(scenes: &[Scene<'_>]) -> Result<Figure, DrawError> {
     let mut labels: Vec<&str> = Vec::new();
     for method in scenes.iter().flat_map(|scene| &scene.methods).filter(|method| method.effort.is_some()) {
@@ -105,7 +105,7 @@ pub fn draw_normalised(scenes: &[Scene<'_>]) -> Result<Figure, DrawError> {
     })
 }
 
-/// Turns an axis of names so that the first is on top.
+/// Reverses an axis of names so that the first is on top.
 fn downwards(axis: &mut Axis) {
     axis.ticks.reverse();
     if let crate::axis::Labels::Names(names) = &mut axis.labels {

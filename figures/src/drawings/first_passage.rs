@@ -1,4 +1,4 @@
-//! The probability that the eccentricity has ever reached its critical value, against time, with its interval.
+//! The probability that the eccentricity has ever reached its critical value, against time, with its error interval.
 
 use super::probability_axis::{ProbabilityAxis, in_words};
 use super::write_absent;
@@ -12,10 +12,10 @@ use crate::results::PassageRow;
 use crate::scene::{Method, Scene};
 use crate::text::subscript;
 
-/// An interval narrower than this is an exact method's own error estimate.
+/// An interval narrower than this is the error estimate of an exact method and is not drawn.
 const NARROW: f64 = 1e-6;
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let is_given = |m: &&Method<'_>| m.passage.iter().any(|row| row.prob_reached_critical_e.is_finite());
     let sent: Vec<&Method<'_>> = scene.methods.iter().filter(|method| !method.passage.is_empty()).collect();
@@ -64,7 +64,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     })
 }
 
-/// What the band of a curve is.
+/// What the band of a curve stands for.
 fn interval_in_words(method: &Method<'_>) -> String {
     let kind = method.passage.iter().map(|row| row.interval.as_str()).find(|kind| *kind != "bounds");
     match kind.unwrap_or("bounds") {
@@ -74,7 +74,7 @@ fn interval_in_words(method: &Method<'_>) -> String {
     }
 }
 
-/// Which cases have no curve, and which withhold it or a part of it.
+/// Sentences that name the cases without a curve and those that withhold it, wholly or in part.
 fn absences(scene: &Scene<'_>) -> String {
     let named = |label: &str, is_it: &dyn Fn(&Method<'_>) -> bool| {
         let names: Vec<&str> = scene.methods.iter().filter(|m| is_it(m)).map(|m| m.label).collect();

@@ -1,7 +1,7 @@
 //! Joint densities (Figs. 3 and 4, 10 and 11, 14 and 15): all snapshots of a case in one frame, and each by itself.
 //!
-//! In the common frame clouds lie over one another, so there colour says when and its strength how dense; by itself a
-//! snapshot has the colours for its density.
+//! In the common frame clouds lie over one another, so there the colour shows the time and its strength the density. In
+//! the figure of a single snapshot the colour shows the density.
 
 use std::ops::Range;
 
@@ -21,16 +21,16 @@ use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings, units};
 use crate::scene::{Cloud, Method, Scene};
 
-/// Size of the frame of all snapshots \[px\].
+/// Width of the frame of all snapshots, and below its height \[px\].
 const WIDTH: u32 = 760;
 const HEIGHT: u32 = 360;
 /// Width of a colour bar with its labels \[px\].
 const BAR: f64 = 92.0;
 
-/// All snapshots of a case in one frame.
+/// Draws all snapshots of a case in one frame.
 pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError> {
     let phi = scene.phi_range();
-    // The scale of the yardstick, so that the figures of all cases can be compared.
+    // The yardstick's densities set the scale, so that the figures of all cases can be compared.
     let densities = scene.yardstick().map_or(&[][..], |yardstick| yardstick.densities);
     let given = || densities.iter().filter(|density| !density.is_withheld());
     let peaks = if given().next().is_some() { densities } else { method.densities };
@@ -88,8 +88,8 @@ pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawEr
     })
 }
 
-/// Middles of the bins in which a density is at `least` what is drawn, on the branch that keeps the cloud whole; none if it is
-/// withheld.
+/// Middles of the bins in which a density is at least `least`, the smallest density drawn, on the branch that keeps the
+/// cloud whole; no points if the density is withheld.
 fn cloud_points(density: &Density, cloud: Option<&Cloud>, phi: &Range<f64>, least: f64) -> Vec<Point> {
     let Some(cloud) = cloud.filter(|_| !density.is_withheld() && least > 0.0) else { return Vec::new() };
     let centre = 0.5 * (cloud.phi.start + cloud.phi.end) + shift_into(phi, &cloud.phi);
@@ -103,7 +103,7 @@ fn cloud_points(density: &Density, cloud: Option<&Cloud>, phi: &Range<f64>, leas
     .collect()
 }
 
-/// One snapshot of a case.
+/// Draws one snapshot of a case.
 pub fn draw_one(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figure, DrawError> {
     let (density, t) = snapshot(scene, method, index)?;
     let yardstick = yardstick(scene, density, index);

@@ -1,4 +1,4 @@
-//! Marginal densities of a case against the reference (Figs. 5, 12, 16), with the counting error of Monte Carlo.
+//! Marginal densities of a case and the reference (Figs. 5, 12, 16), with the counting error of Monte Carlo.
 
 use density::grid::Axis as Bins;
 
@@ -16,16 +16,16 @@ use crate::scene::{Method, Scene};
 
 /// Half width of a 95 % interval in standard deviations.
 const SIGMAS: f64 = 1.96;
-/// Height of a row of panels, and of the densities in it; residuals have the rest \[px\].
+/// Height of a row of panels \[px\]. The densities take `UPPER` of it, and the residuals take the rest.
 const ROW: f64 = 236.0;
-/// Rows below a key: as few that one key is on the screen wherever the reader is.
+/// Number of rows below a key: so few that one key is always on the screen.
 const ROWS_A_KEY: usize = 2;
 const WIDTH: u32 = 760;
 const UPPER: f64 = 134.0;
 const BAND: Ink = Ink::Series(0);
 const ZERO: Stroke = Stroke { ink: Ink::Faint, width: 0.8, dashes: &[] };
 
-/// What is drawn of a snapshot.
+/// The contents of the panels of a snapshot.
 struct Snapshot<'s> {
     title: String,
     own: &'s Density,
@@ -34,7 +34,7 @@ struct Snapshot<'s> {
     sampled: Option<(&'s Density, f64)>,
 }
 
-/// Draws both marginals of a case at every snapshot, and below each what is left when the reference is taken away.
+/// Draws both marginals of a case at every snapshot, and below each marginal its difference from the reference.
 pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError> {
     let reference = scene.yardstick().filter(|yardstick| yardstick.label != method.label);
     let band = scene.monte_carlo();
@@ -122,12 +122,12 @@ fn draw_densities(
     if own.is_withheld() { write_absent(&panel, "withheld") } else { Ok(()) }
 }
 
-/// What is left of a case when the reference is taken away.
+/// The difference of a case from the reference.
 struct Residual {
     axis: Axis,
-    /// A value a bin, or why there is none.
+    /// One value per bin, or the reason why there is none.
     values: Result<Vec<f64>, &'static str>,
-    /// Half widths of the counting error about 0; none if no Monte Carlo has the same bins.
+    /// Half widths of the counting error about 0; empty if no Monte Carlo case has the same bins.
     errors: Vec<f64>,
 }
 
@@ -142,13 +142,13 @@ fn residual(snapshot: &Snapshot<'_>, of: Variable) -> Option<Residual> {
     };
     let sampled = snapshot.sampled.filter(|(mc, _)| values.is_ok() && of.bins(mc) == of.bins(own));
     let errors = sampled.map_or(Vec::new(), |(mc, n)| of.counting_errors(mc, n));
-    // The residual sets the scale; one far below the counting error or the peak is not blown up to noise.
+    // The residual sets the scale, but a residual far below the counting error or the peak is not magnified to noise.
     let largest = |values: &mut dyn Iterator<Item = &f64>| values.map(|value| value.abs()).fold(0.0, f64::max);
     let least = (0.15 * largest(&mut errors.iter())).max(1e-4 * largest(&mut of.values(own).iter()));
     let limit = (1.1 * largest(&mut values.iter().flatten())).max(least);
     let limit = if limit > 0.0 { limit } else { 1.0 };
     let mut axis = Axis::linear("residual", -limit..limit, 5);
-    // The panel is low: 0 and both ends.
+    // The panel is low, so it has ticks at 0 and at both ends only.
     let last = axis.ticks.len().saturating_sub(1);
     axis.ticks = [0, last / 2, last].into_iter().filter_map(|k| axis.ticks.get(k).copied()).collect();
     if values.is_err() {
@@ -180,7 +180,7 @@ fn draw_residual(
 }
 
 impl Snapshot<'_> {
-    /// The axis of the case's bins, or of the reference's where the case has none.
+    /// The axis of the case's bins, or of the reference's bins if the case withholds its density.
     fn axis(&self, of: Variable) -> Axis {
         match self.reference {
             Some((reference, _)) if self.own.is_withheld() => of.axis(reference),
@@ -229,13 +229,13 @@ impl Variable {
         steps(self.bins(density), self.values(density))
     }
 
-    /// Half widths of the 95 % intervals of `n` samples' counts.
+    /// Half widths of the 95 % intervals of the density in each bin, from the counts of `n` samples.
     fn counting_errors(self, density: &Density, n: f64) -> Vec<f64> {
         let width = self.bins(density).width();
         self.values(density).iter().map(|&value| SIGMAS * counting_error(value, n, width)).collect()
     }
 
-    /// The counting error of `n` samples.
+    /// The band of the counting error of `n` samples.
     fn band(self, density: &Density, n: f64) -> Element {
         let bins = self.bins(density);
         let halves = self.counting_errors(density, n);
@@ -246,7 +246,7 @@ impl Variable {
     }
 }
 
-/// Standard deviation of a density that was counted from `n` samples in bins of this width.
+/// Standard deviation of a density that was counted from `n` samples in bins of the given width.
 fn counting_error(density: f64, n: f64, width: f64) -> f64 {
     let p = (density * width).clamp(0.0, 1.0);
     (p * (1.0 - p) / n).sqrt() / width

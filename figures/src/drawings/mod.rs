@@ -1,4 +1,4 @@
-//! The figures, one file a kind.
+//! The figures, one file per kind.
 
 use std::ops::Range;
 
@@ -31,7 +31,7 @@ mod small_map;
 mod time_bar;
 mod zoom;
 
-/// A full turn.
+/// A full turn \[rad\].
 const TURN: f64 = std::f64::consts::TAU;
 
 const CONTOUR: Stroke = Stroke { ink: Ink::Faint, width: 0.7, dashes: &[] };
@@ -54,7 +54,7 @@ fn critical(scene: &Scene<'_>, phi: &Range<f64>) -> (Element, String) {
     )
 }
 
-/// A curve in `phi` with its mirror image, wherever it meets `range`.
+/// A curve in `phi` and its mirror image, on every turn on which they meet `range`.
 fn mirrored(pieces: &[Vec<Point>], range: &Range<f64>, stroke: Stroke) -> Vec<Element> {
     let turns = ((range.start / TURN).floor() as i32 - 1)..=((range.end / TURN).ceil() as i32 + 1);
     let copies = turns.flat_map(|turn| [1.0, -1.0].map(|sign| (sign, f64::from(turn) * TURN)));
@@ -70,7 +70,7 @@ fn steps(bins: &Bins, values: &[f64]) -> Vec<Point> {
     values.iter().enumerate().flat_map(|(i, &v)| [(bins.edge(i), v), (bins.edge(i + 1), v)]).collect()
 }
 
-/// Whether there are more snapshots than a key has room for: a bar then says which colour is when.
+/// Whether there are more snapshots than a key has room for; a bar then shows which colour is which time.
 fn snapshots_of_many(count: usize) -> bool {
     count > 6
 }
@@ -80,7 +80,8 @@ fn snapshot_marker(index: usize, count: usize) -> (Marker, Stroke) {
     (Marker::of(index), Stroke { ink: Ink::of_many(index, count), width: 0.9, dashes: &[] })
 }
 
-/// The representative of an angle near the middle of its cloud; on an axis of one turn the one that lies on it.
+/// The representative of an angle near the middle of its cloud; on an axis of one turn, the representative that lies on
+/// the axis.
 fn on_axis(angle: f64, centre: f64, axis: &Range<f64>) -> f64 {
     let near = density::angle::nearest(angle, centre);
     if axis.contains(&near) {
@@ -90,7 +91,7 @@ fn on_axis(angle: f64, centre: f64, axis: &Range<f64>) -> f64 {
     }
 }
 
-/// Room for a panel and for its colour bar, `bar` pixels wide.
+/// Splits an area into room for a panel and room for its colour bar, `bar` pixels wide.
 fn beside_bar<'b>(area: &Area<'b>, bar: f64) -> (Area<'b>, Area<'b>) {
     let (width, _) = area.dim_in_pixel();
     area.split_horizontally(width.saturating_sub(units(bar)) as i32)
@@ -108,7 +109,7 @@ fn at_times(times: &[f64]) -> String {
     format!("t = {} yr", times.iter().map(|&t| time_words(t)).collect::<Vec<_>>().join(", "))
 }
 
-/// What a figure says of the densities that a case withholds; nothing if there are none.
+/// The sentence of a caption about the densities that a case withholds; empty if there are none.
 fn withheld_words(label: &str, times: &[f64]) -> String {
     if times.is_empty() {
         String::new()
@@ -122,7 +123,7 @@ fn at_time(t: f64) -> String {
     format!("t = {} yr", time_words(t))
 }
 
-/// A time as it was meant: `1.2`, not the `1.2000000000000002` that a sum of steps gives.
+/// A time as it was given in the scenario: `1.2`, not the `1.2000000000000002` that a sum of steps gives.
 fn time_words(t: f64) -> String {
     format!("{t:.11e}").parse().unwrap_or(t).to_string()
 }

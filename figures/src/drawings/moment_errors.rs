@@ -12,7 +12,7 @@ use crate::results::MomentsRow;
 use crate::scene::{Method, Scene};
 use crate::text::subscript;
 
-/// What is compared: its name in `errors.csv`, its letter, its index.
+/// The quantities compared: name in `errors.csv`, letter, index of the letter.
 pub const QUANTITIES: [(&str, &str, &str); 4] =
     [("mean_phi", "μ", "φ"), ("std_phi", "σ", "φ"), ("mean_e", "μ", "e"), ("std_e", "σ", "e")];
 const SIGMAS: f64 = 1.96;
@@ -20,7 +20,7 @@ const BAND: Ink = Ink::Series(0);
 /// Errors below this are rounding.
 pub(super) const ROUNDING: f64 = 1e-12;
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let sampled = scene.monte_carlo();
     let mut key: Vec<Entry> = scene.others().map(|m| (Sample::Case(m.pen), m.label.to_owned())).collect();
@@ -71,7 +71,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     })
 }
 
-/// Which cases withhold moments, and when.
+/// Sentences that name the cases that withhold moments, and the times.
 fn withheld(scene: &Scene<'_>) -> String {
     let is_missing = |row: &&&MomentsRow| {
         [row.mean_phi_rad, row.std_phi_rad, row.mean_e, row.std_e].iter().any(|value| value.is_nan())
@@ -84,14 +84,14 @@ fn withheld(scene: &Scene<'_>) -> String {
         .collect()
 }
 
-/// Time and relative error, where there is one above rounding.
+/// Times and relative errors, where an error is given and is above rounding.
 pub(super) fn errors(scene: &Scene<'_>, method: &Method<'_>, quantity: &str) -> Vec<Point> {
     let rows = scene.results.errors.iter().filter(|row| row.scenario == scene.name && row.method == method.label);
     let rows = rows.filter(|row| row.quantity == quantity && row.rel_error.is_finite() && row.rel_error > ROUNDING);
     rows.map(|row| (row.t_yr, row.rel_error)).collect()
 }
 
-/// Time and the relative error that sampling explains.
+/// Times, and the relative errors up to which sampling explains a difference.
 fn sampling_limit(mc: &Method<'_>, quantity: usize) -> Vec<Point> {
     let limit = |row: &&MomentsRow| {
         let [value, error] = [

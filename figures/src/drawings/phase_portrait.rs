@@ -24,10 +24,10 @@ const DIVIDING: Stroke = Stroke { ink: Ink::Text, width: 1.6, dashes: &[] };
 const POINT: Stroke = Stroke { ink: Ink::Series(0), width: 1.8, dashes: &[] };
 const MEAN: Stroke = Stroke { ink: Ink::Series(3), width: 2.0, dashes: &[] };
 const STANDING: Stroke = Stroke { ink: Ink::Series(0), width: 1.8, dashes: &[2.0, 3.0] };
-/// Contours drawn.
+/// Number of contours drawn.
 const LEVELS: usize = 15;
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let model = scene.problem.model;
     let phi = scene.phi_range();
@@ -139,15 +139,15 @@ fn levels(model: Planar, highest: f64) -> Vec<f64> {
     (0..LEVELS).filter_map(|k| values.get((2 * k + 1) * values.len() / (2 * LEVELS)).copied()).collect()
 }
 
-/// A number for each sub-domain that has one and the place in each of its parts that is farthest from its borders, from the
-/// marked points and from the frame.
+/// Numbers and places of the labels of sub-domains. Each part of a sub-domain that has a number is labelled at the
+/// place farthest from its borders, from the marked points and from the frame.
 fn sub_domain_labels(
     scene: &Scene<'_>,
     panel: &Panel<'_, '_>,
     points: &[Stationary],
     marked: &[Point],
 ) -> Vec<(usize, Point)> {
-    /// Letters need this much room above and below, and twice as much on either side \[px\].
+    /// Room that the letters need above and below; they need twice as much on either side \[px\].
     const ROOM: f64 = 9.0;
     let [left, top, right, bottom] = panel.frame();
     let place = |k: usize| {
@@ -163,7 +163,7 @@ fn sub_domain_labels(
     let domains: Vec<Motion> = (0..COLUMNS * ROWS).map(domain).collect();
     let marked: Vec<(f64, f64)> = marked.iter().map(|point| panel.pixels(*point)).collect();
     let critical = panel.pixels((0.0, scene.problem.critical_e)).1;
-    // Words are wider than high: distances along x count half.
+    // Words are wider than they are high, so distances along x count half.
     let distance = |a: (f64, f64), b: (f64, f64)| (0.5 * (a.0 - b.0)).hypot(a.1 - b.1);
     let room = |k: usize| {
         let at = place(k);
@@ -180,12 +180,12 @@ fn sub_domain_labels(
     parts(&domains).into_iter().filter_map(best).collect()
 }
 
-/// Columns of the lattice on which places for labels are looked for.
+/// Number of columns of the lattice on which places for labels are looked for.
 const COLUMNS: usize = 48;
-/// Its rows, from the top.
+/// Number of its rows, counted from the top.
 const ROWS: usize = 36;
 
-/// The connected parts of equal numbers on the lattice.
+/// The connected parts of the lattice with the same motion.
 fn parts(domains: &[Motion]) -> Vec<Vec<usize>> {
     let mut is_taken = vec![false; domains.len()];
     let mut parts = Vec::new();

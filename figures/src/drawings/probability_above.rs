@@ -14,7 +14,7 @@ use crate::text::subscript;
 /// Half width of a 95 % interval in standard errors.
 const SIGMAS: f64 = 1.96;
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let points =
         |m: &Method<'_>| -> Vec<Point> { m.moments.iter().map(|row| (row.t_yr, row.prob_above_critical_e)).collect() };
@@ -56,7 +56,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     })
 }
 
-/// The standard errors of a method that has some.
+/// Bars of the standard errors of a method that has standard errors.
 fn bars(method: &Method<'_>, y: &ProbabilityAxis) -> Vec<Element> {
     let bar = |t: f64, p: f64, error: f64| {
         let ends = [p - error, p + error].map(|end| y.place(end.clamp(0.0, 1.0)));

@@ -1,16 +1,16 @@
-//! Axes of probabilities: from 0 to 1, and by powers of ten where they are rare.
+//! Axes of probabilities: from 0 to 1, or logarithmic where probabilities are small.
 //!
-//! A logarithm has no place for 0, and many curves are 0 for a while. A line below the powers of ten is kept for it.
+//! A logarithm has no place for 0, but many curves are 0 for a while. A line below the powers of ten is reserved for 0.
 
 use crate::axis::{Axis, Labels, power_label};
 use crate::elements::{Element, Point};
 use crate::palette::{Ink, Stroke};
 
-/// Probabilities below this are not told from 0 on an axis from 0 to 1.
+/// Probabilities below this cannot be distinguished from 0 on an axis from 0 to 1.
 const RARE: f64 = 1e-2;
-/// Probabilities below this are numerical noise: methods know none of them. They count as 0.
+/// Probabilities below this are numerical noise in every method, and count as 0.
 const LEAST: f64 = 1e-15;
-/// A logarithmic axis shows what is at least this share of the highest value.
+/// A logarithmic axis shows values of at least this share of the highest value.
 const DEEPEST: f64 = 1e-12;
 
 /// An axis of probabilities.
@@ -18,13 +18,13 @@ const DEEPEST: f64 = 1e-12;
 pub struct ProbabilityAxis {
     /// The axis to draw.
     pub axis: Axis,
-    /// If logarithmic: the lowest value with a place of its own, and the place of what is less, 0 most of all.
+    /// For a logarithmic axis: the lowest value with a place of its own, and the place of smaller values including 0.
     floor: Option<(f64, f64)>,
 }
 
 impl ProbabilityAxis {
-    /// The axes that a figure needs: linear, logarithmic if all of `values` are rare, or both if some of `decisive`, those that
-    /// a reader looks for, are rare and others are not.
+    /// The axes that a figure needs: a linear one; a logarithmic one if all of `values` are rare; or both if some of
+    /// `decisive`, the values that a reader looks for, are rare and others are not.
     pub fn all(label: &str, values: &[f64], decisive: &[f64]) -> Vec<Self> {
         let is_positive = |p: &f64| p.is_finite() && *p > LEAST;
         let highest = values.iter().copied().filter(is_positive).fold(0.0, f64::max);
@@ -56,12 +56,12 @@ impl ProbabilityAxis {
         Self { axis, floor: Some((10f64.powf(bottom), zero)) }
     }
 
-    /// Whether it goes by powers of ten.
+    /// Whether the axis is logarithmic.
     pub fn is_logarithmic(&self) -> bool {
         self.floor.is_some()
     }
 
-    /// Where a probability lies; nowhere if there is none.
+    /// The place of a probability on the axis; `None` if it is not finite.
     pub fn place(&self, p: f64) -> Option<f64> {
         match self.floor {
             _ if !p.is_finite() => None,
@@ -78,7 +78,7 @@ impl ProbabilityAxis {
         Some(Element::curve(vec![(x.range.start, y), (x.range.end, y)], stroke))
     }
 
-    /// A curve in pieces: it ends where a value is missing, and between 0 and the powers of ten.
+    /// A curve in pieces: a piece ends where a value is missing, and between 0 and the powers of ten.
     pub fn curve(&self, points: &[Point], stroke: Stroke) -> Vec<Element> {
         let mut pieces: Vec<Vec<Point>> = vec![Vec::new()];
         let mut was_zero = None;
@@ -94,7 +94,7 @@ impl ProbabilityAxis {
             }
         }
         let seen = |mut piece: Vec<Point>| {
-            // A point by itself is a line of no length, which has round ends.
+            // A single point becomes a line of length 0, which is visible because lines have round ends.
             if let [only] = piece[..] {
                 piece.push(only);
             }
@@ -103,7 +103,7 @@ impl ProbabilityAxis {
         pieces.into_iter().filter(|piece| !piece.is_empty()).map(seen).collect()
     }
 
-    /// The region between two curves, in pieces where a limit is missing.
+    /// The region between two curves, divided into pieces where a limit is missing.
     pub fn band(&self, limits: &[(f64, f64, f64)], ink: Ink) -> Vec<Element> {
         let placed = limits.iter().map(|&(t, low, high)| Some((t, self.place(low)?, self.place(high)?)));
         let placed: Vec<Option<(f64, f64, f64)>> = placed.collect();
@@ -112,7 +112,7 @@ impl ProbabilityAxis {
     }
 }
 
-/// What a caption says of the axes.
+/// What a caption says about the axes.
 pub fn in_words(axes: &[ProbabilityAxis]) -> &'static str {
     match axes {
         [only] if only.is_logarithmic() => {

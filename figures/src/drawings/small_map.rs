@@ -1,4 +1,4 @@
-//! A small map of one snapshot, with the part about the peak of a thin cloud magnified.
+//! A small map of one snapshot; for a thin cloud, the part about its peak is magnified.
 
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ use crate::scene::Cloud;
 const BAR: f64 = 78.0;
 
 impl Map<'_> {
-    /// Draws it; `words` are its title, its heading and its caption.
+    /// Draws the map; the words are its title, its heading and its caption.
     pub fn draw(&self, name: &str, [title, heading, caption]: [&str; 3], unit: &str) -> Result<Figure, DrawError> {
         let is_withheld = self.values.iter().any(|value| !value.is_finite());
         let Cloud { phi, e } = whole(self.yardstick);
@@ -35,7 +35,8 @@ impl Map<'_> {
     }
 }
 
-/// All bins of a density; those of a whole turn from where they keep a cloud whole that reaches over their ends.
+/// The range of all bins of a density. If the bins cover a whole turn and the cloud reaches over their ends, the range
+/// begins where it keeps the cloud whole.
 fn whole(density: &Density) -> Cloud {
     let (phi, e) = (density.grid.phi, density.grid.e);
     let cloud = Cloud::of(density);

@@ -1,4 +1,4 @@
-//! Which colour is which time.
+//! The bar that shows which colour is which time.
 
 use super::time_words;
 use crate::axis::{Axis, Labels};
@@ -10,16 +10,17 @@ use crate::panel::{Panel, Surroundings, units};
 
 /// Width of the bar with its words \[px\].
 pub const TIME_BAR: f64 = 84.0;
-/// Times written beside the bar, at most.
+/// Largest number of times written beside the bar.
 const NUMBERS: usize = 22;
 
-/// Which of `count` snapshots have their times written: every second, third, ... and the last, with room between.
+/// Indices of the snapshots, of `count`, whose times are written: every second, third, ... and the last, with room
+/// between them.
 fn numbered(count: usize) -> impl Iterator<Item = usize> {
     let stride = count.div_ceil(NUMBERS).max(1);
     (0..count).filter(move |index| index + 1 == count || (index.is_multiple_of(stride) && index + stride < count))
 }
 
-/// A block of colour a snapshot, from the first below to the last above, with its time.
+/// A bar with one block of colour per snapshot, the first at the bottom and the last at the top, with its time.
 pub fn time_bar(area: &Area<'_>, times: &[f64]) -> Result<(), DrawError> {
     let mut y = Axis::names(times.iter().map(|&t| time_words(t)).collect());
     y.ticks = numbered(times.len()).map(|index| index as f64).collect();

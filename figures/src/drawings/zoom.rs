@@ -1,4 +1,4 @@
-//! Thin clouds, magnified about their peak: at the size of a figure their bins are hairlines.
+//! Thin clouds, magnified about their peak, because their bins are hairlines at the size of a figure.
 
 use std::ops::Range;
 
@@ -16,17 +16,17 @@ use crate::palette::{Ink, Stroke};
 use crate::panel::{Panel, SMALL, Surroundings, text_style, units};
 use crate::scene::{Cloud, Method, Scene};
 
-/// A cloud is thin if less than this share of the bins around it is visible.
+/// A cloud is thin if less than this share of the bins in the rectangle around it is visible.
 const THIN: f64 = 0.05;
-/// A cloud is small on axes of which it takes less than this share of one.
+/// A cloud is small if it takes less than this share of one of the axes.
 const SMALLEST: f64 = 0.06;
-/// Bins that are magnified, along each axis.
+/// Number of bins that are magnified along each axis.
 const SIDE: usize = 14;
 const FRAME: Stroke = Stroke { ink: Ink::Text, width: 0.8, dashes: &[] };
-/// Insets in a row, and the height of a row \[px\].
+/// Number of insets in a row, and below the height of a row \[px\].
 const COLUMNS: usize = 4;
 const ROW: f64 = 138.0;
-/// Insets in a figure, at most.
+/// Largest number of insets in a figure.
 const MOST: usize = 16;
 
 /// Whether a density looks like a hairline on axes fitted to it.
@@ -41,14 +41,14 @@ pub fn is_thin(density: &Density) -> bool {
     (visible as f64) < THIN * around
 }
 
-/// Whether a density is a spot or a stroke on these axes.
+/// Whether a density is only a spot or a stroke on these axes.
 fn is_small(density: &Density, [phi, e]: [&Range<f64>; 2]) -> bool {
     let cloud = Cloud::of(density);
     let share = |part: &Range<f64>, all: &Range<f64>| (part.end - part.start) / (all.end - all.start);
     !density.is_withheld() && share(&cloud.phi, phi).min(share(&cloud.e, e)) < SMALLEST
 }
 
-/// Some bins of a grid.
+/// A rectangle of bins of a grid.
 struct Window {
     phi: Range<usize>,
     e: Range<usize>,
@@ -72,14 +72,14 @@ impl Window {
         Self { phi: 0..density.grid.phi.bins, e: 0..density.grid.e.bins }
     }
 
-    /// Its corners on the grid of a density.
+    /// The corners of the window on the grid of a density.
     fn corners(&self, density: &Density) -> (Point, Point) {
         let grid = &density.grid;
         let corner = |i: usize, j: usize| (grid.phi.edge(i), grid.e.edge(j));
         (corner(self.phi.start, self.e.start), corner(self.phi.end, self.e.end))
     }
 
-    /// The picture of its values.
+    /// The picture of the values in the window.
     fn picture(&self, density: &Density, values: &[f64], scale: Scale) -> Result<String, DrawError> {
         let bins = density.grid.e.bins;
         let rows = self.phi.clone().flat_map(|i| self.e.clone().map(move |j| i * bins + j));
@@ -88,7 +88,7 @@ impl Window {
     }
 }
 
-/// A magnified part with axes of its own.
+/// A magnified part with its own axes.
 pub struct Inset {
     title: String,
     phi: Range<f64>,
@@ -97,7 +97,7 @@ pub struct Inset {
     ink: Ink,
 }
 
-/// The insets of a case on these axes: one a snapshot whose cloud is thin or small, the same part for all cases.
+/// The insets of a case on these axes: one per snapshot whose cloud is thin or small, with the same part for all cases.
 pub fn insets(
     scene: &Scene<'_>,
     method: &Method<'_>,
@@ -128,7 +128,7 @@ pub fn height(insets: &[Inset]) -> u32 {
     (insets.len().div_ceil(COLUMNS) as f64 * ROW) as u32
 }
 
-/// Draws them in rows.
+/// Draws the insets in rows.
 pub fn draw(area: &Area<'_>, insets: &[Inset]) -> Result<(), DrawError> {
     let rows = insets.len().div_ceil(COLUMNS);
     if rows == 0 {
@@ -146,7 +146,7 @@ pub fn draw(area: &Area<'_>, insets: &[Inset]) -> Result<(), DrawError> {
     Ok(())
 }
 
-/// Magnifies a part of a small map of a thin cloud, in the corner that is emptiest.
+/// Magnifies a part of a small map of a thin cloud, in the emptiest corner.
 pub fn draw_inset(panel: &Panel<'_, '_>, map: &Map<'_>) -> Result<(), DrawError> {
     if !is_thin(map.yardstick) || map.density.grid != map.yardstick.grid {
         return Ok(());
@@ -177,7 +177,7 @@ pub fn draw_inset(panel: &Panel<'_, '_>, map: &Map<'_>) -> Result<(), DrawError>
     panel.write(&format!("× {magnification:.1}"), panel.point(x + 3.0, y + 2.0), style)
 }
 
-/// Where the visible bins of a map lie \[px\].
+/// Places of the visible bins of a map \[px\].
 fn visible_pixels(panel: &Panel<'_, '_>, map: &Map<'_>) -> Vec<Point> {
     let (grid, least) = (&map.yardstick.grid, LEAST * map.yardstick.peak());
     let bins = map.yardstick.joint.iter().enumerate().filter(|(_, p)| **p >= least);

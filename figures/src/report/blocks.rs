@@ -1,4 +1,4 @@
-//! A report as a list of blocks. Blocks of several runs with the same key are laid side by side.
+//! A report as a list of blocks. Blocks of several runs with the same key are placed side by side.
 
 use maud::{Markup, html};
 
@@ -7,13 +7,13 @@ use crate::atlas::Group;
 
 /// A part of the report under a heading.
 pub struct Block {
-    /// The same in every run that has such a part; also its address in the page.
+    /// The key, the same in every run that has such a part; also its address in the page.
     pub key: String,
     /// Its heading.
     pub heading: String,
     /// Whether it begins a chapter.
     pub is_chapter: bool,
-    /// What is in it.
+    /// Its content.
     pub content: Markup,
 }
 
@@ -57,7 +57,7 @@ fn section(key: &str, heading: &str, content: Markup) -> Block {
 
 fn figures(group: &Group, place: &str, cases: usize) -> Markup {
     let small = !group.text.is_empty();
-    // A row a snapshot, if all cases fit beside one another.
+    // One row per snapshot, if all cases fit beside one another.
     let columns = if group.key == "separate" { cases } else { cases.saturating_sub(1) };
     html! {
         @if small { p { (group.text) } }

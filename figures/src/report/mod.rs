@@ -1,4 +1,4 @@
-//! The report: one page without any reference to the outside, and the figures as files beside it.
+//! The report: one page that loads nothing from elsewhere, and the figures as files beside it.
 
 mod blocks;
 mod numbers;
@@ -19,12 +19,12 @@ pub const PAGE: &str = "report.html";
 /// Name of the folder of the figures in a results folder.
 pub const FIGURES: &str = "figures";
 
-/// A results folder to report on, and the science of its scenarios, in the order of the report.
+/// A results folder to be reported on, and the problems of its scenarios in the order of the report.
 #[derive(Debug, Clone)]
 pub struct Subject {
     /// The folder.
     pub folder: PathBuf,
-    /// What it is called where several runs are shown.
+    /// Its name where several runs are shown.
     pub name: String,
     /// Its scenarios.
     pub scenarios: Vec<Scenario>,
@@ -73,7 +73,7 @@ pub fn write(subject: &Subject) -> Result<Vec<String>, FolderError> {
     Ok(missing(&drawn))
 }
 
-/// Writes one page that lays several runs side by side. Returns which figures could not be drawn, and why.
+/// Writes one page that shows several runs side by side. Returns which figures could not be drawn, and why.
 ///
 /// # Errors
 /// [`FolderError`] names the file that is missing, damaged or cannot be written.
@@ -90,9 +90,9 @@ fn missing(drawn: &Drawn<'_>) -> Vec<String> {
     drawn.groups().flat_map(|group| &group.missing).cloned().collect()
 }
 
-/// Writes a file that is there whole or not at all: on a disk that is full one that was there before stays as it was.
+/// Writes a file either whole or not at all: if the disk is full, a file that existed before stays as it was.
 fn write_file(path: &Path, text: &str) -> Result<(), FolderError> {
-    let path = &path.canonicalize().unwrap_or_else(|_| path.into()); // what a link leads to, not the link
+    let path = &path.canonicalize().unwrap_or_else(|_| path.into()); // the file that a link leads to, not the link
     if path.exists() && !path.is_file() {
         return std::fs::write(path, text).map_err(|e| FolderError::new(path, e)); // a pipe, a device
     }

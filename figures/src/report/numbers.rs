@@ -1,8 +1,8 @@
-//! Numbers as the report prints them.
+//! Formats of the numbers in the report.
 
 use maud::{Markup, html};
 
-/// A value with five decimals, as the tables of the paper.
+/// A value with five decimals, as in the tables of the paper.
 pub fn plain(value: f64) -> Markup {
     if value.is_nan() {
         html! { "–" }
@@ -11,7 +11,7 @@ pub fn plain(value: f64) -> Markup {
     }
 }
 
-/// As `number` prints a value that a case was to give; in words if it withholds it.
+/// A value that a case should give, as `number` prints it; the word "withheld" if the case withholds it.
 pub fn given(value: f64, number: impl Fn(f64) -> Markup) -> Markup {
     if value.is_nan() {
         html! { "withheld" }
@@ -37,7 +37,7 @@ pub fn small(value: f64) -> Markup {
     }
 }
 
-/// A probability: five decimals, or a power of ten where they would all be 0; a method may withhold it.
+/// A probability: five decimals, or a power of ten if they would all be 0; a method may withhold it.
 pub fn probability(p: f64) -> Markup {
     if p == 0.0 || p >= 1e-5 || p.is_nan() { given(p, plain) } else { small(p) }
 }

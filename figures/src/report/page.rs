@@ -18,7 +18,7 @@ pub fn of_one(drawn: &Drawn<'_>) -> Markup {
     page(&format!("phasecloud: {}", names.join(", ")), "", &blocks.iter().collect::<Vec<_>>(), &body)
 }
 
-/// The page of several runs, a column each.
+/// The page of several runs, one column per run.
 pub fn of_several(runs: &[Drawn<'_>]) -> Markup {
     let columns: Vec<Vec<Block>> =
         runs.iter().enumerate().map(|(k, run)| blocks::of(run, &format!("run{k}-"))).collect();
@@ -45,7 +45,7 @@ pub fn of_several(runs: &[Drawn<'_>]) -> Markup {
     page(&format!("phasecloud: {}", names.join(" beside ")), "wide", &union, &body)
 }
 
-/// The blocks of all runs, one of each key; those that only a later run has follow what they follow there.
+/// The blocks of all runs, one per key. A block that only a later run has follows the block that it follows in that run.
 fn united(columns: &[Vec<Block>]) -> Vec<&Block> {
     let mut union: Vec<&Block> = Vec::new();
     for column in columns {
@@ -103,7 +103,7 @@ fn page(title: &str, class: &str, blocks: &[&Block], body: &Markup) -> Markup {
     }
 }
 
-/// Blocks from chapter to chapter.
+/// The blocks divided into chapters.
 fn chapters<'b, 'c>(blocks: &'c [&'b Block]) -> Vec<&'c [&'b Block]> {
     blocks.chunk_by(|_, next| !next.is_chapter).collect()
 }

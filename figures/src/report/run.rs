@@ -1,4 +1,4 @@
-//! What was run, and what came out of it in a few words.
+//! What was run, and a short summary of the results.
 
 use density::model::PlanarHamiltonian;
 use maud::{Markup, html};
@@ -9,7 +9,7 @@ use crate::drawings::accuracy::{worst_distance, worst_moment};
 use crate::results::{NoteRow, Results, VerdictRow};
 use crate::scene::Scene;
 
-/// The cases at a glance, and which is the most accurate.
+/// An overview of the cases, and the most accurate of them.
 pub fn summary(drawn: &Drawn<'_>) -> Markup {
     let manifest = &drawn.results.manifest;
     let scenarios: Vec<&str> = drawn.scenes.iter().map(|(scene, _)| scene.name).collect();
@@ -88,12 +88,12 @@ fn worst((error, noise): (f64, f64), quantity: &str, t_yr: f64, by: &str) -> Mar
     }
 }
 
-/// What a note begins with that says who stands in for a reference.
+/// Prefix of a note that names the case that stands in for a reference.
 const FALLBACK: &str = "fallback: ";
-/// What one begins with that says what cannot be right.
+/// Prefix of a note about a result that cannot be right.
 const ERROR: &str = "error: ";
 
-/// Notes that say the same of one method in one scenario, with other numbers.
+/// Notes on one case in one scenario that differ only in their numbers.
 struct NoteGroup<'a> {
     first: &'a NoteRow,
     times: Vec<String>,
@@ -110,7 +110,7 @@ impl NoteGroup<'_> {
     }
 }
 
-/// Puts together what differs in numbers alone, in the order of the first of each.
+/// Groups notes that differ only in their numbers, in the order of the first note of each group.
 fn groups(notes: &[NoteRow]) -> Vec<NoteGroup<'_>> {
     let kind = |note: &NoteRow| {
         let words: String = note.note.chars().filter(|c| !c.is_ascii_digit() && !"+-.e".contains(*c)).collect();
@@ -130,7 +130,7 @@ fn groups(notes: &[NoteRow]) -> Vec<NoteGroup<'_>> {
     groups
 }
 
-/// Which case is closest to the reference, and which of them lie within the sampling error of Monte Carlo.
+/// Names the case whose moments are closest to the reference.
 fn verdict(scene: &Scene<'_>) -> String {
     let errors = scene.others().map(|method| (method.label, worst_moment(scene, method)));
     let best = errors.filter(|(_, error)| error.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1));

@@ -17,7 +17,7 @@ fn time_heads(scene: &Scene<'_>) -> Markup {
     html! { @for t in &scene.times { th scope="col" { "t = " (t) " yr" } } }
 }
 
-/// Means and standard deviations with standard errors and errors.
+/// Means and standard deviations, with standard errors and relative errors.
 pub fn moments(scene: &Scene<'_>) -> Markup {
     let of = |row: &MomentsRow, quantity: usize| {
         [
@@ -57,7 +57,7 @@ fn relative_error(scene: &Scene<'_>, method: &Method<'_>, t_yr: f64, quantity: &
     scene.results.errors.iter().find(is_it).map_or(f64::NAN, |row| row.rel_error)
 }
 
-/// Probabilities of being above the critical eccentricity, now and ever.
+/// Probabilities of being above the critical eccentricity at each snapshot, and of ever having reached it.
 pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
     let end = scene.times.last().copied().unwrap_or(0.0);
     let has_interval = |row: &&PassageRow| row.high - row.low > 1e-6;
@@ -84,7 +84,7 @@ pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
     framed(&format!("Probabilities, {}", scene.name), &table)
 }
 
-/// Total variation of the joint density at each time.
+/// Distances of the densities at each snapshot.
 pub fn distances(scene: &Scene<'_>) -> Markup {
     let value = |method: &Method<'_>, t: f64, density: &str, measure: &str| {
         let rows =
@@ -121,7 +121,7 @@ pub fn distances(scene: &Scene<'_>) -> Markup {
     framed(&format!("Distances, {}", scene.name), &table)
 }
 
-/// What each case cost.
+/// The effort of each case.
 pub fn effort(scene: &Scene<'_>) -> Markup {
     let rows = scene.methods.iter().filter_map(|method| Some((method.label, method.effort?)));
     let table = html! {
@@ -140,7 +140,7 @@ pub fn effort(scene: &Scene<'_>) -> Markup {
     framed(&format!("Effort, {}", scene.name), &table)
 }
 
-/// What each diagnostic says.
+/// What each diagnostic means.
 fn meaning(diagnostic: &str) -> &str {
     match diagnostic {
         "measure_defect" => "share of the flow's invariant measure that the mesh loses: how coarse it is for the flow",

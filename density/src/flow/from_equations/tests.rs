@@ -1,4 +1,4 @@
-//! Series from equations against a recurrence written by hand and against closed forms.
+//! Series made from equations, compared with a recurrence written by hand and with closed forms.
 
 use super::*;
 use crate::flow::Flow;
