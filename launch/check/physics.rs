@@ -1,6 +1,7 @@
 //! Rules about what the numbers mean: Hamiltonian, density along characteristics, mass, moments.
 //!
-//! Judged are snapshots that break no rule of [`super::delivery`], by the estimator's own methods and against the exact answer.
+//! Snapshots that break no rule of [`super::delivery`] are judged by the estimator's own methods and against the exact
+//! answer.
 
 use std::f64::consts::SQRT_2;
 
@@ -23,9 +24,10 @@ use super::answer::{Answer, Received};
 use super::passages;
 use super::verdict::{Findings, Rule};
 
-/// Tolerated change of the Hamiltonian, and relative error of a density carried along. It spans about 0.001 over a cloud.
+/// Tolerated change of the Hamiltonian, which spans about 0.001 over a cloud, and relative error of a density carried
+/// along.
 const KEPT: f64 = 1e-6;
-/// Standard errors that a sample's moment may be off: 6e-7 is the probability of more.
+/// Tolerated error of a sample's moment, in standard errors: a larger one has a probability of 6e-7.
 const SIGMAS: f64 = 5.0;
 /// Tolerated error of other methods' moments, in standard deviations or products of them, and of probabilities.
 const GENEROUS: f64 = 0.1;
@@ -36,7 +38,7 @@ const WEIGHTS: f64 = 1e-6;
 /// Names of the moments, in the order of [`Moments::to_array`].
 const MOMENTS: [&str; 6] = ["mean phi", "std phi", "mean e", "std e", "covariance", "probability above critical e"];
 
-/// A snapshot in columns, at its time.
+/// A snapshot with its position and its columns.
 struct Table<'a> {
     index: usize,
     snapshot: Snapshot<'a>,
@@ -49,7 +51,7 @@ impl Table<'_> {
         pairs.map(|(&phi, &e)| State::from_polar(phi, e)).collect()
     }
 
-    /// Whether NaN in it is what its sender does not stand behind.
+    /// Whether NaN in it stands for a figure that its sender withholds.
     fn may_withhold(&self) -> bool {
         kind::of(&self.snapshot.content).may_withhold()
     }
@@ -67,7 +69,7 @@ impl Table<'_> {
     }
 }
 
-/// Judges all snapshots of an answer, up to the first that is not even a snapshot.
+/// Judges all snapshots of an answer, up to the first that cannot be decoded.
 pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     let assignment = &answer.assignment;
     let table = |(index, received)| {
@@ -124,7 +126,7 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     }
 }
 
-/// What a snapshot came to, as the recorder hears of it.
+/// The figures of a snapshot, as the recorder receives them.
 fn summary(table: &Table, estimated: &Estimated) -> DensityHeader {
     DensityHeader {
         time: table.time(),
@@ -136,8 +138,9 @@ fn summary(table: &Table, estimated: &Estimated) -> DensityHeader {
     }
 }
 
-/// The largest change of the Hamiltonian of a row since the first snapshot. Rows that are not told to keep their places are
-/// compared in the order of their Hamiltonians: the largest difference of sorted values is never above that of the rows.
+/// The largest change of the Hamiltonian of a row since the first snapshot. Rows that need not keep their places are
+/// compared in the order of their Hamiltonians: the largest difference of the sorted values is never above that of the
+/// rows.
 fn hamiltonian(assignment: &Assignment, tables: &[Table]) -> Result<String, String> {
     let keep_places = tables[0].trajectories() == Trajectories::Ordered;
     let values = |table: &Table| {
@@ -200,7 +203,8 @@ fn carried_density(assignment: &Assignment, first: &Characteristics, tables: &[T
     Ok(to_within("right", worst))
 }
 
-/// The comparison grid holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the probability lies outside.
+/// The mass on the comparison grid. The grid holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the
+/// probability lies outside.
 fn mass(table: &Table, estimate: &Estimate) -> Result<f64, String> {
     let outside = (-8.0f64).exp();
     if let Content::Mixture(_) = table.snapshot.content {
@@ -290,8 +294,9 @@ impl Worst {
     }
 }
 
-/// What samples may be off: [`SIGMAS`] standard errors of independent draws, and room for one sample in a count. Opposites in
-/// pairs have equal squares, so draws in groups may count for half as many independent ones.
+/// Tolerated errors of the moments of samples: [`SIGMAS`] standard errors of independent draws, and room for one sample
+/// in a count. The two draws of an antithetic pair have equal squares, so draws in groups may count for half as many
+/// independent ones.
 fn sample_errors(assignment: &Assignment, table: &Table, independent: bool, above: f64) -> [f64; 6] {
     let n = table.rows();
     let sigmas = if independent { SIGMAS } else { SIGMAS * SQRT_2 };

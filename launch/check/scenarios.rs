@@ -1,8 +1,8 @@
 //! The problems that a propagator is checked on.
 //!
 //! The clouds are so small that even one Gaussian carried by the linearised flow has all moments right to 0.1 standard
-//! deviations; no method is judged by how it copes with a bent cloud. Times are uneven, and forces, clouds and numbers of
-//! snapshots differ, so that nothing can be right by being built in.
+//! deviations; no method is judged by how it copes with a bent cloud. Times are uneven, and forces, clouds and numbers
+//! of snapshots differ, so that no answer can be right because it is built into the propagator.
 
 use std::f64::consts::TAU;
 
@@ -37,7 +37,7 @@ pub fn known() -> [Result<Scenario, LostOrbit>; 2] {
     ]
 }
 
-/// As the first, with as many snapshots as a message holds.
+/// The first problem with as many snapshots as a message can hold.
 pub fn long() -> Result<Scenario, LostOrbit> {
     let times = (0..MOST_SNAPSHOTS as u32).map(|k| 0.5 * f64::from(k)).collect();
     bounded("check-long", Force { radiation: 0.15, oblateness: 0.40921 }, cloud(2.2069, 0.145, 0.005, 0.0008), times)

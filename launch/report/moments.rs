@@ -23,7 +23,7 @@ pub struct Row {
     pub prob_above_critical_e: Option<f64>,
 }
 
-/// A table of them.
+/// The rows of a table.
 pub type Rows = Vec<Row>;
 
 impl OfScenario for Row {
@@ -33,7 +33,7 @@ impl OfScenario for Row {
 }
 
 impl Row {
-    /// In the order of [`SYMBOLS`].
+    /// The values, in the order of [`SYMBOLS`].
     pub fn values(&self) -> [f64; 4] {
         [self.mean_phi_rad, self.std_phi_rad, self.mean_e, self.std_e]
     }
