@@ -1,4 +1,5 @@
-//! Time of the kernels on scenario 1: `cargo bench`, or `cargo bench -- NAME` for some. See docs/performance.md.
+//! Time of the kernels on scenario 1: `cargo bench`, or `cargo bench -- NAME` for some of them. See
+//! docs/performance.md.
 //!
 //! Every figure is wall time on the number of threads given, on the cloud that the paper's launch file makes.
 
@@ -22,7 +23,7 @@ use divan::{Bencher, black_box};
 use rayon::ThreadPoolBuilder;
 
 const SAMPLES: usize = 100_000;
-/// Threads of each figure.
+/// Numbers of threads for each figure.
 const THREADS: [usize; 2] = [1, 2];
 /// The paper's Ngrid: 25 million interpolation points.
 const RESOLUTION: usize = 5000;
@@ -66,7 +67,7 @@ static CLOUD: LazyLock<Cloud> = LazyLock::new(|| {
     Cloud { orbits, phi, e, n, grid }
 });
 
-/// Times `work` on a pool of so many threads.
+/// Times `work` on a pool of the given number of threads.
 fn on_threads<T: Send>(bencher: Bencher, threads: usize, work: impl Fn() -> T + Sync) {
     LazyLock::force(&CLOUD);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -131,7 +132,7 @@ fn first_passage_1e5(bencher: Bencher, threads: usize) {
     on_threads(bencher, threads, || first_passage_times(&flow(), &x1, &x2, problem().critical_e, 2.0).unwrap());
 }
 
-/// Counting alone, and with moments and their standard errors.
+/// Counting alone, and counting with moments and their standard errors.
 #[divan::bench(args = THREADS)]
 fn bin_1e5(bencher: Bencher, threads: usize) {
     on_threads(bencher, threads, || CLOUD.grid.count(&CLOUD.phi, &CLOUD.e));
@@ -236,7 +237,7 @@ fn exact_all_snapshots(bencher: Bencher, threads: usize) {
     });
 }
 
-/// A state is read out so often that it is worth a figure of its own.
+/// Reading out a state happens so often that it has a figure of its own.
 #[divan::bench]
 fn solar_angle(bencher: Bencher) {
     let state = State { x1: 0.1, x2: -0.3 };
