@@ -29,7 +29,7 @@ impl Outcome {
         *self == Self::Done
     }
 
-    /// The outcome in words, where it is not the one hoped for.
+    /// The outcome in words.
     pub fn describe(&self) -> String {
         match self {
             Self::Done => "done".into(),
@@ -71,7 +71,7 @@ impl Heard {
 /// How the process came up.
 #[derive(Debug)]
 pub struct Ready {
-    /// The run that it was told to belong to.
+    /// The number of the run, as the process was given it.
     pub run_id: u64,
     /// What it sent.
     pub heard: Heard,

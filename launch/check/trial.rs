@@ -179,7 +179,7 @@ impl<'a> Trial<'a> {
         loop {
             let ends = self.supervisor.newly_ended();
             self.ended = self.ended.or(ends.first().map(|ended| ended.status));
-            // What a process said before it ended tells more than how it ended.
+            // The messages that a process sent before it ended say more than how it ended.
             let known = heard.len();
             ports.receive(heard)?;
             if heard.len() > known {

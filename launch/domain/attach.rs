@@ -88,7 +88,7 @@ pub fn live_runs() -> Vec<LiveRun> {
 /// The run that `target` means.
 ///
 /// # Errors
-/// That there is none, or which there are to choose from.
+/// If there is none, or several; the message then lists those to choose from.
 pub fn find(target: &Target) -> Result<LiveRun, String> {
     find_among(live_runs(), target, "there is no live run; start one with `phasecloud run`")
 }
@@ -96,7 +96,7 @@ pub fn find(target: &Target) -> Result<LiveRun, String> {
 /// The service that `target` means.
 ///
 /// # Errors
-/// That there is none, or which there are to choose from.
+/// If there is none, or several; the message then lists those to choose from.
 pub fn find_service(target: &Target) -> Result<LiveRun, String> {
     let services = live_runs().into_iter().filter(LiveRun::may_take_requests).collect();
     find_among(

@@ -64,8 +64,8 @@ fn place_of(name: &str) -> Place {
     place_in(&home(), name)
 }
 
-/// The domain that this user calls `name`. Names in shared memory start with the user's number, since all users share it,
-/// and no name is the start of another followed by '-'.
+/// The domain that this user calls `name`. Names in shared memory start with the user's number, because all users share
+/// it; every prefix ends in '-', which no name contains, so that no prefix is the start of another.
 ///
 /// # Errors
 /// If the name is not plain letters and digits.

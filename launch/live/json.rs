@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::model::NodeState;
 
-/// Writes an object as a line. Whoever stops reading does not stop the run.
+/// Writes an object as one line. The run goes on even if nobody reads it any more.
 pub fn line(object: &Value) {
     say!("{object}");
 }

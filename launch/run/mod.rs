@@ -239,7 +239,7 @@ impl<'a> Run<'a> {
         self.take_scenarios()?;
         self.view.refresh();
         let ended = self.supervisor.newly_ended();
-        // What a process said before it ended tells more than how it ended.
+        // The reports that a process sent before it ended say more than how it ended.
         self.take_reports()?;
         for Ended { name, status } in &ended {
             self.deal_with_end(name, *status)?;

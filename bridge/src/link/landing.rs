@@ -1,4 +1,4 @@
-//! Puts the messages that have been pulled into the local domain, each one once, however often it comes.
+//! Puts the messages that have been pulled into the local domain, each snapshot once, however often it comes.
 
 use std::collections::BTreeMap;
 
