@@ -2,7 +2,7 @@
 
     cargo build --release --features hosts && python3 benches/hosts.py [SAMPLES ...]
 
-Each host is a domain of its own; they meet over loopback. With `--rate RATE` (as root; `1gbit`, say) worker hosts lie in network
+Each host is a domain of its own; they meet over loopback. With `--rate RATE` (as root; for example `1gbit`) worker hosts lie in network
 namespaces behind cables of that rate instead, and the share of the rate that transfers used is printed as well.
 """
 
@@ -26,7 +26,7 @@ def ip(*words):
 
 
 class Cables:
-    """A namespace for each host, joined by a bridge at home; cables carry `rate`."""
+    """One namespace per host, joined by a bridge at home; cables carry `rate`."""
 
     def __init__(self, rate, workers):
         self.names = [f"pcbench{index}" for index in range(workers + 1)]
@@ -55,7 +55,7 @@ class Cables:
 
 
 def launch_file(folder, samples, hosts, address, reduce):
-    """Monte Carlo alone, a shard a host."""
+    """Monte Carlo alone, one shard per host."""
     names = ["home"] + [f"worker-{index}" for index in range(1, hosts)]
     text = f'name = "hosts"\nscenarios = ["{SCENARIO}"]\nreference = "mc"\naccuracy = 1e-9\n'
     if hosts > 1:
@@ -69,7 +69,7 @@ def launch_file(folder, samples, hosts, address, reduce):
 
 
 def run(samples, hosts, cables, reduce):
-    """Wall and CPU seconds, bytes brought home, bytes a second while something was carried."""
+    """Wall and CPU seconds, bytes brought home, bytes per second while something was carried."""
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         address = "10.98.0.1" if cables else "127.0.0.1"
@@ -79,7 +79,7 @@ def run(samples, hosts, cables, reduce):
             command = [PROGRAM, "join", "--connect", f"tcp/{address}:{PORT}", "--name", f"worker-{index}", "--insecure"]
             environment = {**os.environ, "TMPDIR": str(folder), "PHASECLOUD_LOG": "debug"}
             workers.append(subprocess.Popen([*inside(index), *command, "--quiet"], env=environment, stderr=subprocess.DEVNULL))
-        time.sleep(1.0)  # they knock three times a second
+        time.sleep(1.0)  # they look for home three times per second
         command = [PROGRAM, "run", launch_file(folder, samples, hosts, address, reduce), "--out", folder / "out"]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         begun = time.perf_counter()

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Compares the numbers of two results folders: every CSV and NPZ file, times and effort apart.
+"""Compares the numbers of two results folders: every CSV and NPZ file, except for times and effort.
 
     benches/same_results.py BEFORE AFTER
 
-BEFORE and AFTER are folders that `phasecloud run` wrote, or folders of such folders. Prints what differs, a line per file, and how far numbers
-are apart; exit code 0 if nothing does, 1 if something does, 2 if there is nothing to compare. Needs numpy.
+BEFORE and AFTER are folders that `phasecloud run` wrote, or folders of such folders. Prints what differs, one line per file, and how far numbers
+are apart; the exit code is 0 if nothing differs, 1 if something differs, 2 if there is nothing to compare. Needs numpy.
 """
 
 import csv

@@ -1,7 +1,7 @@
 """Time and memory of Monte Carlo by number of samples: python3 benches/scale.py
 
 Runs target/release/phasecloud on scenario 1 and prints wall and CPU time, payload and peak memory (anonymous memory of all processes
-and the run's shared memory, looked at every 20 ms).
+and the run's shared memory, read every 20 ms).
 """
 
 import contextlib
@@ -28,15 +28,15 @@ samples = {}
 
 
 def anonymous(process):
-    """MiB of a process."""
+    """Anonymous memory of a process [MiB]."""
     try:
         return int(re.search(r"RssAnon:\s+(\d+)", pathlib.Path(f"/proc/{process}/status").read_text())[1]) / 1024
     except (OSError, TypeError):
-        return 0  # it has ended
+        return 0  # the process has ended
 
 
 def shared(process):
-    """MiB in the shared memory of the run that a process belongs to."""
+    """Shared memory of the run to which a process belongs [MiB]."""
     try:
         variables = pathlib.Path(f"/proc/{process}/environ").read_bytes().split(b"\0")
     except OSError:
@@ -50,7 +50,7 @@ def shared(process):
 
 
 def memory(launcher):
-    """MiB of launcher and nodes, and of what they share."""
+    """Memory of launcher and nodes, and the memory that they share [MiB]."""
     with contextlib.suppress(OSError):
         nodes = pathlib.Path(f"/proc/{launcher}/task/{launcher}/children").read_text().split()
         return sum(map(anonymous, [launcher, *nodes])) + max(map(shared, nodes), default=0)

@@ -1,7 +1,7 @@
 """Where the time of a whole run goes: python3 benches/whole_run.py [LAUNCH_FILE] [RUNS]
 
 Runs target/release/phasecloud several times and prints the median wall and CPU time from start to results folder, and the medians of when
-each stage ended, read from log.jsonl. Needs Python alone.
+each stage ended, read from log.jsonl. Needs nothing but Python.
 """
 
 import json

@@ -1,4 +1,5 @@
-//! A propagator gone mad: it publishes headers of random bytes on every topic, some of them with the right run.
+//! A propagator that has gone wrong: it publishes headers of random bytes on every topic, some of them with the right
+//! run.
 //!
 //! For tests, as a case of a launch file: `command = ["target/debug/examples/babbler", "7"]`; the number is the seed.
 
@@ -13,7 +14,7 @@ use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, 
 use nodes::failure::Failure;
 use nodes::session::Session;
 
-/// Messages on each topic.
+/// Number of messages on each topic.
 const MESSAGES: usize = 200;
 
 /// A sequence of random numbers (splitmix64).
@@ -75,12 +76,12 @@ fn on<T: Topic<Header: Pod>>(domain: &Domain, random: &mut Random, run_id: u64) 
             bytes_of_mut(&mut header)[..8].copy_from_slice(&run_id.to_ne_bytes());
         }
         let items = vec![T::Item::default(); random.next() as usize % 16];
-        let _ = outlet.send_items(header, &items); // nobody may be there to read
+        let _ = outlet.send_items(header, &items); // there may be no reader
     }
     Ok(())
 }
 
-/// Says what others should say, in good form.
+/// Sends, in good form, messages that only other nodes may send.
 fn lie(domain: &Domain, run_id: u64) {
     let said = || -> Result<(), messages::port::PortError> {
         let status = domain.outlet::<Status>(2)?;

@@ -1,4 +1,4 @@
-//! Feeds the readers of scenario and launch files with hostile texts, and says how many and how long the slowest took.
+//! Feeds the readers of scenario and launch files with hostile texts; prints how many, and how long the slowest took.
 //!
 //! `cargo run --release --example fuzz_inputs -- 1000000`
 
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
 fn main() -> ExitCode {
-    std::panic::set_hook(Box::new(|_| ())); // what fails is printed once, when it is as short as it gets
+    std::panic::set_hook(Box::new(|_| ())); // a text that fails is printed once, when it is as short as possible
     let cases = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(1_000_000);
     let seed = std::env::args().nth(2).and_then(|text| text.parse().ok()).unwrap_or(1);
     let good = feed("scenario files", cases / 2, seed, &strategies::SCENARIO_FILES, inputs::scenario_file)
@@ -22,7 +22,7 @@ fn main() -> ExitCode {
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Tries `cases` texts; a text that trips the reader is made as short as possible and printed.
+/// Tries `cases` texts; a text that makes the reader fail is made as short as possible and printed.
 fn feed(what: &str, cases: u32, seed: u64, files: &'static [&'static str], read: fn(&[u8])) -> bool {
     let (started, slowest) = (Instant::now(), Cell::new(Duration::ZERO));
     let config = Config { cases, rng_seed: RngSeed::Fixed(seed), failure_persistence: None, ..Config::default() };

@@ -1,4 +1,4 @@
-//! What must hold of every text that is given to phasecloud as a scenario file or launch file.
+//! Properties that must hold for every text that is given to phasecloud as a scenario file or launch file.
 //!
 //! Shared by the fuzz targets of this folder, the tests of the workspace and `examples/fuzz_inputs.rs`.
 
@@ -13,7 +13,7 @@ use toml::de::DeTable;
 /// Reads `bytes` as a scenario file.
 ///
 /// # Panics
-/// If what is accepted is out of range, or a refusal does not say file, line and key.
+/// If a file is accepted with a value out of range, or a refusal does not say file, line and key.
 pub fn scenario_file(bytes: &[u8]) {
     let path = Path::new("folder/scenario.toml");
     match InputFile::from_bytes(path, bytes.to_vec()).and_then(|file| scenario_file::check(&file)) {
@@ -33,9 +33,9 @@ pub fn scenario_file(bytes: &[u8]) {
 /// Reads `bytes` as a launch file whose scenario is the one built in.
 ///
 /// # Panics
-/// If what is accepted is out of range, or a refusal does not say file, line and key.
+/// If a file is accepted with a value out of range, or a refusal does not say file, line and key.
 pub fn launch_file(bytes: &[u8]) {
-    // No such file: a launch file that is good but for the scenarios it names is refused for these.
+    // This file does not exist: a launch file that is good except for the scenarios that it names is refused for these.
     let path = Path::new("/nonexistent/launch.toml");
     let read = InputFile::from_bytes(path, bytes.to_vec()).and_then(|file| Launch::check(&file, Some(path), None));
     match read {
@@ -48,7 +48,7 @@ pub fn launch_file(bytes: &[u8]) {
     }
 }
 
-/// File, line and key are named, and the message is fit for a terminal.
+/// Checks that file, line and key are named, and that the message cannot command a terminal.
 fn check(path: &Path, bytes: &[u8], error: &InputError) {
     let text = String::from_utf8_lossy(bytes);
     assert_eq!(error.file, path);

@@ -1,10 +1,11 @@
-//! Texts that a reader of TOML files must not trip over: noise, good files gone bad, and nonsense in the right places.
+//! Texts on which a reader of TOML files must not fail: noise, good files with changes, and nonsense in the right
+//! places.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 
-/// Bytes that stand for a file, shown as text.
+/// The bytes of a file, shown as text.
 #[derive(Clone)]
 pub struct Bytes(pub Vec<u8>);
 
@@ -30,7 +31,7 @@ pub const LAUNCH_FILES: [&str; 3] = [
      propagator = [{ label = \"a\", command = [\"./a\", \"-x\"] }, { label = \"b\", node = \"dee\", degree = 2 }]\n",
 ];
 
-/// What a mutation may put anywhere.
+/// What a mutation may put at any place.
 const TOKENS: [&str; 72] = [
     "0",
     "-0",
@@ -106,7 +107,7 @@ const TOKENS: [&str; 72] = [
     "\nseed = 1.5\n",
 ];
 
-/// What a mutation may put anywhere, many times over.
+/// What a mutation may put at any place, many times over.
 const MANY: [&str; 8] = ["[", "{a=", "a.", "x", "\"", "\n", "[[a]]\n", "ä"];
 
 /// One change to a text.
@@ -196,7 +197,7 @@ fn gone_bad(files: &'static [&'static str]) -> impl Strategy<Value = Vec<u8>> {
     })
 }
 
-/// Bytes, tokens in any order, and good files gone bad, mostly these.
+/// Bytes, tokens in any order, and good files with changes; mostly the latter.
 pub fn texts(files: &'static [&'static str]) -> impl Strategy<Value = Bytes> {
     let soup = vec(select(&TOKENS[..]), 0..40).prop_map(|tokens| tokens.concat().into_bytes());
     prop_oneof![1 => vec(any::<u8>(), 0..300), 1 => soup, 8 => gone_bad(files)].prop_map(Bytes)

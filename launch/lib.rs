@@ -1,22 +1,21 @@
-//! The launcher behind the command `phasecloud`: it reads launch files, starts the processes of a run, looks after them, and prints what
-//! came out.
+//! The launcher behind the command `phasecloud`: it starts and watches the processes of a run and prints its results.
 //!
-//! | room | what is in it |
+//! | module | what is in it |
 //! |---|---|
-//! | `command` | the command line: a file for each command |
+//! | `command` | the command line: one file per command |
 //! | [`plan`] | launch files: what is to run, checked before anything starts |
-//! | `domain` | the place of a run in shared memory: claimed, kept, found again |
-//! | `crew` | processes: with which command each is started, how it is watched and ended |
-//! | `run` | a run under way: who has said what, who has failed, when it is over |
+//! | `domain` | the domain of a run in shared memory: how it is claimed, kept and found again |
+//! | `crew` | processes: the command that starts each, how it is watched and ended |
+//! | `run` | a run under way: who has reported what, who has failed, when it is over |
 //! | `results` | the results folder: where it lies, its manifest, its checksums; recordings |
 //! | `report` | the tables that a run prints |
-//! | `live`, `observe` | what is shown of a run while it lasts |
+//! | `live`, `observe` | what is shown while a run lasts |
 //! | `sweep` | many scenarios from one file |
 //! | `check` | whether a propagator keeps the contract |
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
-// They end the process when nobody reads; see `output`.
+// `println!` and `eprintln!` end the process when nobody reads its output; see `output`.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 #[macro_use]

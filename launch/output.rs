@@ -1,11 +1,11 @@
-//! What a command prints. A reader that has gone away and a device that is full are no reason to end, so nothing here fails.
+//! Printing, which never fails: a command does not end because its reader has gone away or a device is full.
 
 use std::fmt::Arguments;
 use std::io::{Error, ErrorKind, Write};
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
-/// Why something could not be printed on standard output, if it was not that nobody reads it.
+/// Why standard output could not be written; not set if the only reason is that nobody reads it any more.
 static UNPRINTED: OnceLock<String> = OnceLock::new();
 
 /// Prints a line on standard output.
@@ -29,7 +29,7 @@ pub fn print_remark(words: Arguments<'_>) {
     let _ = std::io::stderr().write_all(format!("{words}\n").as_bytes());
 }
 
-/// Takes in how printing on standard output went; false if it failed.
+/// Notes why printing on standard output failed, if it did; returns false if it failed.
 pub fn note(printed: Result<(), Error>) -> bool {
     let is_printed = printed.is_ok();
     if let Err(error) = printed
@@ -40,8 +40,8 @@ pub fn note(printed: Result<(), Error>) -> bool {
     is_printed
 }
 
-/// The end of a command whose result is what it prints: it has failed if that could not be written, unless its reader had
-/// seen enough.
+/// Returns the exit code of a command whose result is what it prints: it has failed if its output could not be written,
+/// unless its reader went away.
 pub fn end(code: ExitCode) -> ExitCode {
     let Some(why) = UNPRINTED.get() else { return code };
     remark!("error: standard output cannot be written: {why}");

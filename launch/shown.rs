@@ -21,13 +21,13 @@ impl Default for Logged {
     }
 }
 
-/// How much a run says of itself.
+/// How much a run prints.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Shown {
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
-    /// Print one JSON object a line: events as they happen, at last the results
+    /// Print one JSON object per line: events as they happen, and the results at the end
     #[arg(long, conflicts_with = "quiet")]
     pub json: bool,
 }

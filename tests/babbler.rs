@@ -1,4 +1,4 @@
-//! A propagator that publishes random headers on every topic spoils nobody's results.
+//! A propagator that publishes random headers on every topic changes nobody's results.
 #![allow(missing_docs)]
 
 mod common;

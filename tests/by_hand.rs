@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use common::{Bench, text};
 use rustix::process::{Pid, Signal, kill_process};
 
-/// Long past anything that a healthy machine takes; only to end a test that would hang.
+/// Far longer than a healthy machine needs; only ends a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(120);
 
 const CASES: &str = "[[propagator]]\nlabel = \"exact\"\nnode = \"exact\"\n[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 2_000\n";
@@ -21,7 +21,7 @@ const CASES: &str = "[[propagator]]\nlabel = \"exact\"\nnode = \"exact\"\n[[prop
 struct Terminal {
     command: String,
     process: Child,
-    /// What it prints, line by line, on either output.
+    /// The lines that it prints on either output.
     lines: Receiver<String>,
 }
 

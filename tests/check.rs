@@ -6,7 +6,7 @@ mod common;
 use common::examples::example;
 use common::{Bench, text};
 
-/// Long past what a propagator needs to end, also on a loaded machine.
+/// Far longer than a propagator needs to end, also on a loaded machine.
 const GRACE: [&str; 2] = ["--grace", "30"];
 
 /// The exit code, and the rules with their verdicts and what was seen.
@@ -82,7 +82,7 @@ fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
         ("dies-unsaid", &GRACE, &["refusal"], "its process ended: exit status: 1"),
     ];
     for (fault, options, broken, words) in faults {
-        // What ends a node of ours that does not end itself must not come before the end of its time here.
+        // The limit after which our own nodes are ended must not come before the faulty one has used its time here.
         let (code, lines) = check(&bench, options, &["env", "PHASECLOUD_GRACE=600", &program, fault]);
         assert_eq!(rules(&lines, "FAIL"), broken, "{fault}: {lines:?}");
         assert_eq!(code, Some(i32::from(!broken.is_empty())));

@@ -1,5 +1,5 @@
-//! What lies around a run disturbs nothing: variables, ignored signals, a program that is replaced, cleaners of the temporary
-//! folder.
+//! The surroundings of a run do not disturb it: variables, ignored signals, a program that is replaced, cleaners of the
+//! temporary folder.
 #![allow(missing_docs)]
 
 mod common;
@@ -135,7 +135,7 @@ fn a_service_is_found_and_works_after_a_cleaner_has_been_in_the_temporary_folder
         let age = file.metadata().and_then(|data| data.modified()).ok()?.elapsed().unwrap_or_default();
         (age.as_secs() < 3600).then_some(())
     };
-    // It has been there for 20 days, as far as anybody can see, and is touched before a cleaner comes.
+    // To a cleaner the files seem to be 20 days old; the launcher renews their times before a cleaner comes.
     let old = std::time::SystemTime::now() - std::time::Duration::from_secs(20 * 86_400);
     let dated = files(&user);
     for file in &dated {
@@ -145,7 +145,7 @@ fn a_service_is_found_and_works_after_a_cleaner_has_been_in_the_temporary_folder
     wait_for("they stay old", || {
         dated.iter().filter(|file| file.exists()).all(|file| is_fresh(file).is_some()).then_some(())
     });
-    // A cleaner that takes all the same what it can.
+    // A cleaner that removes all that it can, all the same.
     files(&user).iter().for_each(|file| std::fs::remove_file(file).unwrap());
     wait_for("the notice does not come back", || notice.exists().then_some(()));
     let topics = text(&bench.phasecloud().arg("topics").output().unwrap().stdout);

@@ -1,20 +1,22 @@
-//! A faulty propagator of somebody else's is named, and spoils nobody's results.
+//! A faulty propagator from outside is named, and changes nobody's results.
 #![allow(missing_docs)]
 
 mod common;
 
 use common::{Bench, FOUR_CASES, text};
 
-/// Long past the pauses of the others on a loaded machine: what says nothing is waited for that long, some of it twice.
+/// Far longer than the pauses of the other processes on a loaded machine; the run waits that long for a silent process,
+/// for some of them twice.
 const PATIENCE: &str = "patience = 30.0\nrestart = \"on-failure\"\n";
 
-/// The others' part of a table in which the faulty case's rows, if there are any, come last in each scenario.
+/// The lines of a table that belong to the other cases; those of the faulty case, if there are any, come last in each
+/// scenario.
 fn of_the_others(bench: &Bench, file: &str) -> Vec<String> {
     let table = text(&bench.read(file));
     table.lines().filter(|line| !line.contains(",faulty,")).map(str::to_owned).collect()
 }
 
-/// Runs the four cases and one with this fault, and checks that the four are as they are without it.
+/// Runs the four cases beside one with this fault, and checks that the results of the four are the same as without it.
 fn run_beside(bench: &Bench, fault: &str) -> (Option<i32>, String) {
     let program = common::examples::example("faulty-propagator");
     let command = format!("command = [\"{}\", \"{fault}\"]", program.display());

@@ -1,4 +1,4 @@
-//! Bad input: told before anything starts, with exit code 2.
+//! Bad input is reported before anything starts, with exit code 2.
 #![allow(missing_docs)]
 
 mod common;
@@ -284,7 +284,7 @@ fn the_manifest_has_the_settings_that_have_an_effect_and_no_other() {
 
 const PAGE: &str = include_str!("../docs/launch-files.md");
 
-/// The rows of the page's table below this heading, cell by cell.
+/// The rows of the page's table below this heading, as lists of cells.
 fn rows(heading: &str) -> Vec<Vec<&'static str>> {
     let (_, rest) = PAGE.split_once(&format!("\n## {heading}\n")).unwrap_or_else(|| panic!("no heading {heading}"));
     let section = rest.split("\n## ").next().unwrap();
@@ -292,7 +292,7 @@ fn rows(heading: &str) -> Vec<Vec<&'static str>> {
     rows.map(|line| line.trim_matches('|').split(" | ").map(str::trim).collect()).collect()
 }
 
-/// The keys that the answer to a key that is not known names.
+/// The keys that the message about an unknown key names.
 fn known_to(launch: &str) -> Vec<String> {
     let file = InputFile::from_text(Path::new("launch.toml"), launch);
     let error = Launch::check(&file, None, None).unwrap_err().to_string();
@@ -347,7 +347,7 @@ fn the_examples_of_the_page_about_launch_files_are_good() {
         Launch::check(&file, None, Some(&scenario)).unwrap_or_else(|error| panic!("{error}: {text}"))
     };
     assert_eq!(check(example).cases.len(), 3);
-    // Every example of a setting, with what it needs beside it.
+    // Every example of a setting, together with the settings that it needs.
     for name in BuiltIn::NAMES {
         for row in rows(&format!("`node = \"{name}\"`")) {
             let (key, example) = (row[0].trim_matches('`'), row[5].trim_matches('`'));

@@ -1,4 +1,4 @@
-//! A run is its user's alone.
+//! Nobody but its user can reach a run.
 #![allow(missing_docs)]
 
 mod common;
@@ -12,7 +12,7 @@ use common::processes::{Process, of_runs_below, signal};
 use common::{Bench, FOUR_CASES, REPRODUCIBLE, text};
 use rustix::process::{Pid, Signal, kill_process};
 
-/// Only to end a test that would hang.
+/// Only ends a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(180);
 
 /// Users that own nothing.
@@ -26,7 +26,7 @@ fn as_user(user: u32, program: impl AsRef<std::ffi::OsStr>) -> Command {
     switch
 }
 
-/// Whether the user can do what the command says; `None` if this user cannot become the other.
+/// Whether the user can do what the command does; `None` if this user cannot become the other.
 fn can(user: u32, command: &[&str]) -> Option<bool> {
     let succeeds = |command: &[&str]| {
         let mut switched = as_user(user, command[0]);
@@ -36,7 +36,7 @@ fn can(user: u32, command: &[&str]) -> Option<bool> {
     succeeds(&["true"]).then(|| succeeds(command))
 }
 
-/// A run of a user, its estimator stopped, so that it is under way for as long as the test needs.
+/// A run of a user whose estimator is stopped, so that it is under way for as long as the test needs.
 struct Held {
     user: u32,
     run: Child,
@@ -92,7 +92,7 @@ fn runs_of_two_users_at_the_same_time_never_meet() {
         println!("skipped: only root can become another user");
         return;
     }
-    // As /tmp is: everybody can write, nobody can remove what is another's.
+    // The same as for /tmp: everybody can write, nobody can remove the files of others.
     let open_to_all = |name: &str, mode| {
         std::fs::set_permissions(bench.path(name), std::fs::Permissions::from_mode(mode)).unwrap();
     };
@@ -125,7 +125,7 @@ fn folder_and_shared_memory_of_a_run_are_open_to_their_owner_alone() {
     let mut child = bench.phasecloud();
     let mut child = child.arg("run").arg(launch).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let started = Instant::now();
-    // All five processes hold files in shared memory once the estimator reads what the propagator sends.
+    // All five processes hold files in shared memory once the estimator reads the propagator's messages.
     let (run_id, files) = loop {
         assert!(started.elapsed() < WATCHDOG, "the run did not start");
         std::thread::sleep(Duration::from_millis(50));
@@ -139,7 +139,7 @@ fn folder_and_shared_memory_of_a_run_are_open_to_their_owner_alone() {
     let root = user.join(&run_id);
     assert_eq!((user.metadata().unwrap().mode() & 0o777, root.metadata().unwrap().mode() & 0o777), (0o700, 0o700));
     for file in &files {
-        // A file may be gone again by now.
+        // A file may have been removed meanwhile.
         let Ok(metadata) = Path::new("/dev/shm").join(file).metadata() else { continue };
         assert_eq!(metadata.mode() & 0o077, 0, "{file} has mode {:o}", metadata.mode());
         assert_eq!(metadata.uid(), rustix::process::getuid().as_raw());

@@ -1,4 +1,5 @@
-//! kill -9 of any process at any time: the run ends, complete with the same bytes or with the case named and left out.
+//! kill -9 of any process at any time: the run ends, either complete with the same bytes, or with the case named and
+//! left out.
 //!
 //! `PHASECLOUD_KILLS` is the number of kills (default 60), `PHASECLOUD_SEED` the first seed.
 #![allow(missing_docs)]
@@ -16,10 +17,10 @@ use rustix::process::Signal;
 
 const SERVICES: [&str; 4] = ["scenario", "estimator", "comparator", "recorder"];
 
-/// Long past anything that a loaded machine takes; only to end a test that would hang.
+/// Far longer than a loaded machine needs; only ends a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(120);
 
-/// Two scenarios, so that there is a between; short ones, since nothing here depends on what orbits do.
+/// Two scenarios, so that there is a time between them; short ones, since nothing here depends on how orbits move.
 fn launch_file(bench: &Bench, restart: &str) -> std::path::PathBuf {
     let short = common::SCENARIO_1.replace("end = 2.0", "end = 0.5").replace("step = 0.5", "step = 0.25");
     bench.write("scenario-1.toml", &short);
@@ -44,7 +45,7 @@ fn start_with(bench: &Bench, launch: &std::path::Path, out: &str, options: &[&st
     command.args(options).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Waits for the end and returns exit code and what was said.
+/// Waits for the end and returns the exit code and standard error.
 fn end(mut child: Child, what: &str) -> (Option<i32>, String) {
     let started = Instant::now();
     while child.try_wait().unwrap().is_none() {
@@ -120,7 +121,7 @@ fn kill_randomly(restart: &str, kills: u64, first_seed: u64) {
     );
 }
 
-/// A line of a run's log: who said it, what, and in which scenario.
+/// A line of a run's log: the node, the message, and the scenario.
 type Line = (String, String, Option<u64>);
 
 /// The log of the run under way, which keeps it in its unfinished results folder.
@@ -134,12 +135,12 @@ fn log_so_far(bench: &Bench) -> Vec<Line> {
     lines.map(|line| (text(&line["node"]), text(&line["message"]), line["scenario"].as_u64())).collect()
 }
 
-/// Whether `victim`, whose process is there, has come to this phase of its life.
+/// Whether `victim`, whose process is there, has reached this phase of its life.
 fn has_come_to(phase: &str, victim: &str, log: &[Line]) -> bool {
     let said = |node: &str, words: &str, scenario: Option<u64>| {
         log.iter().filter(|line| line.0 == node && line.1.contains(words) && line.2 == scenario).count()
     };
-    // Estimator and scenario node have no end of a scenario of their own.
+    // Estimator and scenario node do not report the end of a scenario.
     let worker = if ["estimator", "scenario"].contains(&victim) { "comparator" } else { victim };
     match phase {
         "start-up" => true,
@@ -185,7 +186,7 @@ fn a_process_killed_in_any_phase_of_its_life_changes_no_byte() {
     }
 }
 
-/// Waits until `victim` is there and the log as the condition says.
+/// Waits until `victim` is there and the log fulfils the condition.
 fn await_process(bench: &Bench, run: &mut Child, victim: &str, mut condition: impl FnMut(&[Line]) -> bool) -> Process {
     loop {
         assert!(run.try_wait().unwrap().is_none(), "the run is over before its {victim} is as expected");
@@ -207,7 +208,7 @@ fn first_passages_that_died_with_their_sender_before_the_recorder_came_are_waite
     let compared = |log: &[Line]| log.iter().any(|line| line.0 == "comparator" && line.1 == "done");
     let dee = await_process(&bench, &mut run, "dee", compared);
     signal(&dee, Signal::KILL);
-    // What is dead has been removed.
+    // The remains of the dead process have been removed by then.
     await_process(&bench, &mut run, "recorder", |log| {
         log.iter().any(|line| line.1.starts_with("dee has ended, signal"))
     });

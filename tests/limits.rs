@@ -11,7 +11,7 @@ use std::process::{Command, Output, Stdio};
 
 use common::{Bench, FOUR_CASES, text};
 
-/// `phasecloud run` after `preparation`, in a shell in a mount namespace of its own if `mounts`.
+/// `phasecloud run` after `preparation`, in a shell, which is in a mount namespace of its own if `mounts`.
 fn run_prepared(bench: &Bench, preparation: &str, mounts: bool, launch: &Path, out: &str) -> Output {
     let mut command = match mounts {
         true => Command::new("unshare"),
@@ -26,7 +26,7 @@ fn run_prepared(bench: &Bench, preparation: &str, mounts: bool, launch: &Path, o
     command.output().unwrap()
 }
 
-/// Whether file systems can be mounted here; says so if not.
+/// Whether file systems can be mounted here; prints that the test is skipped if not.
 fn can_mount() -> bool {
     let probe = Command::new("unshare").args(["-rm", "mount", "-t", "tmpfs", "tmpfs", "/mnt"]).output();
     let can = probe.is_ok_and(|output| output.status.success());
@@ -37,7 +37,7 @@ fn can_mount() -> bool {
     can
 }
 
-/// The run fails as it should: exit code, words, no results, no domain, nothing in shared memory.
+/// The run fails as it should: exit code, message, no results, no domain, nothing in shared memory.
 fn check(bench: &Bench, output: &Output, code: i32, words: &[&str], out: &str) {
     let errors = text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{errors}");
@@ -93,7 +93,8 @@ fn a_mount_point_is_filled_also_in_a_parent_that_cannot_be_written() {
         let bench = Bench::new();
         let launch = bench.launch_file("four", FOUR_CASES);
         std::fs::create_dir_all(bench.path("parent")).unwrap();
-        // The parent is a disk that becomes read-only once the mount point is there; what is on the mount is seen from inside alone.
+        // The parent is a disk that becomes read-only once the mount point is there; the mount can be seen only from
+        // inside the namespace.
         let (parent, out) = (bench.path("parent"), bench.path("parent/out"));
         let (parent, out) = (parent.display(), out.display());
         let mounts = format!(
@@ -119,7 +120,7 @@ fn a_mount_point_is_filled_also_in_a_parent_that_cannot_be_written() {
     }
 }
 
-/// A full disk somewhere between the first file and the last: whatever is sealed is whole.
+/// The disk becomes full somewhere between the first file and the last: whatever is sealed is whole.
 #[test]
 fn no_half_of_a_file_is_sealed_however_much_of_the_results_the_disk_can_hold() {
     if !can_mount() {
@@ -134,7 +135,7 @@ fn no_half_of_a_file_is_sealed_however_much_of_the_results_the_disk_can_hold() {
     let mut outcomes = std::collections::BTreeSet::new();
     for size in ["1200k", "2200k", "2800k", "3400k", "4000k", "5200k", "64m"] {
         let kept = bench.path(&format!("kept-{size}"));
-        // The results are copied off the disk, which is gone with the namespace.
+        // The results are copied from the disk, which disappears with the namespace.
         let shell = format!(
             "mount -t tmpfs -o size={size} tmpfs {disk}; {program} run {} --out {disk}/out; code=$?; cp -r {disk} {}; exit $code",
             launch.display(),
@@ -161,7 +162,7 @@ fn no_half_of_a_file_is_sealed_however_much_of_the_results_the_disk_can_hold() {
     assert!(outcomes.contains(&(false, false)) && outcomes.contains(&(true, true)), "{outcomes:?}");
 }
 
-/// Every file ends as its kind ends.
+/// Every file has the ending that files of its kind have.
 fn assert_whole(folder: &Path, size: &str) {
     for entry in std::fs::read_dir(folder).unwrap().flatten() {
         let path = entry.path();
@@ -212,7 +213,8 @@ fn a_case_that_is_refused_memory_is_named_and_the_others_are_compared() {
     assert_eq!(bench.domains(), [""; 0]);
 }
 
-/// A shell command that may not have more than a few processes and threads: as root, which no such limit holds for, as nobody.
+/// A shell command that may have only a few processes and threads; run by root, for whom such limits do not hold, it
+/// runs as nobody.
 fn with_few_processes(bench: &Bench, most: u32) -> Command {
     let is_root = rustix::process::getuid().is_root();
     let mut command = Command::new(if is_root { "setpriv" } else { "prlimit" });
@@ -232,7 +234,8 @@ fn too_few_processes_and_too_little_memory_are_told_in_words() {
     let launch = bench.launch_file("four", FOUR_CASES);
     let program = bench.path("phasecloud");
     std::fs::copy(env!("CARGO_BIN_EXE_phasecloud"), &program).unwrap();
-    // What suffices on one machine does not on another: whole results, or an error in words and none.
+    // A limit that suffices on one machine does not on another: the run gives whole results, or an error message and no
+    // results.
     let told = |output: &Output, what: &str| {
         let errors = text(&output.stderr);
         assert!(matches!(output.status.code(), Some(0..=2)), "{what}: {:?} {errors}", output.status);

@@ -1,4 +1,4 @@
-//! A run as it goes: on a terminal, without one, quiet, as JSON, and from beside.
+//! A run as it is shown: on a terminal, without one, quiet, as JSON, and by `phasecloud watch`.
 #![allow(missing_docs)]
 
 mod common;
@@ -14,7 +14,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 use serde_json::Value;
 
-/// Long past anything that a healthy machine takes; only to end a test that would hang.
+/// Far longer than a healthy machine needs; only ends a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(120);
 
 /// The nodes of a run of the four cases.
@@ -38,11 +38,11 @@ fn on_terminal_of_kind(command: &mut Command, kind: &str) -> (Child, std::fs::Fi
     (child, screen.into())
 }
 
-/// All that appears on a screen until nothing has it open any more.
+/// All that appears on a screen until no process has it open any more.
 fn read_all(screen: &mut std::fs::File) -> String {
     let mut shown = Vec::new();
     let mut piece = [0; 4096];
-    // A terminal that nobody has open gives an error instead of an end.
+    // Reading a terminal that no process has open gives an error instead of an end.
     while let Ok(length @ 1..) = screen.read(&mut piece) {
         shown.extend_from_slice(&piece[..length]);
     }
@@ -63,7 +63,7 @@ fn a_terminal_shows_a_line_a_node_and_at_last_the_results() {
     let mut command = bench.phasecloud();
     command.args(["run", "four.toml", "--out", "out"]);
     let (mut child, mut screen) = on_terminal(&mut command);
-    drop(command); // it holds the terminal open
+    drop(command); // the command holds the terminal open
     let shown = read_all(&mut screen);
     assert!(child.wait().unwrap().success(), "{shown}");
     for node in NODES {
@@ -84,7 +84,7 @@ fn a_dumb_terminal_shows_progress_in_plain_lines() {
     let mut command = bench.phasecloud();
     command.args(["run", "four.toml", "--out", "out"]);
     let (mut child, mut screen) = on_terminal_of_kind(&mut command, "dumb");
-    drop(command); // it holds the terminal open
+    drop(command); // the command holds the terminal open
     let shown = read_all(&mut screen);
     assert!(child.wait().unwrap().success(), "{shown}");
     assert!(!shown.contains('\u{1b}'), "{shown}");
@@ -140,7 +140,7 @@ fn json_has_an_object_a_line_and_the_tables_in_the_last() {
 #[test]
 fn a_watcher_sees_the_run_to_its_end_and_the_same_results() {
     let bench = Bench::new();
-    // A case that does not start before the watcher is there.
+    // A case that waits until the watcher is there.
     let late = format!(
         "[[propagator]]\nlabel = \"late\"\ncommand = [\"sh\", \"-c\", \"until test -e go; do sleep 0.02; done; \
          exec {} node gmm-ut --label late\"]\n",

@@ -1,4 +1,4 @@
-//! `phasecloud new`: what it writes builds, and is what `tests/check.rs` and `tests/python.rs` check.
+//! `phasecloud new`: its crate builds, and it writes the programs that `tests/check.rs` and `tests/python.rs` check.
 #![allow(missing_docs)]
 
 mod common;
@@ -20,10 +20,10 @@ fn a_new_crate_compiles_and_is_the_skeleton_that_is_checked() {
     let output = bench.phasecloud().args(["new", "my-method"]).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(text(&output.stdout).contains("phasecloud check -- my-method/target/release/my-method"));
-    // The example `skeleton` is built of this file, and tests/check.rs runs it.
+    // The example `skeleton` is built from this file, and tests/check.rs runs it.
     let written = text(&bench.read("my-method/src/main.rs"));
     assert_eq!(written, source("launch/new/main.rs").replace("NAME", "my-method"));
-    // Into this program's own target folder, where most has been compiled before.
+    // This program's own target folder is used, in which most has been compiled before.
     let build = Command::new(env!("CARGO"))
         .args(["check", "--offline", "--manifest-path"])
         .arg(bench.path("my-method/Cargo.toml"))

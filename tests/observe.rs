@@ -15,7 +15,7 @@ use messages::text::pack;
 use messages::topic::{Capacity, Snapshot};
 use rustix::process::{Pid, Signal, kill_process};
 
-/// Long past anything that a healthy machine takes; only to end a test that would hang.
+/// Far longer than a healthy machine needs; only ends a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(120);
 
 /// A domain that the test itself holds.
@@ -47,7 +47,7 @@ impl Own {
             ..SnapshotHeader::default()
         };
         let header = header.with(Samples::INDEPENDENT);
-        // Without a reader that must be there the kit calls it an error; this test has observers only.
+        // The kit reports an error if a required reader is missing; this test has observers only.
         let _ = self.outlet.send_items(header, &[1.0, 2.0, 3.0, 4.0, 0.1, 0.2, 0.3, 0.4]);
     }
 }
@@ -78,7 +78,7 @@ fn wait_for_observers(bench: &Bench, arguments: &[&str], topic: &str, count: usi
     }
 }
 
-/// Waits for the end of an observer while the test goes on serving those that join.
+/// Waits for the end of an observer, while the test goes on delivering messages to observers that join.
 fn serve_until_end(own: &Own, mut child: Child) -> Output {
     let signals = messages::wait::Signals::catch(&[]).unwrap();
     let started = Instant::now();
@@ -122,7 +122,7 @@ fn killed_observers_leave_room_for_others() {
     let bench = Bench::new();
     let own = Own::new(&bench, "kill");
     let domain = own.domain();
-    // More than there is room for, if their remains stayed.
+    // More observers than there is room for if their remains stayed.
     for _ in 0..25 {
         let mut child = echo(&bench, &own, &[]).stdout(Stdio::null()).spawn().unwrap();
         wait_for_observers(&bench, &["--domain", &domain], "phasecloud/snapshot", 1);
@@ -142,7 +142,7 @@ fn hz_counts_messages_and_bytes() {
     for index in 0..3 {
         own.send(index);
     }
-    std::thread::sleep(Duration::from_millis(1500)); // hz prints once a second
+    std::thread::sleep(Duration::from_millis(1500)); // hz prints once per second
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let output = serve_until_end(&own, child);
     assert_eq!(output.status.code(), Some(130));

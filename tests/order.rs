@@ -1,4 +1,4 @@
-//! Nothing depends on when a process starts, or on how long it stands still.
+//! Nothing depends on when a process starts, or on how long it is stopped.
 //!
 //! `PHASECLOUD_ORDERS` is the number of random orders (default 20), `PHASECLOUD_SEED` the first seed.
 #![allow(missing_docs)]
@@ -45,8 +45,8 @@ fn a_reader_that_stands_still_for_a_while_loses_nothing() {
     }
 }
 
-/// Runs with one process stopped for a while from its start on, and compares. Returns whether the run waited for it: on a busy
-/// machine it may have done its part before anybody could stop it.
+/// Runs with one process stopped for a while from its start on, and compares. Returns whether the run waited for the
+/// process: on a busy machine it may have done its part before it could be stopped.
 fn stands_still(bench: &Bench, launch: &std::path::Path, label: &str, attempt: u32) -> bool {
     let out = format!("out-{label}-{attempt}");
     let mut command = bench.phasecloud();

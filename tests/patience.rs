@@ -1,4 +1,4 @@
-//! Patience: who is silent is named, nobody else is, and nobody at all for time in which everything stood still.
+//! Patience: a silent process is named, and no other; nobody is named for time in which everything stood still.
 #![allow(missing_docs)]
 
 mod common;
@@ -10,7 +10,7 @@ use common::processes::{Said, end_of, of_runs_below, signal, signal_child, wait_
 use common::{Bench, FOUR_CASES, text};
 use rustix::process::Signal;
 
-/// Long past the pauses of healthy processes on a loaded machine \[s\].
+/// Far longer than the pauses of healthy processes on a loaded machine \[s\].
 const PATIENCE: u64 = 10;
 
 fn head(restart: &str) -> String {
@@ -64,7 +64,7 @@ fn a_run_that_was_stopped_for_longer_than_patience_accuses_nobody_when_it_goes_o
 #[test]
 fn a_passage_refused_in_the_second_scenario_is_charged_to_that_one_at_once() {
     let bench = Bench::new();
-    // So patient that a run which waits for it would be ended by the test's own watchdog.
+    // The patience is so long that the test's own watchdog would end a run that waits for it.
     let cases = SMALL.to_owned() + &bench.faulty("faulty", "unreadable-passage");
     let launch = bench.two_scenarios("passage", "patience = 100_000.0\nrestart = \"never\"\n", &cases);
     let mut command = bench.phasecloud();
@@ -102,7 +102,7 @@ fn a_sweep_goes_on_after_a_refused_passage_and_the_case_serves_the_next_scenario
 #[test]
 fn a_case_that_reaches_its_budget_is_named_and_serves_the_next_scenario() {
     let bench = Bench::new();
-    // In the second scenario it has that long for what takes a second on an idle machine.
+    // The budget in the second scenario is 30 s for work that takes a second on an idle machine.
     let cases = SMALL.to_owned() + &bench.faulty("slow", "stuck-in-the-first") + "most_seconds = 30\n";
     let launch = bench.two_scenarios("budget", "restart = \"never\"\n", &cases);
     let output = bench.run(&launch, "out");
@@ -133,7 +133,7 @@ fn cases_owe_nothing_for_a_scenario_that_its_node_does_not_publish() {
     command.arg("run").arg(launch).args(["--no-report", "--out"]).arg(bench.path("out"));
     let mut launcher = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let said = Said::by(launcher.stderr.take().unwrap());
-    // From its start on it stands still, until the launcher has lost patience with it and has it started again.
+    // The node is stopped from its start on, until the launcher has lost patience with it and starts it again.
     let node = wait_for("the scenario node does not start", || {
         of_runs_below(&bench.path("")).into_iter().find(|process| process.label == "scenario")
     });

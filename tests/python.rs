@@ -1,7 +1,7 @@
 //! Propagators in Python: the kit in `examples/python`, in real runs.
 //!
-//! Needs python3 with venv, and the package index once; without them the tests say why and are skipped, unless
-//! `PHASECLOUD_REQUIRE_PYTHON=1`.
+//! Needs python3 with venv, and access to the package index once; without them the tests print why and are skipped,
+//! unless `PHASECLOUD_REQUIRE_PYTHON=1`.
 #![allow(missing_docs)]
 
 mod common;
@@ -22,14 +22,14 @@ use messages::text::pack;
 use messages::topic::{Capacity, Scenario, Snapshot, Status};
 use rustix::process::{Pid, Signal, kill_process};
 
-/// Long past anything that a healthy machine takes; only to end a test that would hang.
+/// Far longer than a healthy machine needs; only ends a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(180);
 
 fn kit() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/python")
 }
 
-/// An interpreter with what the kit requires; made once, and again when the requirements change.
+/// An interpreter with the packages that the kit requires; made once, and again when the requirements change.
 static INTERPRETER: LazyLock<Result<PathBuf, String>> = LazyLock::new(|| {
     let environment = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
     let interpreter = environment.join("bin/python");
@@ -60,7 +60,7 @@ static WITH_HEYOKA: LazyLock<Result<PathBuf, String>> = LazyLock::new(|| {
     Ok(interpreter.clone())
 });
 
-/// The interpreter, or `None` after saying why there is none.
+/// The interpreter, or `None` after printing why there is none.
 fn interpreter() -> Option<&'static Path> {
     required(&INTERPRETER)
 }
@@ -76,7 +76,7 @@ fn required(interpreter: &'static Result<PathBuf, String>) -> Option<&'static Pa
     }
 }
 
-/// A launch file on two scenarios: the exact answer, and a program as `mc`.
+/// A launch file on two scenarios: the exact answer, and a program under the label `mc`.
 fn launch_file(bench: &Bench, command: &[&str]) -> PathBuf {
     bench.write("scenario-2.toml", include_str!("../launch/scenarios/scenario-2.toml"));
     let head = "name = \"python\"\nscenarios = [\"scenario-1.toml\", \"scenario-2.toml\"]\nreference = \"exact\"\n";
@@ -215,7 +215,7 @@ fn the_notebook_redraws_a_figure_from_a_results_folder() {
     let (width, height, colours) = common::picture(&bench.read("picture.png"));
     assert!(width > 1000 && height > 200 && colours.len() > 200, "{width} x {height}, {} colours", colours.len());
 
-    // Without the name of a picture: it is written beside the results, not into them.
+    // Without a name for the picture it is written beside the results, not into them.
     let mut command = Command::new(python);
     command.arg("-B").arg(kit().join("results.py")).arg(bench.path("out")).current_dir(bench.path("."));
     let output = command.env("MPLCONFIGDIR", bench.path("matplotlib")).output().unwrap();
@@ -248,7 +248,7 @@ fn an_exception_in_a_python_propagator_is_named() {
     }
 }
 
-/// Ends a process that a failed test leaves.
+/// Ends a process that a failed test would leave behind.
 struct Killed(Child);
 
 impl Drop for Killed {
@@ -271,7 +271,7 @@ impl Killed {
     }
 }
 
-/// Removes a domain at the end, also of a test that fails.
+/// Removes a domain at the end, also when the test fails.
 struct Removed(Place);
 
 impl Drop for Removed {
@@ -337,7 +337,7 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
             .env_remove("PHASECLOUD_LAUNCHER")
             .spawn();
         let mut process = Killed(command.unwrap());
-        // The launcher wakes a node that joins late; here the test does.
+        // In a run the launcher wakes a node that joins late; here the test does.
         let signals = messages::wait::Signals::catch(&[]).unwrap();
         let last = if computing { event::PROGRESS } else { event::READY };
         let started = Instant::now();

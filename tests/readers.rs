@@ -1,4 +1,4 @@
-//! Readers that go away: whatever is printed into a closed pipe or onto a full device, no command panics, and no run ends.
+//! Readers that go away: if output goes into a closed pipe or onto a full device, no command panics, and no run ends.
 #![allow(missing_docs)]
 
 mod common;
@@ -25,7 +25,7 @@ fn full_device() -> Stdio {
     File::options().write(true).open("/dev/full").unwrap().into()
 }
 
-/// Sends both outputs of a command there.
+/// Sends both outputs of a command to `sink`.
 fn into(command: &mut Command, sink: fn() -> Stdio) -> &mut Command {
     command.stdout(sink()).stderr(sink())
 }
@@ -41,7 +41,8 @@ fn a_run_goes_on_to_its_results_whoever_stops_reading() {
             let mut command = bench.phasecloud();
             command.arg("run").arg(launch).args(["--out", "out"]).args(options);
             let status = into(&mut command, sink).status().unwrap();
-            // Whoever asks for JSON has no other result to look at, and gets it whole or is told; those who have seen enough are not.
+            // JSON is the only result of its command: it is written whole or its loss is reported, but not to a reader
+            // that has closed the pipe.
             let is_lost = full && options == ["--json"];
             assert_eq!(status.code(), Some(i32::from(is_lost)), "{options:?}");
             assert_eq!(bench.table("out/moments.csv").len(), 5);
@@ -115,9 +116,10 @@ fn a_service_and_those_who_look_at_it_outlive_their_readers() {
     }
 }
 
-/// Starts a command as the leader of a session with a terminal of its own; dropping the other end is the end of the terminal.
+/// Starts a command as the leader of a session with a terminal of its own; the terminal ends when the other end is
+/// dropped.
 fn on_own_terminal(command: &Command) -> (Child, File) {
-    let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap(); // its end is here alone
+    let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap(); // only this process has it
     grantpt(&screen).unwrap();
     unlockpt(&screen).unwrap();
     let name = ptsname(&screen, Vec::new()).unwrap();
@@ -133,7 +135,7 @@ fn on_own_terminal(command: &Command) -> (Child, File) {
 #[test]
 fn a_run_goes_on_to_its_results_when_its_terminal_is_closed() {
     let bench = Bench::new();
-    // Enough to do that the terminal is gone before it is done, on any machine.
+    // The run has so much to do that the terminal is closed before the run is done, on any machine.
     let slow =
         "[[propagator]]\nlabel = \"slow\"\ncommand = [\"sh\", \"-c\", \"while [ ! -e go ]; do sleep 0.05; done\"]\n";
     let launch = bench.launch_file("small", &format!("{SMALL}{slow}"));

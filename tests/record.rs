@@ -7,7 +7,8 @@ use std::process::{Command, Output};
 
 use common::{Bench, FOUR_CASES, text};
 
-/// The files of a results folder in which nothing is measured anew; `effort.csv` has the estimator's CPU time.
+/// The files of a results folder in which nothing is measured anew; `effort.csv` holds measured CPU time of the
+/// estimator.
 const REPRODUCIBLE: [&str; 8] = [
     "moments.csv",
     "errors.csv",
@@ -45,7 +46,7 @@ fn assert_same(bench: &Bench, folder: &str, files: &[&str]) {
     }
 }
 
-/// The rows of a table that do not belong to a method.
+/// The rows of a table that belong to other methods.
 fn without(bench: &Bench, table: &str, method: &str) -> Vec<std::collections::HashMap<String, String>> {
     bench.table(table).into_iter().filter(|row| row["method"] != method).collect()
 }
@@ -95,7 +96,7 @@ fn one_case_is_replaced_or_left_out_and_the_others_stay_as_recorded() {
 
     replay_well(&bench, &["--without", "gmm-ut", "--out", "three"]);
     assert_eq!(without(&bench, "a/moments.csv", "gmm-ut"), bench.table("three/moments.csv"));
-    // Our own estimator as a foreign command.
+    // Our own estimator, run as a foreign command.
     let estimator = format!("estimator={} node estimator", env!("CARGO_BIN_EXE_phasecloud"));
     replay_well(&bench, &["--replace", &estimator, "--out", "estimator"]);
     assert_same(&bench, "estimator", &REPRODUCIBLE);

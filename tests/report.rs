@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use common::{Bench, FOUR_CASES, text};
 
-/// The files in a folder with what is in them.
+/// The files in a folder with their contents.
 fn files(bench: &Bench, folder: &str) -> Vec<(String, String)> {
     let entries = std::fs::read_dir(bench.path(folder)).unwrap();
     let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();

@@ -1,6 +1,6 @@
-//! The report in a real browser: nothing overlaps, nothing sticks out, light, dark and on paper.
+//! The report in a real browser: nothing overlaps and nothing sticks out, in light, in dark and on paper.
 //!
-//! Needs Chromium; without it the test says so and is skipped, unless `PHASECLOUD_REQUIRE_CHROMIUM=1`.
+//! Needs Chromium; without it the test prints this and is skipped, unless `PHASECLOUD_REQUIRE_CHROMIUM=1`.
 #![allow(missing_docs)]
 
 mod common;
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use common::{Bench, text};
 
-/// Long past anything that a healthy machine takes; only to end a test that would hang.
+/// Far longer than a healthy machine needs; only ends a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(180);
 
 const CASES: &str = r#"
@@ -35,7 +35,7 @@ node = "gmm-ut"
 mode = "as-printed"
 "#;
 
-/// Added to a copy of the page: writes into it what overlaps and what sticks out.
+/// A script that is added to a copy of the page and writes into it which elements overlap or stick out.
 const PROBE: &str = r#"<script>
 addEventListener("load", () => {
   const found = [];
@@ -64,7 +64,7 @@ addEventListener("load", () => {
 });
 </script>"#;
 
-/// The browser, or `None` after saying that there is none.
+/// The browser, or `None` after printing that there is none.
 fn chromium() -> Option<&'static str> {
     let answers = |name: &&&str| {
         let output = Command::new(name).arg("--version").stdin(Stdio::null()).output();
@@ -79,7 +79,7 @@ fn chromium() -> Option<&'static str> {
     found
 }
 
-/// Ends a browser that a failed test leaves.
+/// Ends a browser that a failed test would leave behind.
 struct Killed(Child);
 
 impl Drop for Killed {
@@ -89,7 +89,7 @@ impl Drop for Killed {
     }
 }
 
-/// Opens a page without a window; what it prints goes to `printed` in the bench.
+/// Opens a page without a window; the browser's output goes to `printed` in the bench.
 fn browse(bench: &Bench, chromium: &str, page: &Path, arguments: &[String]) -> String {
     let printed = bench.path("printed.txt");
     let mut command = Command::new(chromium);
@@ -109,7 +109,7 @@ fn browse(bench: &Bench, chromium: &str, page: &Path, arguments: &[String]) -> S
     }
 }
 
-/// What the probe says of a page in a window of this size.
+/// What the probe reports of a page in a window of this size.
 fn probe(bench: &Bench, chromium: &str, page: &Path, size: &str) -> String {
     let dom = browse(bench, chromium, page, &[format!("--window-size={size}"), "--dump-dom".into()]);
     let (_, rest) = dom.split_once("<title>PROBED").expect("the probe has run");

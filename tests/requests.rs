@@ -23,7 +23,7 @@ fn start(bench: &Bench, launch: &std::path::Path, options: &[&str]) -> (Child, S
 
 /// Waits until the quick cases have delivered everything.
 fn wait_for_the_quick(said: &mut Said) {
-    // In whatever order: of each the last thing that is told.
+    // In any order: this is the last line that each of them prints.
     while !["mc", "dee"].iter().all(|name| said.so_far.contains(&format!("{name}: done scenario-1 5/5"))) {
         said.wait_for(": done scenario-1 5/5");
     }
@@ -82,7 +82,7 @@ fn a_second_request_discards_everything_at_once() {
     let launch = bench.launch_file("twice", &format!("{QUICK}{ENDLESS}"));
     let (mut child, mut said) = start(&bench, &launch, &[]);
     wait_for_the_quick(&mut said);
-    // Nothing can be recorded any more.
+    // A stopped recorder can record nothing any more.
     let recorder = of_runs_below(&bench.path("")).into_iter().find(|process| process.label == "recorder").unwrap();
     signal(&recorder, Signal::STOP);
     signal_child(&child, Signal::INT);

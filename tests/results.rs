@@ -1,4 +1,4 @@
-//! The results folder vouches for itself: checksums of every file, and the log of the run.
+//! The results folder proves itself: checksums of every file, and the log of the run.
 #![allow(missing_docs)]
 
 mod common;
@@ -19,7 +19,7 @@ fn every_file_has_its_checksum_and_a_change_is_found() {
         (output.status.code(), text(&output.stdout) + &text(&output.stderr))
     };
     assert_eq!(verify().0, Some(0), "{}", verify().1);
-    // Known from the standard: the SHA-256 of nothing.
+    // Known from the standard: the SHA-256 of an empty text.
     bench.write("out/extra", "");
     let digest = std::process::Command::new("sha256sum").arg(bench.path("out/moments.csv")).output().unwrap();
     assert!(text(&digest.stdout).starts_with(files["moments.csv"]["sha256"].as_str().unwrap()));

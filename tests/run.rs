@@ -64,7 +64,7 @@ fn the_same_seeds_give_the_same_bytes_also_beside_another_run() {
 fn a_swapped_propagator_leaves_the_other_cases_unchanged() {
     let bench = Bench::new();
     let mine = common::examples::example("stt-gaussian");
-    // Through a shell that stays in between, as scripts do.
+    // The program runs in a shell that stays alive, as in scripts.
     let command = format!("command = [\"sh\", \"-c\", \"{}; true\"]", mine.display());
     let swapped = FOUR_CASES.replace("node = \"gmm-ut\"", &command);
     bench.run_well(&bench.launch_file("four", FOUR_CASES), "before");
@@ -73,9 +73,9 @@ fn a_swapped_propagator_leaves_the_other_cases_unchanged() {
     let (before, after) = (bench.table("before/moments.csv"), bench.table("after/moments.csv"));
     assert_eq!(before[..15], after[..15]);
     let of = |row: &std::collections::HashMap<String, String>, name: &str| row[name].parse::<f64>().unwrap();
-    // At the start a single Gaussian is exact, later it is not.
+    // At the start a single Gaussian is exact; later it is not.
     assert!(after[15..].iter().all(|row| row["method"] == "gmm-ut"));
-    // But for its part below e = 0, which is cut: 3e-9 of it.
+    // Exact except for the part of the Gaussian below e = 0, which is cut: 3e-9 of it.
     assert!((of(&after[15], "mean_e") - 0.145).abs() < 1e-8 && (of(&after[15], "std_e") - 0.025).abs() < 1e-8);
     assert_ne!(before[19]["std_phi_rad"], after[19]["std_phi_rad"]);
 }
@@ -149,7 +149,7 @@ fn as_printed_reproduces_table_3_and_the_corrected_methods_agree_with_exact() {
             assert!(relative(ours, paper) < 5e-3, "{ours} {paper}");
         }
     }
-    // Standard errors of 1e5 samples, doubled in variance as ours and the paper's are both samples.
+    // Standard errors of 1e5 samples; the variance is doubled, since ours and the paper's values are both from samples.
     let errors: Vec<_> = moments.iter().filter(|row| row["method"] == "mc").collect();
     for ((ours, paper), row) in of("mc").iter().zip(&printed("mc")).zip(errors) {
         for k in 0..4 {

@@ -1,4 +1,4 @@
-//! A service: the processes stay, scenario after scenario comes.
+//! A service: the processes stay while scenario after scenario comes.
 //!
 //! `PHASECLOUD_SERVED` is the number of scenarios over which nothing may grow (default 40).
 #![allow(missing_docs)]
@@ -23,7 +23,7 @@ fn sweep(bench: &Bench, vary: &str) -> std::path::PathBuf {
     bench.write("sweep.toml", &format!("scenario = \"scenario-1.toml\"\n[vary]\n{vary}\n"))
 }
 
-/// Starts a service for requests and waits until it says that it serves.
+/// Starts a service for requests and waits until it prints that it serves.
 fn start(bench: &Bench, launch: &Path) -> Child {
     let mut command = bench.phasecloud();
     command.arg("serve").arg(launch).arg("--out").arg(bench.path("served"));
@@ -79,7 +79,7 @@ fn a_sweep_makes_a_results_folder_a_scenario_and_one_table_of_all() {
     assert_eq!(bench.domains(), [""; 0]);
 }
 
-/// The table of the sweep above says what its scenarios' own tables say, and the page has it all.
+/// The table of the sweep above has the numbers of its scenarios' own tables, and the page has all of them.
 fn assert_sweep_table(bench: &Bench) {
     let rows = bench.table("out/sweep.csv");
     assert_eq!(rows.len(), 4 * 2);
@@ -193,7 +193,7 @@ fn submit_returns_when_the_folder_is_sealed_and_says_how_its_cases_went() {
     let service = start(&bench, &launch);
     for position in 0..3 {
         let output = submit(&bench, &bench.path("scenario-1.toml"));
-        // At once: it is there, whole.
+        // The folder is there and whole at once.
         let folder = bench.path(&format!("served/{position:06}-scenario-1"));
         let verified = bench.phasecloud().arg("verify").arg(&folder).output().unwrap();
         assert!(verified.status.success(), "{}", text(&verified.stderr));
@@ -212,7 +212,7 @@ fn submit_returns_when_the_folder_is_sealed_and_says_how_its_cases_went() {
 fn submit_ends_when_the_service_has_ended() {
     for (how, signal) in [("asked", Signal::INT), ("killed", Signal::KILL)] {
         let bench = Bench::new();
-        // A case that never says anything: the request is under way until the service ends.
+        // A case that never reports anything: the request is under way until the service ends.
         let silent = "[[propagator]]\nlabel = \"silent\"\ncommand = [\"sleep\", \"1000\"]\n";
         let mut service = start(&bench, &bench.launch_file("small", &format!("{SMALL}{silent}")));
         let mut command = bench.phasecloud();
@@ -289,7 +289,7 @@ fn a_service_answers_requests_also_after_a_process_was_killed_and_ends_on_reques
     assert!(text(&nobody.stderr).contains("no service that takes requests"), "{}", text(&nobody.stderr));
 }
 
-/// Memory \[kB\] and descriptors of a process.
+/// Memory \[kB\] and number of descriptors of a process.
 fn holdings(pid: i32) -> (u64, usize) {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
     let resident = status.lines().find_map(|line| line.strip_prefix("RssAnon:")).unwrap();
@@ -316,12 +316,12 @@ fn a_service_does_not_grow() {
         }
     };
     let served = number("PHASECLOUD_SERVED", 40);
-    // Until every place in the pools of messages has been used once.
+    // First every place in the pools of messages is used once.
     request(10.max(served / 5));
     let processes = of_runs_below(&bench.path(""));
     assert_eq!(processes.len(), 6, "{processes:?}");
     let measure = || {
-        std::thread::sleep(Duration::from_secs(1)); // the launcher cleans up after those who asked
+        std::thread::sleep(Duration::from_secs(1)); // the launcher cleans up after the processes that asked
         let held: Vec<_> = processes.iter().map(|process| holdings(process.pid)).collect();
         (
             held,
@@ -334,14 +334,15 @@ fn a_service_does_not_grow() {
         )
     };
     let (before, shared_before, files_before) = measure();
-    // An allocator may keep what one scenario needed at its peak, and is asked once more; a leak grows each time.
+    // An allocator may keep the memory that one scenario needed at its peak, so a growth must be seen in every round; a
+    // leak is.
     let mut memory = before.iter().map(|held| held.0).collect::<Vec<_>>();
     let (mut shared, mut round) = (shared_before, 1);
     let (shared_after, files_after) = loop {
         request(served);
         let (mut after, mut shared_after, mut files_after) = measure();
-        // A connection to who has just asked may still be open, or not yet. What a slow launcher has still to clean up goes;
-        // what has leaked stays.
+        // A connection to the process that asked last may still be open, or not open yet. The launcher, if it is slow,
+        // will still clean up such remains; leaked memory stays.
         let is_tidy = |after: &[(u64, usize)], files: usize| {
             files <= files_before + 4 && before.iter().zip(after).all(|(before, after)| after.1 <= before.1 + 4)
         };
@@ -353,13 +354,13 @@ fn a_service_does_not_grow() {
         for (((process, before), after), memory) in processes.iter().zip(&before).zip(&after).zip(&mut memory) {
             println!("{}: {memory} kB, {before:?} -> {after:?} (kB, descriptors)", process.label);
             assert!(after.1 <= before.1 + 4, "descriptors of {}: {before:?} -> {after:?}", process.label);
-            // A leak of one small snapshot a scenario would be 32 kB x scenarios.
+            // A leak of one small snapshot per scenario would be 32 kB x scenarios.
             if after.0 >= *memory + 8 * served {
                 grown.push(process.label.clone());
             }
             *memory = after.0;
         }
-        // Pools of messages touch their pages one by one; a leak of the smallest snapshot would be 8 kB a scenario.
+        // Pools of messages touch their pages one by one; a leak of the smallest snapshot would be 8 kB per scenario.
         if shared_after >= shared + 8192 * served {
             grown.push("shared memory".into());
         }
@@ -371,7 +372,7 @@ fn a_service_does_not_grow() {
         round += 1;
     };
     println!("shared memory: {shared_before} -> {shared_after} bytes, {files_before} -> {files_after} files");
-    // A few connections may not have been used before, however many scenarios come.
+    // However many scenarios have come, a few connections may not have been used before.
     assert!(files_after <= files_before + 4, "{files_before} -> {files_after}");
     assert_eq!(end(service), Some(0));
 }

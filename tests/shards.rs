@@ -12,7 +12,7 @@ use messages::recording::Recording;
 use messages::topic::Snapshot;
 use rustix::process::Signal;
 
-/// Cases that can be split, with a line that splits them.
+/// Cases that can be split; the line `split` splits them.
 fn cases(split: &str) -> String {
     let mc = |label: &str, settings: &str| {
         format!("[[propagator]]\nlabel = \"{label}\"\nnode = \"mc\"\nsamples = 4_001\nseed = 11\n{settings}\n{split}\n")
@@ -54,7 +54,7 @@ fn assert_same(bench: &Bench, out: &str, said: &str) {
     }
 }
 
-/// A process of the run, once it has been started.
+/// A process of the run; waits until it has been started.
 fn find(bench: &Bench, name: &str) -> Process {
     let begun = Instant::now();
     loop {
@@ -96,7 +96,7 @@ fn samples_that_are_reduced_where_they_are_give_the_same_bytes() {
     }
 }
 
-/// Bytes of the snapshots of a recorded run of a million samples.
+/// Number of bytes of the snapshots of a recorded run with a million samples.
 fn snapshot_bytes(bench: &Bench, name: &str, more: &str) -> usize {
     let million = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 1_000_000\naccuracy = 1e-6\n";
     let head = "scenarios = [\"scenario-1.toml\"]\nreference = \"mc\"\n";

@@ -1,4 +1,4 @@
-//! Ends that nobody planned: signals to the launcher.
+//! Ends that were not planned: signals to the launcher.
 #![allow(missing_docs)]
 
 mod common;
@@ -12,7 +12,7 @@ use rustix::process::{Pid, Signal, kill_process};
 /// A case that computes for as long as a test may need.
 const LONG: &str = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 20_000_000\n";
 
-/// Long past anything that a healthy machine takes; only to end a test that would hang.
+/// Far longer than a healthy machine needs; only ends a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(180);
 
 fn spawn(bench: &Bench, cases: &str) -> Child {
@@ -120,7 +120,7 @@ fn clean_removes_a_dead_domain_and_leaves_a_live_one() {
 #[test]
 fn a_foreign_program_and_what_it_has_started_end_with_the_launcher() {
     let bench = Bench::new();
-    // A shell with a child that takes no notice of anything.
+    // A shell with a child process that ignores all signals that can be ignored.
     let deaf = "trap '' TERM INT HUP; sleep 600 & sleep 600";
     let cases = format!("{LONG}\n[[propagator]]\nlabel = \"deaf\"\ncommand = [\"sh\", \"-c\", \"{deaf}\"]\n");
     for request in [Signal::KILL, Signal::TERM] {

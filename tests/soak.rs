@@ -1,6 +1,7 @@
-//! Run after run: none fails, nothing stays behind.
+//! One run after another: none fails, and nothing stays behind.
 //!
-//! `PHASECLOUD_RUNS` is the number of runs one after another (default 10), `PHASECLOUD_PAIRS` of pairs at once (default 5).
+//! `PHASECLOUD_RUNS` is the number of runs one after another (default 10), `PHASECLOUD_PAIRS` the number of pairs at
+//! once (default 5).
 #![allow(missing_docs)]
 
 mod common;

@@ -1,4 +1,5 @@
-//! What a reference withholds is compared with the next one, and said first; what cannot be right is an error in words.
+//! Where a reference withholds a figure the next one takes its place, and this is printed first; impossible results are
+//! errors.
 #![allow(missing_docs)]
 
 mod common;
@@ -15,8 +16,8 @@ fn program(name: &str, words: &str) -> String {
     format!("command = [\"{}\", \"{words}\"]\n", path.display())
 }
 
-/// Runs `cases` on scenario 1, all compared with `exact` and, where it withholds, with `mc`. Returns the exit code, standard
-/// output and standard error.
+/// Runs `cases` on scenario 1; all are compared with `exact`, or with `mc` where `exact` withholds a figure. Returns
+/// the exit code, standard output and standard error.
 fn run(bench: &Bench, name: &str, cases: &str) -> (Option<i32>, String, String) {
     let head =
         "scenarios = [\"scenario-1.toml\"]\nreference = [\"exact\", \"mc\"]\nbins = [40, 40]\nrestart = \"never\"\n";
@@ -29,7 +30,7 @@ fn liar(lie: &str) -> String {
     format!("[[propagator]]\nlabel = \"exact\"\n{}", program("lying-exact", lie))
 }
 
-/// The references of a table's rows of `method` after t = 0.
+/// The references that a table names in the rows of `method` after t = 0.
 fn references(
     rows: &[HashMap<String, String>],
     method: &str,

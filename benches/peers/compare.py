@@ -4,10 +4,10 @@
     python3 benches/peers/compare.py [--repeats 5] [--quick] [--yardsticks FOLDER]
 
 makes a virtual environment in target/peers, builds and runs `density/examples/for_peers.rs`, and prints tables in Markdown.
-A peer's tolerance (or its number of steps) is the loosest of a ladder with which no coordinate of any sample at any snapshot
-is farther from the reference than the level; the reference is heyoka at 1e-16. Figures are medians: CPU time on one
-thread, wall time on two; the last column is the one over the other, which says something on an idle machine only. `taylor.c` is
-a yardstick: what plain C can do, left out where there is no gcc. FOLDER may hold other ones, see `yardsticks.py`.
+Each peer runs with the loosest tolerance (or the smallest number of steps) of a series with which no coordinate of any sample at any
+snapshot differs from the reference by more than the level; the reference is heyoka at 1e-16. Figures are medians: CPU time on one
+thread, wall time on two; the last column is the first over the second, which has a meaning only on an idle machine. `taylor.c`
+shows what plain C can do; it is left out where there is no gcc. FOLDER may hold further yardsticks, see `yardsticks.py`.
 """
 import argparse
 import os

@@ -36,7 +36,7 @@ def rows(folder, ours, repeats, quick):
 
 
 def interpolate(interpolator, span):
-    """Means of the values at RESOLUTION x RESOLUTION cell centres in each bin, a row of bins at a time."""
+    """Means of the values at RESOLUTION x RESOLUTION cell centres in each bin, one row of bins at a time."""
     (phi_low, phi_high), (e_low, e_high) = span
     centres = (np.arange(RESOLUTION) + 0.5) / RESOLUTION
     phi, e = phi_low + centres * (phi_high - phi_low), e_low + centres * (e_high - e_low)

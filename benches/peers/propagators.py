@@ -13,7 +13,7 @@ from compare import SUN, WORK, C, W, median
 
 TIMES = SUN * np.array([0.0, 0.5, 1.0, 1.5, 2.0])
 BATCH = 16
-# SciPy takes minutes for all samples: it does so many, and its time is scaled.
+# SciPy takes minutes for all samples: it propagates this number, and its time is scaled.
 SCIPY_SAMPLES = 200
 
 
@@ -22,7 +22,7 @@ def reference(start):
 
 
 def peers(start, reference, level, repeats):
-    """Name and (largest error, seconds on one thread, on two) of every program."""
+    """For every program: its name and (largest error, seconds on one thread, seconds on two)."""
     for name, peer in (("C, gcc", c_peer), ("heyoka, batches of 16", heyoka_peer), ("numba, Runge-Kutta 8", numba_peer)):
         found = peer(start, reference, level, repeats)
         if found:
@@ -31,7 +31,7 @@ def peers(start, reference, level, repeats):
 
 
 def loosest(ladder, run, reference, level):
-    """The first rung whose largest error is within the level, and that error."""
+    """The first setting of the series whose largest error is within the level, and this error."""
     for rung in ladder:
         error = np.abs(run(rung) - reference).max()
         if error <= level:

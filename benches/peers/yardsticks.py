@@ -17,7 +17,7 @@ ORDERS = {1e-6: 11, 1e-9: 12, 1e-12: 18}
 
 
 def propagate(folder, start, reference, level, repeats):
-    """Largest error, seconds on one thread, on two."""
+    """Largest error, seconds on one thread, seconds on two."""
     program = build(folder / "taylor.c", "-DU=2", f"-DP={ORDERS[level]}")
     start.T.copy().tofile(ROOM / "ic_x.bin")
     reference.transpose(0, 2, 1).copy().tofile(ROOM / "ref.bin")
@@ -29,7 +29,7 @@ def propagate(folder, start, reference, level, repeats):
 
 
 def rasterise(folder, repeats):
-    """Seconds on one thread, on two, for as many grid points as ours, spread over the cloud's own extent."""
+    """Seconds on one thread and on two, for as many grid points as ours, spread over the cloud's own extent."""
     program = build(folder / "raster.c", "-ffast-math")
     cloud = np.fromfile(WORK / "cloud.f64").reshape(3, -1)
     samples = cloud.shape[1]

@@ -1,7 +1,7 @@
 //! Where hosts meet, and what keeps others out.
 //!
-//! Plain connections are for loopback alone. Anything else is TLS, mutual if the home host has an authority to check its
-//! workers against, unless somebody says that it may be insecure.
+//! Plain connections are for loopback alone. All others use TLS, unless the user allows insecure ones. TLS is mutual if
+//! the home host has an authority against which it checks its workers.
 
 use std::fmt;
 use std::net::IpAddr;
@@ -61,7 +61,7 @@ impl fmt::Display for Endpoint {
 }
 
 impl Endpoint {
-    /// Whether what is said there is encrypted.
+    /// Whether messages that pass there are encrypted.
     pub fn is_encrypted(&self) -> bool {
         self.encrypted
     }
@@ -76,7 +76,7 @@ impl Endpoint {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tls {
-    /// Certificate of the authority that has signed the other side's.
+    /// Certificate of the authority that has signed the other side's certificate.
     pub authority: Option<PathBuf>,
     /// Own certificate.
     pub certificate: Option<PathBuf>,
@@ -96,16 +96,16 @@ pub enum End {
 /// A way to the other hosts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Access {
-    /// Where.
+    /// Where the hosts meet.
     pub endpoint: Endpoint,
-    /// With what.
+    /// The files for TLS.
     pub tls: Tls,
     /// Whether plain connections may leave this host.
     pub insecure: bool,
 }
 
 impl Access {
-    /// Whether this is safe, and complete.
+    /// Checks that the way is safe and that nothing is missing for it.
     ///
     /// # Errors
     /// What is missing.

@@ -8,14 +8,14 @@
 //!             ---- scenario ------------------------>
 //! ```
 //!
-//! Discovery, routing, retransmission, flow control and encryption are zenoh's. What is ours is that nothing is lost or
-//! doubled when a link is cut or a process is started again: the reader pulls. It asks for the message after the last
-//! one it has whole (`link/wire.rs`), piece by piece, and asks again when an answer does not come. The sender keeps a
-//! message where it lies, in shared memory, until the reader asks for the next.
+//! zenoh does discovery, routing, retransmission, flow control and encryption. The bridge ensures that no message is
+//! lost or doubled when a link is cut or a process is started again: the reader pulls. It asks for the message after
+//! the last one it has whole (`link/wire.rs`), piece by piece, and asks again when an answer does not come. The sender
+//! keeps a message where it lies, in shared memory, until the reader asks for the next.
 //!
 //! - [`endpoint`]: where to listen or connect, and who may
-//! - [`plan`]: who does what
-//! - `link`, with the feature `zenoh` alone: all that needs a connection. Without it files can still be checked
+//! - [`plan`]: which process runs on which host
+//! - `link`, only with the feature `zenoh`: all that needs a connection. Without it launch files can still be checked
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]

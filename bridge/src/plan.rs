@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::endpoint::Access;
 
-/// The name of the host that a run is started on, where it is estimated, compared and recorded.
+/// The name of the host on which a run is started, with its estimator, comparator and recorder.
 pub const HOME: &str = "home";
 
-/// Where a bridge stands, and what it needs to know there; a file of the launcher's tells it.
+/// On which host a bridge runs, and what it needs to know there; it reads this from a file that the launcher writes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Post {
@@ -27,7 +27,7 @@ pub enum Post {
         access: Access,
         /// The worker host's name.
         host: String,
-        /// What it has greeted home with.
+        /// The number with which its process has greeted home.
         process: u64,
         /// The file with its log.
         log: PathBuf,
@@ -57,7 +57,7 @@ pub enum Program {
     BuiltIn {
         /// Its name.
         node: String,
-        /// A line of TOML each.
+        /// One line of TOML per setting.
         settings: Vec<String>,
     },
     /// Any program: command and arguments.
@@ -69,16 +69,16 @@ pub enum Program {
 pub struct Plan {
     /// The run.
     pub run_id: u64,
-    /// The name of the launch file's run.
+    /// The name of the run in the launch file.
     pub name: String,
-    /// Processes of the whole run that propagate.
+    /// Number of processes of the whole run that propagate.
     pub propagators: usize,
-    /// Its cases.
+    /// Number of cases of the whole run.
     pub cases: usize,
-    /// Snapshots of the longest scenario.
+    /// Number of snapshots of the longest scenario.
     pub snapshots: usize,
     /// Whether a process that dies is started again.
     pub restart: bool,
-    /// The processes.
+    /// The processes that this host is to run.
     pub members: Vec<Share>,
 }

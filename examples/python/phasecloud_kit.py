@@ -9,12 +9,12 @@
     if __name__ == "__main__":
         serve(propagate)
 
-The function is called once a scenario. `problem` says what to propagate; what `run.snapshot` hands out lies in the shared
-memory in which the estimator reads it. The kit does topics, handshake, CPU time, progress, errors, signals and the end.
+The function is called once per scenario. `problem` says what to propagate; the columns from `run.snapshot` lie in the shared
+memory in which the estimator reads them. The kit handles topics, handshake, CPU time, progress, errors, signals and the end.
 
-iceoryx2 0.10 needs care in Python, hence some of what looks odd below: a received payload's `len()` counts bytes, so lengths
+iceoryx2 0.10 needs care in Python, which explains some code below that looks odd: a received payload's `len()` counts bytes, so lengths
 come from `number_of_elements`; `delete()` and anything after it may abort the process, so samples are dropped instead; a
-publisher that waits for a reader holds the interpreter's lock, so this one discards and then says so.
+publisher that waits for a reader holds the interpreter's lock, so this kit discards the message and then raises an error.
 """
 
 import ctypes
@@ -103,7 +103,7 @@ def _axes(entry):
 
 
 class Run:
-    """The way of one scenario's results out of the propagator."""
+    """Sends the results of one scenario."""
 
     def __init__(self, session, problem):
         self._session, self._problem = session, problem
@@ -116,8 +116,8 @@ class Run:
     def share(self, total):
         """The rows, as a range, that this process is to compute of the `total` rows that every snapshot of the case has.
 
-        All of them, unless the launch file says `shards`: then several processes share the case, and a row must depend on
-        its number alone. Call it before the first snapshot.
+        These are all rows, unless the launch file says `shards`: then several processes share the case, and a row must depend
+        on its number alone. Call it before the first snapshot.
         """
         shard, shards = self._session.shard, self._session.shards
         if total < shards:
@@ -126,7 +126,7 @@ class Run:
         return range(total * shard // shards, total * (shard + 1) // shards)
 
     def reserve(self, kind, rows):
-        """Says before the first snapshot how many rows the largest has; needed only if their number grows."""
+        """Says before the first snapshot how many rows the largest snapshot has; needed only if the number of rows grows."""
         if self.outlet is not None:
             raise ValueError("reserve comes before the first snapshot")
         self._reserved = layout.COLUMNS[kind] * rows
@@ -156,7 +156,7 @@ class Run:
         yield _view(draft, writable=True).reshape(columns, rows)
         seconds = time.process_time() - self._clock
         if self.sent + 1 == len(problem.times):
-            # Before the last snapshot, so that whoever has that snapshot can have the passages too.
+            # Sent before the last snapshot, so that a reader that has this snapshot can have the passages, too.
             session.send_passage(problem, *self._passage, self._passage_samples)
         header = layout.SnapshotHeader(
             run_id=problem.run_id,
@@ -184,8 +184,8 @@ class Run:
     def first_passages(self, probability, low=np.nan, high=np.nan, samples=0):
         """The probability that e has ever reached its critical value by each of `problem.passage_times`, with interval.
 
-        Optional; call it before the last snapshot. `samples` is of how many equal samples of this process the probability is a
-        count: those of shards are added up, and a curve without an interval gets Wilson's. Else shard 0 speaks for all.
+        Optional; call it before the last snapshot. If the probability is counted from equally weighted samples of this process, `samples`
+        is their number: the counts of shards are added up, and a curve without an interval gets Wilson's. Otherwise the curve of shard 0 is used.
         """
         self._passage_samples = samples
         curve = np.empty((layout.PASSAGE_TIMES, layout.PASSAGE_COLUMNS))
@@ -194,13 +194,13 @@ class Run:
 
 
 class Session:
-    """The process's access to the run, its line to the launcher, and its ear for signals."""
+    """The access of the process to the run, its reports to the launcher, and its signals."""
 
     def __init__(self, signals):
         self.signals = signals
         self.label, self.run_id = _environment("LABEL"), int(_environment("RUN_ID"))
         self.attempt = int(os.environ.get("PHASECLOUD_ATTEMPT", 0))  # how often the launcher has restarted the process
-        #: which shard of its case the process is, and of how many
+        #: which shard of its case the process computes, and how many shards there are
         self.shard, self.shards = int(os.environ.get("PHASECLOUD_SHARD", 0)), int(os.environ.get("PHASECLOUD_SHARDS", 1))
         if os.environ.get("PHASECLOUD_REDUCE") == "1":
             raise OSError("this kit cannot reduce samples; leave out `reduce`")
@@ -217,10 +217,10 @@ class Session:
         self._passages = Outlet(self, "phasecloud/passage", layout.PassageHeader, passage_numbers)
 
     def serve(self, propagate):
-        """Scenario after scenario until Stopped is raised."""
+        """Serves one scenario after another until Stopped is raised."""
         scenarios = Inlet(self, "phasecloud/scenario", layout.ScenarioHeader)
         self.report(layout.READY)
-        outlet = None  # of the last scenario: its messages die with it
+        outlet = None  # the outlet of the last scenario; its messages are lost when it is dropped
         newest = -1
         while True:
             while (sample := scenarios.receive()) is not None:
@@ -230,7 +230,7 @@ class Session:
                 outlet = None
                 outlet = self._serve_one(propagate, sample)
                 del sample
-            # Whoever joins late, as a recorder that was started again, must also get what was sent before.
+            # A reader that joins late, such as a recorder that was started again, must also get the earlier messages.
             ports = [scenarios, outlet, self._passages, self._status]
             self.signals.wait([port for port in ports if port])
 
@@ -249,7 +249,7 @@ class Session:
         return run.outlet
 
     def report(self, event, scenario=0, units=(0, 0), text=""):
-        """Tells the launcher how things stand."""
+        """Sends a report to the launcher."""
         name = _pack(self.name, 32)
         text = _pack(text, 384)
         header = layout.StatusHeader(
@@ -274,7 +274,7 @@ class Session:
 
 
 class Outlet:
-    """Sends messages on a topic. Messages that are not yet read die with it."""
+    """Sends messages on a topic. Messages that have not been read are lost when it is dropped."""
 
     def __init__(self, session, topic, header, most_numbers):
         self.topic = topic
@@ -300,7 +300,7 @@ class Outlet:
         readers = self._messages.dynamic_config.number_of_subscribers
         reached = draft.assume_init().send()
         self._notifier.notify_with_custom_event_id(iox.EventId.new(layout.SENT))
-        # A reader that has left meanwhile did not need it.
+        # A reader that has left meanwhile does not need the message.
         readers = min(readers, self._messages.dynamic_config.number_of_subscribers)
         if reached < readers:
             raise ConnectionError(f"{self.topic}: a message reached {reached} of {readers} readers, one's buffer is full")
@@ -334,12 +334,12 @@ class Inlet:
         return self._subscriber.receive()
 
     def attend(self):
-        """Forgets the events: they only say "look", the messages wait in their buffer."""
+        """Drops the events: they only wake the process, the messages wait in their buffer."""
         self.listener.try_wait()
 
 
 class Signals:
-    """SIGTERM and SIGINT, and the end of the launcher: each raises Stopped, also in the midst of computing."""
+    """SIGTERM and SIGINT, and the end of the launcher: each raises Stopped, also in the middle of a computation."""
 
     def __init__(self):
         self._stopping = False

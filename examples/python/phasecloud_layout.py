@@ -1,7 +1,7 @@
 """The headers of phasecloud's messages, byte for byte as in messages/src/layout.rs, which says what each field means.
 
-A test (messages/tests/python_layout.rs) holds this file to the Rust one. iceoryx2 compares type names and sizes when a topic
-is opened, but not fields: whoever changes a header there changes it here.
+A test (messages/tests/python_layout.rs) compares this file with the Rust one. iceoryx2 compares type names and sizes when a topic
+is opened, but not fields: a change of a header there must be made here, too.
 
 The classes stand in a module of their own because iceoryx2 0.10 leaves its files behind at exit if its ports are globals of
 the module that defines their header's class.
@@ -18,12 +18,12 @@ SAMPLES = 1  # phi [rad], e of equally weighted samples
 CHARACTERISTICS = 2  # phi [rad], e, density n [1/rad] carried along
 MIXTURE = 3  # weight, mean phi [rad], mean e, variance of phi [rad^2], covariance [rad], variance of e
 COLUMNS = {SAMPLES: 2, CHARACTERISTICS: 3, MIXTURE: 6}
-DETAIL_WORDS = 8  # 64-bit words at the end of a snapshot's header for what only its kind has
+DETAIL_WORDS = 8  # 64-bit words at the end of a snapshot's header for the fields that only its kind has
 
 # How the estimator makes a density of characteristics.
 CARRIED_MESH, HULL_MESH = 0, 1
 
-# How a node is doing.
+# The events that a node reports.
 READY, PROGRESS, DONE, FAILED = 1, 2, 3, 4
 
 # Time [yr], probability, lower and upper end of its interval (NaN without one). Probabilities do not
@@ -112,7 +112,7 @@ class ScenarioHeader(ctypes.Structure):
 
 
 class SamplesDetails(ctypes.Structure):
-    """What samples say beyond the fields that all snapshots share."""
+    """The fields of samples beyond those that all snapshots share."""
 
     _fields_ = [("replicates", c_uint32), ("reserved", c_uint32)]
 
@@ -122,7 +122,7 @@ class SamplesDetails(ctypes.Structure):
 
 
 class CharacteristicsDetails(ctypes.Structure):
-    """What characteristics say beyond the fields that all snapshots share."""
+    """The fields of characteristics beyond those that all snapshots share."""
 
     _fields_ = [("treatment", c_uint32), ("resolution", c_uint32), ("lattice", c_uint32), ("degree", c_uint32)]
 
@@ -132,12 +132,12 @@ class CharacteristicsDetails(ctypes.Structure):
 
 
 class MixtureDetails(ctypes.Structure):
-    """What a mixture says beyond the fields that all snapshots share."""
+    """The fields of a mixture beyond those that all snapshots share."""
 
     _fields_ = [("disagreement", c_double)]
 
     def __init__(self, disagreement=float("nan")):
-        super().__init__(disagreement)  # NaN: nobody knows
+        super().__init__(disagreement)  # NaN: not known
 
     @staticmethod
     def type_name():
@@ -188,7 +188,7 @@ class SnapshotHeader(ctypes.Structure):
 
 
 class PassageHeader(ctypes.Structure):
-    """First passages. Payload: PASSAGE_COLUMNS numbers a time, or none and a reason."""
+    """First passages. Payload: PASSAGE_COLUMNS numbers per time, or none and a reason."""
 
     _fields_ = [
         ("run_id", c_uint64),
@@ -208,7 +208,7 @@ class PassageHeader(ctypes.Structure):
 
 
 class StatusHeader(ctypes.Structure):
-    """A report to the launcher. Payload: units of work done, units in all."""
+    """A report to the launcher. Payload: units of work done, units in total."""
 
     _fields_ = [
         ("run_id", c_uint64),

@@ -21,7 +21,7 @@ matplotlib.use("Agg")  # drop this line in a notebook
 import matplotlib.pyplot as plt
 
 # The folder, the case and the picture to write; by default the newest folder, its reference and a file in the current folder:
-# results are sealed, `phasecloud verify` would find a file too many in theirs.
+# the results are sealed, and `phasecloud verify` would report an additional file in their folder.
 newest = max(pathlib.Path("results").glob("*/densities.npz"), default=None, key=lambda path: path.stat().st_mtime)
 folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else newest and newest.parent
 if folder is None or not (folder / "manifest.json").is_file():
@@ -37,7 +37,7 @@ if sealed:
 # %% [markdown]
 # ## Tables
 #
-# Every table is a CSV file with full precision; `nan` stands where a method has no such number, or does not stand behind it.
+# Every table is a CSV file with full precision; `nan` stands where a method has no such number, or withholds it.
 
 # %%
 with open(folder / "moments.csv", newline="") as file:

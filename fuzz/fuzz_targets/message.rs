@@ -1,4 +1,5 @@
-//! `cargo +nightly fuzz run message`: messages as a foreign publisher may send them, fed to what nodes do with them.
+//! `cargo +nightly fuzz run message`: messages as a foreign publisher may send them, given to the code with which nodes
+//! read them.
 #![no_main]
 
 use bytemuck::{Pod, bytes_of_mut};
@@ -20,7 +21,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let Some((&[topic, kind, rows, changes], rest)) = bytes.split_first_chunk() else { return };
     let (changes, items) = rest.split_at(rest.len().min(2 * usize::from(changes % 16)));
     let items: Vec<f64> = match topic & 8 {
-        // Any bits, or numbers that a cloud could have.
+        // Either any bits, or numbers that a cloud could have.
         0 => items.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect(),
         _ => items.iter().map(|&byte| f64::from(byte) / 256.0).collect(),
     };
@@ -63,7 +64,7 @@ fn scenario(changes: &[u8], items: &[f64]) {
     let _ = Scenario::check(&change(header, changes), &good);
 }
 
-/// What a snapshot of so many rows is.
+/// The content of a snapshot with the given number of rows.
 fn content(kind: u8, rows: u32) -> Content {
     let lattice = (rows.isqrt().pow(2) == rows).then_some(Lattice { side: rows.isqrt(), degree: 1 });
     match kind {
@@ -76,7 +77,7 @@ fn content(kind: u8, rows: u32) -> Content {
     }
 }
 
-/// What is estimated of a snapshot that passes is finite.
+/// Estimates a snapshot, if it passes the checks, and requires a finite result.
 fn estimate(kind: u8, rows: u32, changes: &[u8], mut items: Vec<f64>) {
     let columns = content(kind, rows).columns().len() as u32;
     let rows = rows.min(items.len() as u32 / columns);

@@ -1,6 +1,6 @@
-//! How the report tells how far off something is: in plain decimals where they are short, without a power of ten that is 0.
+//! How the report writes the size of an error: in plain decimals where they are short, else with a power of ten.
 
-/// An amount with two digits.
+/// An amount with at least two significant digits.
 pub fn amount(x: f64) -> String {
     match x.abs() {
         _ if x.is_nan() => "a number that is none".into(),
@@ -14,7 +14,7 @@ pub fn amount(x: f64) -> String {
     }
 }
 
-/// "right to 3.0e-12", or to the last digit.
+/// For example "right to 3.0e-12"; "right to the last digit" if nothing is off.
 pub fn to_within(word: &str, off: f64) -> String {
     if off == 0.0 { format!("{word} to the last digit") } else { format!("{word} to {}", amount(off)) }
 }

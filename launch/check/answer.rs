@@ -1,4 +1,4 @@
-//! What a propagator said and did, as it was received.
+//! What a propagator sent and did, as it was received.
 
 use std::path::PathBuf;
 use std::process::ExitStatus;
@@ -19,7 +19,7 @@ pub enum Outcome {
     Failed(String),
     /// Its process ended.
     Ended(ExitStatus),
-    /// Nothing more was heard of it.
+    /// Nothing was heard of it for this time.
     Silent(Duration),
 }
 
@@ -29,7 +29,7 @@ impl Outcome {
         *self == Self::Done
     }
 
-    /// The outcome in words, where it is not the one hoped for.
+    /// The outcome in words.
     pub fn describe(&self) -> String {
         match self {
             Self::Done => "done".into(),
@@ -71,9 +71,9 @@ impl Heard {
 /// How the process came up.
 #[derive(Debug)]
 pub struct Ready {
-    /// The run that it was told to belong to.
+    /// The number of the run, as the process was given it.
     pub run_id: u64,
-    /// What it said.
+    /// What it sent.
     pub heard: Heard,
     /// How waiting for it ended.
     pub outcome: Outcome,
@@ -86,13 +86,13 @@ pub struct Ready {
 pub struct Answer {
     /// What it was asked.
     pub assignment: Assignment,
-    /// What it said.
+    /// What it sent.
     pub heard: Heard,
     /// How it ended.
     pub outcome: Outcome,
 }
 
-/// How a process ended that was asked to.
+/// How a process that was asked to end ended.
 #[derive(Debug)]
 pub struct Stop {
     /// How it ended; `None` if it had to be killed.
@@ -105,7 +105,7 @@ pub struct Stop {
     pub files: Vec<PathBuf>,
 }
 
-/// Whether a report is signed as it should be.
+/// Whether a report names this run and the label of the propagator.
 pub fn is_from((named, report): &(u64, Report), run_id: u64) -> bool {
     *named == run_id && report.node == LABEL
 }

@@ -7,7 +7,7 @@ use nodes::snapshot_rules::breaches;
 use super::answer::{Answer, LABEL, Outcome, Ready, Received, Stop, is_from};
 use super::verdict::{Findings, Rule};
 
-/// The process came up, or not.
+/// Judges whether the process came up.
 pub fn handshake(findings: &mut Findings, ready: &Ready) {
     for (run_id, report) in ready.heard.reports.iter().filter(|signed| !is_from(signed, ready.run_id)) {
         let node = &report.node;
@@ -24,7 +24,7 @@ pub fn handshake(findings: &mut Findings, ready: &Ready) {
     }
 }
 
-/// The scenario was finished, or not.
+/// Judges whether the scenario was finished.
 pub fn answered(findings: &mut Findings, rule: Rule, answer: &Answer) {
     match &answer.outcome {
         Outcome::Done => findings.good(rule, "done"),
@@ -32,7 +32,7 @@ pub fn answered(findings: &mut Findings, rule: Rule, answer: &Answer) {
     }
 }
 
-/// A scenario that has no answer was refused, or not.
+/// Judges whether a scenario that has no answer was refused.
 pub fn refused(findings: &mut Findings, answer: &Answer) {
     let snapshots = &answer.heard.snapshots;
     for (k, snapshot) in snapshots.iter().enumerate() {
@@ -53,17 +53,17 @@ pub fn refused(findings: &mut Findings, answer: &Answer) {
     }
 }
 
-/// Whether a snapshot states nothing.
+/// Whether a snapshot withholds every figure.
 fn withholds_all(Received { header, items }: &Received<SnapshotHeader>) -> bool {
     header.content().is_ok_and(|content| kind::of(&content).withholds_all(items))
 }
 
-/// A rule cannot be tried because the process did not get as far as one before it did.
+/// Notes that a rule could not be tried because the process, started once more, did not get that far.
 pub fn not_reached(findings: &mut Findings, rule: Rule, outcome: &Outcome) {
     findings.problem(rule, format!("not reached, started once more: {}", outcome.describe()));
 }
 
-/// The process ended when it was asked to, or not.
+/// Judges whether the process ended when it was asked to.
 pub fn stopped(findings: &mut Findings, rule: Rule, stop: &Stop) {
     let seconds = stop.after.as_secs_f64();
     match stop.status {

@@ -1,4 +1,4 @@
-//! Rules about what was sent: who, how many, in which order, when, and whether the numbers are numbers.
+//! Rules about what was sent: who, how many, in which order, when, and whether the numbers are finite.
 
 use density::first_passage::curve_times;
 use messages::content::Content;
@@ -41,7 +41,7 @@ pub fn judge(findings: &mut Findings, answer: &Answer) {
     }
 }
 
-/// Judges one snapshot and says which rules it breaks.
+/// Judges one snapshot and returns which rules it breaks.
 fn judge_snapshot(
     findings: &mut Findings,
     assignment: &Assignment,

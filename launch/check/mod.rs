@@ -1,17 +1,17 @@
 //! `phasecloud check`: does a propagator keep the contract, and are its numbers right?
 //!
-//! It is started in a domain of its own, and this program plays scenario node and estimator.
+//! The propagator is started in a domain of its own, and this program plays the scenario node and the estimator.
 //!
 //! | file | idea |
 //! |---|---|
 //! | [`scenarios`] | the small problems it is given |
 //! | [`trial`] | one process in one domain: started, asked, listened to, stopped |
-//! | [`answer`] | what it said and did |
+//! | [`answer`] | what it sent and did |
 //! | [`delivery`] | rules about what was sent: counts, order, times, numbers |
 //! | [`passages`] | whether a first-passage curve is right |
 //! | [`physics`] | rules about what the numbers mean: Hamiltonian, density, mass, moments |
 //! | [`conduct`] | rules about how the process behaves: ready, two scenarios, refusal, the end |
-//! | [`amount`] | how the report tells how far off something is |
+//! | [`amount`] | how the report writes the size of an error |
 //! | [`verdict`] | the rules and what was found, as a table or as JSON |
 
 mod amount;
@@ -54,10 +54,10 @@ pub struct CheckArguments {
     /// Seconds that it may take to end after SIGTERM; `phasecloud run` kills after 1.5
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
     pub grace: f64,
-    /// Its samples are drawn anew for every snapshot: do not expect them to keep their Hamiltonian
+    /// The samples are drawn anew for every snapshot: do not expect them to keep their Hamiltonian
     #[arg(long)]
     pub redrawn: bool,
-    /// The propagator: a program and its arguments, or a built-in one's name and arguments of `phasecloud node`
+    /// The propagator: a program and its arguments, or the name of a built-in one and arguments of `phasecloud node`
     #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
     pub command: Vec<String>,
 }
@@ -100,7 +100,7 @@ fn limits(arguments: &CheckArguments) -> Result<Limits, String> {
     Ok(Limits { patience: seconds("patience", arguments.patience)?, grace: seconds("grace", arguments.grace)? })
 }
 
-/// What is wrong with the arguments of a built-in propagator is its user's fault, not its own.
+/// Checks the arguments of a built-in propagator: an error in them is the user's, not the propagator's.
 fn check_built_in(words: &[String]) -> Result<(), String> {
     if is_built_in(words) { node::check_words(words) } else { Ok(()) }
 }

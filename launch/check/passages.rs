@@ -1,4 +1,4 @@
-//! Whether a first-passage curve is right: against orbits of our own, the initial cloud, and its sender's own snapshots.
+//! Whether a first-passage curve agrees with orbits of our own, the initial cloud, and its sender's own snapshots.
 
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::times::first_passage_times;
@@ -12,16 +12,16 @@ use nodes::reading::Reading;
 use super::amount::to_within;
 use super::answer::Received;
 
-/// Orbits of the curve that others are held against, drawn evenly: its probabilities are good to [`OWN_ERROR`].
+/// Number of our own orbits, drawn as a Sobol sequence: the probabilities of their curve are good to [`OWN_ERROR`].
 const ORBITS: usize = 16_384;
-/// What they may be off.
+/// Tolerated error of the probabilities of our own curve.
 const OWN_ERROR: f64 = 0.005;
-/// Tolerated error of probabilities that were not counted.
+/// Tolerated error of probabilities that do not come from counting samples.
 const GENEROUS: f64 = 0.1;
-/// Standard errors that counted ones may be off.
+/// Tolerated error of probabilities that come from counting samples, in standard errors.
 const SIGMAS: f64 = 5.0;
 
-/// Judges a curve whose numbers can be right; `snapshots` are what the same propagator's snapshots came to.
+/// Judges a curve that breaks no rule by itself; `snapshots` are the figures of the same propagator's snapshots.
 ///
 /// # Errors
 /// What is wrong with it.

@@ -1,6 +1,7 @@
 //! Rules about what the numbers mean: Hamiltonian, density along characteristics, mass, moments.
 //!
-//! Judged are snapshots that break no rule of [`super::delivery`], by the estimator's own methods and against the exact answer.
+//! Snapshots that break no rule of [`super::delivery`] are judged by the estimator's own methods and against the exact
+//! answer.
 
 use std::f64::consts::SQRT_2;
 
@@ -23,9 +24,10 @@ use super::answer::{Answer, Received};
 use super::passages;
 use super::verdict::{Findings, Rule};
 
-/// Tolerated change of the Hamiltonian, and relative error of a density carried along. It spans about 0.001 over a cloud.
+/// Tolerated change of the Hamiltonian, which spans about 0.001 over a cloud, and relative error of a density carried
+/// along.
 const KEPT: f64 = 1e-6;
-/// Standard errors that a sample's moment may be off: 6e-7 is the probability of more.
+/// Tolerated error of a sample's moment, in standard errors: a larger one has a probability of 6e-7.
 const SIGMAS: f64 = 5.0;
 /// Tolerated error of other methods' moments, in standard deviations or products of them, and of probabilities.
 const GENEROUS: f64 = 0.1;
@@ -36,7 +38,7 @@ const WEIGHTS: f64 = 1e-6;
 /// Names of the moments, in the order of a message.
 const MOMENTS: [&str; 6] = ["mean phi", "std phi", "mean e", "std e", "covariance", "probability above critical e"];
 
-/// A snapshot in columns, at its time.
+/// A snapshot with its position and its columns.
 struct Table<'a> {
     index: usize,
     snapshot: Snapshot<'a>,
@@ -49,7 +51,7 @@ impl Table<'_> {
         pairs.map(|(&phi, &e)| State::from_polar(phi, e)).collect()
     }
 
-    /// Whether NaN in it is what its sender does not stand behind.
+    /// Whether NaN in it stands for a figure that its sender withholds.
     fn may_withhold(&self) -> bool {
         kind::of(&self.snapshot.content).may_withhold()
     }
@@ -67,7 +69,7 @@ impl Table<'_> {
     }
 }
 
-/// Judges all snapshots of an answer, up to the first that is not even a snapshot.
+/// Judges all snapshots of an answer, up to the first that cannot be decoded.
 pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     let assignment = &answer.assignment;
     let Some(plane) = &assignment.plane else { return };

@@ -1,8 +1,8 @@
 //! The problems that a propagator is checked on.
 //!
 //! The clouds are so small that even one Gaussian carried by the linearised flow has all moments right to 0.1 standard
-//! deviations; no method is judged by how it copes with a bent cloud. Times are uneven, and forces, clouds and numbers of
-//! snapshots differ, so that nothing can be right by being built in.
+//! deviations; no method is judged by how it copes with a bent cloud. Times are uneven, and forces, clouds and numbers
+//! of snapshots differ, so that no answer can be right because it is built into the propagator.
 
 use std::f64::consts::TAU;
 

@@ -31,9 +31,9 @@ const LONGEST_SLEEP: Duration = Duration::from_millis(200);
 /// How long a propagator may take.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// Without any sign of life.
+    /// The longest time without any sign of life.
     pub patience: Duration,
-    /// To end after SIGTERM.
+    /// The longest time from SIGTERM to its end.
     pub grace: Duration,
 }
 
@@ -104,7 +104,8 @@ impl<'a> Trial<'a> {
         let mut process = Command::new(program);
         process.args(words).env(ROOT_VARIABLE, &own.place.root).env(PREFIX_VARIABLE, &own.place.prefix);
         process.env_remove(SHARD_VARIABLE).env_remove(SHARDS_VARIABLE).env_remove(REDUCE_VARIABLE);
-        // Nobody cleans up after it, so it may take the time that it is given, on a busy machine also for its computing.
+        // Nobody cleans up after the process, so it may go on computing for most of its time to end, also on a busy
+        // machine.
         process.env(GRACE_VARIABLE, (0.9 * limits.grace.as_secs_f64()).to_string());
         process.env(LABEL_VARIABLE, LABEL).env(RUN_VARIABLE, run_id.to_string());
         process.env(LAUNCHER_VARIABLE, std::process::id().to_string());
@@ -163,7 +164,7 @@ impl<'a> Trial<'a> {
         Ok(assignment)
     }
 
-    /// Takes in what arrives until `end` sees an end, the process ends, or patience does.
+    /// Takes in what arrives until `end` returns an outcome, the process ends, or it has been silent for too long.
     fn listen(&mut self, heard: &mut Heard, end: impl Fn(&Heard) -> Option<Outcome>) -> Result<Outcome, Abort> {
         let Some(ports) = &self.ports else { return Ok(Outcome::Silent(Duration::ZERO)) };
         let mut watch = Watch::start();
@@ -171,7 +172,7 @@ impl<'a> Trial<'a> {
         loop {
             let ends = self.supervisor.newly_ended();
             self.ended = self.ended.or(ends.first().map(|ended| ended.status));
-            // What a process said before it ended tells more than how it ended.
+            // The messages that a process sent before it ended say more than how it ended.
             let known = heard.len();
             ports.receive(heard)?;
             if heard.len() > known {
@@ -194,7 +195,7 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Asks the process to end and waits as long as it may take; the trial is over then.
+    /// Asks the process to end and waits at most as long as it may take; the trial is then over.
     ///
     /// # Errors
     /// [`Abort`].

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// Widest table \[characters\].
 const WIDTH: u16 = 120;
-/// Problems of one rule that are told.
+/// Most problems of one rule that are printed.
 const MOST_TOLD: usize = 3;
 
 macro_rules! rules {
@@ -34,41 +34,41 @@ macro_rules! rules {
 }
 
 rules! {
-    /// It comes up.
+    /// The process becomes ready.
     Handshake "handshake" "reports ready, under its label and run, and sends nothing before it has a scenario",
     /// It finishes a scenario.
     FirstScenario "first scenario" "reports done",
-    /// And another one.
+    /// It finishes another scenario.
     SecondScenario "second scenario" "the same process takes another scenario and reports done",
-    /// What it sends says where it belongs.
+    /// Its messages name the run, scenario and case to which they belong.
     Identity "identity" "run, scenario and label of every message are those given",
-    /// As many snapshots as times.
+    /// It sends one snapshot per time.
     Count "counts" "one snapshot for each time of the scenario",
-    /// In order.
+    /// The snapshots come in order.
     Order "order" "snapshot 0 first, then 1, and so on",
-    /// At the times asked for.
+    /// The snapshots are at the times asked for.
     Times "times" "the times of the scenario, to the last bit",
-    /// Of the shape that the header says.
+    /// The snapshots have the shape that their headers say.
     Shape "shape" "a known kind, rows x columns numbers, at least one row",
-    /// Finite.
+    /// The numbers are finite.
     Finite "finite" "no NaN, no infinity, but for what a density withholds",
-    /// In the domain.
+    /// The eccentricities are from 0 up to 1, without 1.
     Eccentricity "eccentricity" "0 <= e < 1, also of a mixture's means",
-    /// Trajectories.
+    /// Trajectories keep their Hamiltonian.
     Hamiltonian "Hamiltonian" "every trajectory keeps H to 1e-6; with --redrawn samples are not judged",
-    /// Characteristics.
+    /// Characteristics carry the right density.
     CarriedDensity "carried density" "n starts as the initial Gaussian and grows by (e/s) / (e0/s0), to 1e-6",
-    /// Mass.
+    /// The mass is right.
     Mass "mass" "weights of a mixture sum to 1; the grid holds 0.9997 or more: samples to 5 standard errors, else to 0.01",
-    /// Moments.
+    /// The moments are right.
     Moments "moments" "samples: within 5 standard errors of the exact ones; else within 0.1 standard deviations",
-    /// First passages.
+    /// The first passages are right.
     FirstPassage "first passage" "one message: all times, probabilities from 0 to 1 that never fall, in their intervals, and right; or a reason",
-    /// A scenario without an answer.
+    /// A scenario without an answer is refused.
     Refusal "refusal" "where all orbits leave e < 1 it reports a failure in words or withholds all, and sends nothing wrong before",
-    /// It ends when it is asked while it waits.
+    /// It ends when it is asked to while it waits.
     StopWaiting "SIGTERM, waiting" "ends in time with exit code 0, leaves neither files nor processes",
-    /// Or computes.
+    /// It ends when it is asked to while it computes.
     StopComputing "SIGTERM, computing" "ends in time with exit code 0, leaves neither files nor processes",
 }
 
@@ -111,7 +111,7 @@ impl Findings {
         self.0.entry(rule).or_default().problems.push(seen.into());
     }
 
-    /// Takes in one result.
+    /// Adds one result.
     pub fn take(&mut self, rule: Rule, result: Result<String, String>) {
         match result {
             Ok(seen) => self.good(rule, seen),

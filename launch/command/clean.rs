@@ -1,10 +1,10 @@
-//! `phasecloud clean`: removes what runs whose launcher was killed have left behind.
+//! `phasecloud clean`: removes what runs left in shared memory when their launchers were killed.
 
 use std::process::ExitCode;
 
 use crate::domain;
 
-/// Removes the remains of dead runs and says which; live ones are not touched.
+/// Removes the remains of dead runs and prints which; live runs are not touched.
 pub fn run() -> ExitCode {
     for place in domain::sweep() {
         say!("removed {}", place.root.display());

@@ -40,11 +40,11 @@ pub enum Command {
     Run(RunArguments),
     /// Keep the processes of a launch file up and take scenario after scenario
     Serve(ServeArguments),
-    /// Ask a running service to work on scenarios, and wait until it has
+    /// Ask a running service to work on scenarios, and wait until they are done
     Submit(SubmitArguments),
-    /// Do a share of the run that another host conducts, as its launch file says
+    /// Do this host's share of a run that another host conducts
     Join(JoinArguments),
-    /// Remove what runs whose launcher was killed have left in shared memory; live runs are not touched
+    /// Remove what runs left in shared memory when their launchers were killed; live runs are not touched
     Clean,
     /// Run again what was recorded, with any part of it replaced
     Replay(ReplayArguments),
@@ -71,7 +71,7 @@ pub enum Command {
         Exit codes: 0 all good; 2 something is wrong."
     )]
     Validate {
-        /// Launch, scenario and sweep files; which of them a file is follows from its keys
+        /// Launch, scenario and sweep files; the keys of a file show of which kind it is
         #[arg(required = true)]
         files: Vec<PathBuf>,
     },
@@ -111,10 +111,10 @@ pub struct JoinArguments {
     /// The name of this host in the launch file [default: its host name]
     #[arg(long)]
     pub name: Option<String>,
-    /// Certificate of the authority that has signed home's, in PEM
+    /// Certificate of the authority that has signed home's certificate, in PEM
     #[arg(long, value_name = "FILE")]
     pub authority: Option<PathBuf>,
-    /// This host's certificate, in PEM, where home asks for one
+    /// This host's certificate, in PEM, if home asks for one
     #[arg(long, value_name = "FILE")]
     pub certificate: Option<PathBuf>,
     /// The private key of the certificate, in PEM

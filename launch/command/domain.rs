@@ -1,7 +1,7 @@
 //! `phasecloud domain`: a domain under a name, for runs whose nodes are started by hand.
 //!
-//! It does what else the launcher does: it holds the topics open, tells comparator and recorder who takes part and who has
-//! failed, prints what the nodes report, and removes the domain at the end.
+//! It takes the place of the launcher: it holds the topics open, tells the comparator and the recorder which cases take
+//! part and which have failed, prints what the nodes report, and removes the domain at the end.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
@@ -32,13 +32,13 @@ use std::str::FromStr;
 #[command(after_help = "Example:\n  phasecloud domain demo exact mc --scenario launch/scenarios/scenario-1.toml\n\n\
     Then start every node in a terminal of its own: phasecloud node estimator --domain demo, and so on.")]
 pub struct DomainArguments {
-    /// Its name: letters and digits
+    /// Name of the domain: letters and digits
     pub name: String,
     /// Labels of the cases that will take part; LABEL/N if N processes share a case's work
     #[arg(required = true, value_name = "LABEL")]
     pub labels: Vec<HandCase>,
-    /// Label of the case that all are compared with [default: the first]; may be repeated: the next stands in for what the
-    /// one before withholds
+    /// Label of the reference, the case with which all are compared [default: the first label]; may be repeated: a
+    /// later reference stands in where the earlier ones withhold a figure
     #[arg(long = "reference", value_name = "LABEL")]
     pub references: Vec<String>,
     /// Scenario files that the scenario node will publish
@@ -71,7 +71,7 @@ impl FromStr for HandCase {
     }
 }
 
-/// Number of a run by hand, as `phasecloud node` has it without `--run-id`.
+/// Number of a run that is started by hand; `phasecloud node` has the same default for `--run-id`.
 const RUN_ID: u64 = 0;
 /// Label of the case in whose effort that of all is measured, as in a run by a launch file that names no other.
 const MONTE_CARLO: &str = "mc";
@@ -115,7 +115,7 @@ fn prepare(arguments: &DomainArguments) -> Result<(OwnDomain, Capacity), String>
     Ok((OwnDomain::claim_named(&arguments.name)?, capacity))
 }
 
-/// The cases that all are compared with: the first that states a quantity.
+/// The labels of the references: every case is compared with the first of them that states the quantity.
 fn references(arguments: &DomainArguments) -> Vec<&str> {
     match &arguments.references[..] {
         [] => vec![&arguments.labels[0].label],
@@ -143,7 +143,7 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
             remark!("{}", report_line::describe(&report));
             let is_recorded = report.is_end_of(scenario);
             if is_recorded {
-                // The next scenario is a new chance.
+                // A case that has failed takes part again in the next scenario.
                 (scenario, fallen) = (scenario + 1, BTreeMap::new());
             }
             let mut has_failed = false;

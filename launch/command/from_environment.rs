@@ -1,11 +1,11 @@
-//! An option that is refused although nobody has given it: its value comes from an environment variable, which is to be named.
+//! Names the environment variable from which a refused option has its value, if the option is not on the command line.
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, CommandFactory};
 
 use crate::command::cli::Cli;
 
-/// The environment variable whose value the reader of the command line refuses, if it is not one of `words`.
+/// The environment variable whose value the parser of the command line refuses; `None` if the option is one of `words`.
 pub fn refused(error: &clap::Error, words: &[String]) -> Option<String> {
     let is_about_a_value = [ErrorKind::ValueValidation, ErrorKind::InvalidValue].contains(&error.kind());
     let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg).filter(|_| is_about_a_value) else {
@@ -20,7 +20,7 @@ pub fn refused(error: &clap::Error, words: &[String]) -> Option<String> {
     variable_of(&Cli::command(), option.strip_prefix("--")?)
 }
 
-/// The variable that stands in for an option of any command.
+/// The environment variable that gives the value of `option`, whichever command has it.
 fn variable_of(command: &Command, option: &str) -> Option<String> {
     let arguments = command.get_subcommands().flat_map(Command::get_arguments);
     let variables = arguments.filter(|argument| argument.get_long() == Some(option)).filter_map(clap::Arg::get_env);

@@ -42,7 +42,7 @@ fn mermaid(launch: &Launch) -> String {
     text
 }
 
-/// Label, what runs, and whether all are compared with it.
+/// Label of a case, what runs in it, the number of its shards if there are several, and whether it is a reference.
 fn title(case: &Case, launch: &Launch) -> String {
     let runs = match &case.runs {
         Runs::BuiltIn { node, .. } => node.clone(),

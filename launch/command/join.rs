@@ -14,7 +14,7 @@ use crate::domain;
 use crate::exit::{BAD_INPUT, INTERRUPTED};
 use crate::shown::Shown;
 
-/// Pause between two knocks at a door behind which nobody is at home yet.
+/// Pause between two attempts to reach a home that does not answer yet.
 const PAUSE: Duration = Duration::from_millis(300);
 
 /// Joins, works, and ends with the run.
@@ -85,7 +85,7 @@ fn work(arguments: &JoinArguments, access: &Access, host: &str) -> Result<Ending
     share::work(&plan, access, &hello, &signals, (shown, arguments.logged))
 }
 
-/// Knocks until somebody answers; `None` if the user asked to stop before.
+/// Asks home for its plan until home answers; `None` if the user asked to stop before that.
 fn await_plan(
     arguments: &JoinArguments,
     access: &Access,

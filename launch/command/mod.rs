@@ -1,4 +1,4 @@
-//! The commands of `phasecloud`, one a file, each with its arguments.
+//! The commands of `phasecloud`, one per file, each with its arguments.
 
 mod clean;
 mod cli;
@@ -38,7 +38,7 @@ pub fn main() -> ExitCode {
     carry_out()
 }
 
-/// The same in a process that has a stack for it.
+/// Does the same once it is known that the stack is large enough.
 #[inline(never)]
 fn carry_out() -> ExitCode {
     let command = match command() {
@@ -68,7 +68,7 @@ fn carry_out() -> ExitCode {
     }
 }
 
-/// The command that the command line asks for; none is `run`.
+/// The command that the command line names; `run` if it names none.
 fn command() -> Result<Command, clap::Error> {
     let command = match Cli::try_parse()?.command {
         None => Cli::try_parse_from(["phasecloud", "run"])?.command,
@@ -86,7 +86,8 @@ fn join(_: &cli::JoinArguments) -> ExitCode {
     ExitCode::from(BAD_INPUT)
 }
 
-/// Prints what the reader of the command line says in place of a command: help, the version, or what it does not understand.
+/// Prints what the parser of the command line returns in place of a command: the help, the version, or what it does not
+/// understand.
 fn answer(answer: &clap::Error) -> ExitCode {
     let printed = answer.print().and_then(|()| std::io::Write::flush(&mut std::io::stdout()));
     if !answer.use_stderr() {

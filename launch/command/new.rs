@@ -17,7 +17,7 @@ pub struct NewArguments {
     /// The folder to write, which does not exist yet; its last part is the propagator's name
     #[arg(value_name = "NAME")]
     pub folder: PathBuf,
-    /// In Python instead of Rust
+    /// Write it in Python instead of Rust
     #[arg(long)]
     pub python: bool,
 }
@@ -25,12 +25,12 @@ pub struct NewArguments {
 /// The checkout that this program was built from; a new crate depends on its libraries.
 const CHECKOUT: &str = env!("CARGO_MANIFEST_DIR");
 
-/// Names that cargo refuses for programs because its folders have them, keywords, crates of Rust itself, and our own libraries.
+/// Names that a new crate cannot have: folders of cargo, keywords, crates that come with Rust, and our own libraries.
 const NOT_FOR_CRATES: [&str; 68] = [
     "build",
     "deps",
     "examples",
-    "incremental", // cargo
+    "incremental", // folders of cargo
     "abstract",
     "as",
     "async",
@@ -83,18 +83,18 @@ const NOT_FOR_CRATES: [&str; 68] = [
     "virtual",
     "where",
     "while",
-    "yield", // Rust
+    "yield", // keywords
     "alloc",
     "core",
     "proc_macro",
     "std",
-    "test", // with Rust
+    "test", // crates that come with Rust
     "density",
     "messages",
     "nodes",
     "phasecloud_density",
     "phasecloud_messages",
-    "phasecloud_nodes", // here
+    "phasecloud_nodes", // our own libraries
 ];
 
 const MANIFEST: &str = include_str!("../new/Cargo.toml.in");
@@ -144,7 +144,7 @@ fn write(arguments: &NewArguments) -> Result<String, String> {
     Ok(if arguments.python { python_next(folder) } else { rust_next(folder, &name) })
 }
 
-/// Nothing is ever overwritten, and only the last folder of a path is made.
+/// Refuses a folder that exists, since nothing is overwritten, and one whose parent does not exist.
 fn check_place(folder: &Path) -> Result<(), String> {
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
     if std::fs::symlink_metadata(folder).is_ok() {
@@ -178,7 +178,7 @@ fn rust_files(name: &str) -> Result<Vec<(&'static str, String)>, String> {
     let lock = std::fs::read_to_string(&lock).map_err(|e| {
         format!("{}: {e}; the libraries are there in the checkout that made this program", lock.display())
     })?;
-    // As a TOML string, whatever characters the path has.
+    // A TOML string can hold whatever characters the path has.
     let library = |folder: &str| toml::Value::from(format!("{CHECKOUT}/{folder}")).to_string();
     let manifest = MANIFEST
         .replace("{name}", name)
@@ -193,14 +193,14 @@ fn rust_files(name: &str) -> Result<Vec<(&'static str, String)>, String> {
     ])
 }
 
-/// A path as one word of a shell.
+/// A path, quoted where needed so that a shell reads it as one word.
 fn word(path: &Path) -> String {
     let text = path.display().to_string();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
     if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
-/// Paths as the command of a launch file.
+/// The line of a launch file that gives these paths as `command`.
 fn command(paths: &[&Path]) -> String {
     let texts: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
     format!("command = {}", toml::Value::from(texts))

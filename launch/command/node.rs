@@ -18,7 +18,7 @@ use nodes::{comparator, estimator, player, recorder, scenario};
 use crate::domain;
 use crate::exit::BAD_INPUT;
 
-/// What stands behind `phasecloud node`, read on its own.
+/// The words after `phasecloud node`, as a command line of their own.
 #[derive(Debug, Parser)]
 #[command(name = "phasecloud node")]
 struct Line {
@@ -33,7 +33,7 @@ enum Kind {
     Player,
 }
 
-/// The node that plays a recorded one.
+/// Name of the node that plays back what another node sent.
 const PLAYER: &str = "player";
 
 /// Runs a node until it is asked to stop.
@@ -85,7 +85,7 @@ fn kind(arguments: &NodeArguments) -> Result<Kind, String> {
     })
 }
 
-/// Whether the words behind `phasecloud node` can start a propagator that comes with phasecloud.
+/// Whether the words after `phasecloud node` can start a propagator that comes with phasecloud.
 ///
 /// # Errors
 /// What is wrong with them.
@@ -191,16 +191,16 @@ pub struct NodeArguments {
     /// Scenario files, for the scenario node
     #[arg(long = "scenario", value_name = "FILE")]
     pub scenarios: Vec<PathBuf>,
-    /// A sweep file instead, for the scenario node
+    /// A sweep file instead of scenario files, for the scenario node
     #[arg(long, value_name = "FILE", conflicts_with = "scenarios")]
     pub sweep: Option<PathBuf>,
-    /// Requests instead, for the scenario node
+    /// Take scenarios from requests instead of files, for the scenario node
     #[arg(long, conflicts_with_all = ["scenarios", "sweep"])]
     pub requests: bool,
     /// Position of the first scenario to publish, for the scenario node
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub first: u32,
-    /// Most snapshots of a scenario, for the scenario node
+    /// Most snapshots that a scenario may have, for the scenario node
     #[arg(long, value_name = "N", default_value_t = MOST_SNAPSHOTS)]
     pub most_snapshots: usize,
     /// Bins of the comparison grid in phi and e, for the scenario node
@@ -209,13 +209,13 @@ pub struct NodeArguments {
     /// File that the launcher has written, for the bridge
     #[arg(long, value_name = "FILE")]
     pub post: Option<PathBuf>,
-    /// What methods are judged against, for the recorder: a share of one
+    /// Tolerance against which methods are judged, as a fraction of 1, for the recorder
     #[arg(long, value_name = "SHARE", default_value_t = density::trust::TOLERANCE)]
     pub tolerance: f64,
     /// Folder to write to, for the recorder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// For a player: the recording to play. For the recorder: one that has been begun, to go on with
+    /// For a player: the recording to play. For the recorder: the recording to continue, which has been begun
     #[arg(long, value_name = "FILE")]
     pub recording: Option<PathBuf>,
 }

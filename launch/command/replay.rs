@@ -1,7 +1,7 @@
 //! `phasecloud replay`: runs again what was recorded, with any part of it replaced.
 //!
-//! A replay is a run whose cases are played from a recording instead of being computed; scenario node, estimator, comparator
-//! and recorder work as ever. Each part can be chosen otherwise.
+//! A replay is a run whose cases are played from a recording instead of being computed; the scenario node, the
+//! estimator, the comparator and the recorder work as in any run. Options choose otherwise for each part.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,7 +17,7 @@ use crate::plan::launch_file::Launch;
 use crate::results::recording::About;
 use crate::shown::{Logged, Shown};
 
-/// Processes other than cases that a recording can stand in for.
+/// Services that can be played from a recording or replaced by a program.
 const SERVICES: [&str; 2] = [Service::Estimator.name(), Service::Comparator.name()];
 
 /// Arguments of `phasecloud replay`.
@@ -38,7 +38,8 @@ pub struct ReplayArguments {
     /// Run a program, its words separated by blanks, as this case or as estimator or comparator; may be repeated
     #[arg(long, value_name = "NAME=COMMAND")]
     pub replace: Vec<String>,
-    /// Play estimator or comparator, too, instead of computing; may be repeated. Goes only with the cases as recorded
+    /// Play the estimator or the comparator from the recording, too; may be repeated. Only if all cases are played as
+    /// recorded
     #[arg(long, value_name = "NAME", value_parser = SERVICES, conflicts_with_all = ["live", "without", "replace"])]
     pub recorded: Vec<String>,
     /// The results folder, new or empty [default: results/NAME-TIME]
@@ -104,7 +105,7 @@ fn prepare(arguments: &ReplayArguments) -> Result<Launch, String> {
     Ok(launch)
 }
 
-/// Takes in `NAME=COMMAND`.
+/// Applies one `NAME=COMMAND` of the option `--replace`.
 fn replace(launch: &mut Launch, replacement: &str) -> Result<(), String> {
     let (name, command) = replacement.split_once('=').unwrap_or((replacement, ""));
     let words: Vec<String> = command.split_whitespace().map(str::to_owned).collect();
@@ -113,7 +114,7 @@ fn replace(launch: &mut Launch, replacement: &str) -> Result<(), String> {
     }
     let runs = Runs::Command(words);
     match launch.cases.iter_mut().find(|case| case.label == name) {
-        // Nobody knows whether it can be split.
+        // Nobody knows whether the program can split its work into shards.
         Some(case) => (case.runs, case.shards, case.reduce) = (runs, 1, false),
         None if SERVICES.contains(&name) => {
             launch.substitutes.insert(name.to_owned(), runs);

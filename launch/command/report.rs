@@ -64,7 +64,7 @@ pub fn remove(folder: &Path) {
     let _ = std::fs::remove_dir_all(folder.join(FIGURES));
 }
 
-/// Tells which figures are missing.
+/// Warns of the figures that are missing.
 pub fn warn(missing: &[String]) {
     for figure in missing {
         remark!("warning: not drawn: {figure}");

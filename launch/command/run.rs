@@ -37,7 +37,8 @@ pub struct RunArguments {
     /// Run on this scenario file instead of those that the launch file names
     #[arg(long, value_name = "FILE")]
     pub scenario: Option<PathBuf>,
-    /// The results folder, new or empty [default: results/NAME-TIME, after the scenario; after the launch file if there are several]
+    /// The results folder, new or empty [default: results/NAME-TIME, where NAME is the scenario's, or the launch file's
+    /// if there are several scenarios]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Keep every message of the run in this new file, for `phasecloud replay`
@@ -70,13 +71,13 @@ pub struct Order<'a> {
     pub record: Option<&'a Path>,
     /// Whether the results get a report and figures.
     pub report: bool,
-    /// How much is said of it.
+    /// How much the run prints.
     pub shown: Shown,
     /// How much of the log is shown.
     pub logged: Logged,
     /// Whether hosts may talk without encryption beyond this machine.
     pub insecure: bool,
-    /// Seed of random times at which the processes are started, else all are started at once.
+    /// Seed of the random times at which the processes are started; without it all are started at once.
     pub start_order: Option<u64>,
 }
 
@@ -96,8 +97,8 @@ pub fn run(arguments: &RunArguments) -> ExitCode {
     execute(launch.map_err(|e| e.to_string()), &order)
 }
 
-/// Runs what has been read, or says why that could not be read. Of a run that prints JSON that is the result, and it has failed if
-/// it could not be written; the results folder is there all the same.
+/// Runs a launch file that has been read, or prints why it could not be read. With `--json` the run has failed if the
+/// JSON, its result, could not be written; the results folder is there all the same.
 pub fn execute(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
     let code = carry_out(launch, order);
     if order.shown.json { output::end(code) } else { code }
@@ -107,7 +108,7 @@ fn carry_out(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
     let run_id = domain::fresh_run_id();
     let prepared = launch.and_then(|mut launch| {
         if order.record.is_some() {
-            // What a process sends twice would be on the recording twice.
+            // A process that is started again sends its messages again, and the recording would hold them twice.
             launch.restart = Restart::Never;
         }
         launch.open_to_hosts(order.insecure)?;
@@ -155,7 +156,7 @@ fn carry_out(launch: Result<Launch, String>, order: &Order<'_>) -> ExitCode {
     }
 }
 
-/// Tells what is in the results folder; returns the exit code.
+/// Prints what is in the results folder; returns the exit code.
 fn conclude(Kept { launch, failures, incomplete }: &Kept, folder: &ResultsFolder, order: &Order<'_>) -> ExitCode {
     let contradictions = report::errors(&folder.path);
     let is_wrong = !failures.is_empty() || !contradictions.is_empty();
@@ -282,7 +283,7 @@ fn start_times(order: Option<u64>) -> impl FnMut() -> Instant {
     }
 }
 
-/// The failures as a user is told of them.
+/// The failures under the names that the user is shown: the case, after the scenario if there are several.
 fn by_name(launch: &Launch, failures: &Failures, strangers: &BTreeMap<String, String>) -> BTreeMap<String, String> {
     let name = |(scenario, label): &(u32, String)| match launch.scenarios.get(*scenario as usize) {
         Some(scenario) if launch.scenarios.len() > 1 => format!("{}, {label}", scenario.content.name),

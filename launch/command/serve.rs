@@ -1,4 +1,4 @@
-//! `phasecloud serve`: keeps the processes up and takes scenario after scenario, of a sweep file or of whoever asks.
+//! `phasecloud serve`: keeps the processes up and takes scenario after scenario, from a sweep file or from requests.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -38,13 +38,14 @@ use clap::Args;
 pub struct ServeArguments {
     /// The launch file [default: the paper's four cases and the exact answer]
     pub launch_file: Option<PathBuf>,
-    /// Work on the scenarios of this sweep file, and end; else on requests, until Ctrl-C
+    /// Work on the scenarios of this sweep file, then end; without it, work on requests until Ctrl-C
     #[arg(long, value_name = "FILE")]
     pub sweep: Option<PathBuf>,
     /// The folder for the results folders, new or empty [default: results/NAME-TIME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Most snapshots that a scenario may have; one with more is refused [default: 16, of a sweep what it needs]
+    /// Most snapshots that a scenario may have; one with more is refused [default: 16; with --sweep, as many as the
+    /// sweep needs]
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..=64))]
     pub most_snapshots: Option<usize>,
     /// Let hosts talk without encryption beyond this machine
@@ -56,7 +57,7 @@ pub struct ServeArguments {
     pub logged: Logged,
 }
 
-/// Most snapshots of a scenario that a service can be asked for, unless told otherwise.
+/// Most snapshots that a requested scenario may have, unless `--most-snapshots` says otherwise.
 const MOST_SNAPSHOTS_ASKED_FOR: usize = 16;
 
 /// What a service has done so far.
@@ -65,15 +66,16 @@ struct Tally {
     folders: Vec<PathBuf>,
     /// Cases that failed, as `SCENARIO, CASE: WHY`.
     failed: Vec<String>,
-    /// What has been recorded of a sweep.
+    /// The combinations of a sweep that have been recorded.
     done: Vec<Done>,
-    /// Combinations of a sweep that cannot be done, and others that have no business here; by name.
+    /// By name, with the reason: scenarios that were refused, and senders that are no case of the run.
     refused: BTreeMap<String, String>,
     /// Results that contradict one another, or cannot be right.
     contradictions: usize,
 }
 
-/// Serves until the sweep is done, or until asked to stop. If JSON is asked for, that is the result.
+/// Serves until the sweep is done, or until asked to stop. With `--json` it has failed if the JSON, its result, could
+/// not be written.
 pub fn run(arguments: &ServeArguments) -> ExitCode {
     let code = carry_out(arguments);
     if arguments.shown.json { output::end(code) } else { code }
@@ -94,7 +96,7 @@ fn carry_out(arguments: &ServeArguments) -> ExitCode {
     let served = serve(arguments, &service, own, run_id, &mut tally);
     let is_sweep = service.sweep.is_some();
     let outcome = match served {
-        // What has been done of a sweep is worth its tables also if it was stopped.
+        // A sweep that was stopped gets tables of what has been done.
         Ok(()) | Err(Abort::Stopped | Abort::Interrupted) => {
             write_sweep(&service, &tally).map_err(Abort::Unpublished).and(served)
         }
@@ -105,7 +107,7 @@ fn carry_out(arguments: &ServeArguments) -> ExitCode {
     let incomplete = incompleteness(&service, &tally);
     let sealed = seal(&service, &tally, run_id, &started, incomplete.as_deref()).map_err(Abort::Unpublished);
     let outcome = match outcome {
-        Err(Abort::Fatal(_) | Abort::Unpublished(_)) => outcome, // what came first is told
+        Err(Abort::Fatal(_) | Abort::Unpublished(_)) => outcome, // the first problem is the one that is printed
         other => sealed.and(other),
     };
     let served = tally.folders.len();
@@ -244,12 +246,12 @@ fn of_scenario(failures: &Failures, scenario: u32) -> BTreeMap<String, String> {
     here.map(|((_, label), why)| (label.clone(), why.clone())).collect()
 }
 
-/// The name of the results folder of the scenario `name`, the service's number `position`.
+/// The name of the results folder of the scenario `name`, which has the number `position` in the service.
 pub fn folder_name(position: u32, name: &str) -> String {
     format!("{position:06}-{name}")
 }
 
-/// Makes a results folder of its own of what the recorder has written of a scenario.
+/// Turns what the recorder has written about a scenario into a results folder of its own.
 fn publish(
     service: &Service,
     run_id: u64,

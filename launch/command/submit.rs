@@ -1,4 +1,4 @@
-//! `phasecloud submit`: asks a running service to work on scenarios, and waits until it has.
+//! `phasecloud submit`: asks a running service to work on scenarios, and waits until they are done.
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -38,7 +38,7 @@ pub struct SubmitArguments {
 const LOOK: Duration = Duration::from_millis(500);
 /// Wait between two looks at whether a results folder is there, once it is recorded.
 const LOOK_FOR_FOLDER: Duration = Duration::from_millis(20);
-/// A service that has not said by then that it has a request works on another; that is told.
+/// A service that has not accepted a request after this time works on another one, and the user is told so.
 const WHILE: Duration = Duration::from_secs(60);
 
 /// Why no more requests can be made.
@@ -63,7 +63,7 @@ struct Tally {
     done: usize,
     /// How many scenarios were refused.
     refused: usize,
-    /// How many cases failed of those that were done.
+    /// How many cases failed in the scenarios that were done.
     failed: usize,
 }
 
@@ -94,17 +94,17 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
     }
 }
 
-/// Has all scenarios done, as far as there is a service that does them.
+/// Asks for all scenarios, one after the other, as long as there is a service that does them.
 fn submit(scenarios: &[ScenarioFile], target: &Target, tally: &mut Tally) -> Result<(), Trouble> {
     let LiveRun { place, notice } = attach::find_service(target).map_err(Trouble::NoService)?;
     let asked = ask(scenarios, &place, notice.map(|notice| notice.results), tally);
     if domain::is_live(&place) {
         return asked;
     }
-    // What was open here may have outlived the domain.
+    // Files that this process had open may have outlived the domain.
     domain::remove_remains(&place);
     match asked {
-        // Without a service its topics cannot be reached either.
+        // The topics of a service that has ended cannot be reached either.
         Err(Trouble::NoService(_)) => Err(Trouble::Ended),
         other => other,
     }
@@ -133,14 +133,14 @@ fn ask(scenarios: &[ScenarioFile], place: &Place, results: Option<PathBuf>, tall
 struct Office<'a> {
     signals: Signals,
     place: &'a Place,
-    /// Where the service puts its results folders; nobody knows of a domain that was made by hand.
+    /// Where the service puts its results folders; not known for a domain that was made by hand.
     results: Option<PathBuf>,
     reports: Inlet<Status>,
     requests: Outlet<Request>,
 }
 
 impl Office<'_> {
-    /// Asks for a scenario and waits for its position, or why it was refused.
+    /// Asks for a scenario and waits until it is recorded; returns its position, or why it was refused.
     fn have_done(&self, scenario: &ScenarioFile) -> Result<Result<u32, String>, Trouble> {
         let number = number_of_a_request();
         let (header, items) = match request(scenario, number) {
@@ -151,7 +151,7 @@ impl Office<'_> {
         let asked = Instant::now();
         let (mut position, mut told) = (None, false);
         loop {
-            // Before looking for reports: what was said before the end is still to be heard.
+            // Checked before the reports are read, so that a report sent just before the end is not missed.
             let has_ended = !domain::is_live(self.place);
             while let Some(report) = self.reports.receive()? {
                 let Ok(report) = Report::from_parts(report.header(), report.items()) else { continue };
@@ -175,7 +175,7 @@ impl Office<'_> {
         }
     }
 
-    /// Waits until the results folder of a scenario that is recorded is there, sealed, and says how its cases went.
+    /// Waits until the results folder of a recorded scenario is there and sealed, and prints how its cases went.
     fn conclude(&self, position: u32, name: &str, tally: &mut Tally) -> Result<(), Trouble> {
         let Some(results) = &self.results else {
             say!("{name}: recorded as number {position}");
@@ -184,9 +184,9 @@ impl Office<'_> {
         };
         let folder = results.join(folder_name(position, name));
         let failures = loop {
-            // Before looking for the folder: it may be the service's last one.
+            // Checked before looking for the folder, which may be the last one that the service publishes.
             let has_ended = !domain::is_live(self.place);
-            // It gets this name when it is whole.
+            // The folder gets this name only when it is whole.
             if let Some(failures) = manifest::failures(&folder) {
                 break failures;
             }
@@ -210,7 +210,8 @@ impl Office<'_> {
     }
 }
 
-/// A number by which the answer to a request is known, also beside requests of others for scenarios of the same name: anything but 0.
+/// A number by which the answer to a request is recognised, also when others request scenarios of the same name; never
+/// 0.
 fn number_of_a_request() -> u32 {
     (domain::fresh_run_id() as u32).max(1)
 }

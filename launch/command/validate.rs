@@ -13,12 +13,12 @@ use crate::exit::BAD_INPUT;
 use crate::plan::launch_file::Launch;
 use crate::plan::programs;
 
-/// Combinations of a sweep that are checked; the first ones.
+/// Most combinations of a sweep that are checked, counted from the first.
 const MOST_COMBINATIONS: usize = 10_000;
-/// Problems of a sweep that are told one by one.
+/// Most problems of a sweep that are printed one by one.
 const FEW: usize = 5;
 
-/// Checks files and says of each what it is, or what is wrong.
+/// Checks files and prints for each what it is, or what is wrong with it.
 pub fn run(files: &[PathBuf]) -> ExitCode {
     let mut code = ExitCode::SUCCESS;
     for file in files {

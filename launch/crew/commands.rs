@@ -15,10 +15,10 @@ use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE, Shard};
 use crate::plan::cases::Runs;
 use crate::plan::launch_file::Launch;
 
-/// The program that runs in a process that looks there, and in its children until they run another one.
+/// The path under which a process finds the program that it runs; so do its children until they run another one.
 const RUNNING: &str = "/proc/self/exe";
 
-/// What the commands of a run are made of.
+/// What is needed to make the commands of a run.
 #[derive(Debug)]
 pub struct Commands<'a> {
     pub launch: &'a Launch,
@@ -26,11 +26,11 @@ pub struct Commands<'a> {
     pub run_id: u64,
     /// The folder that the recorder writes to.
     pub draft: PathBuf,
-    /// The recording that the recorder goes on with, if there is one.
+    /// The recording that the recorder continues, if there is one.
     pub tape: Option<PathBuf>,
     /// Arguments of the scenario node: where scenarios come from.
     pub scenarios: Vec<String>,
-    /// The bridge's file, if there is one.
+    /// The file that tells the bridge what to do, if there is a bridge.
     pub post: Option<PathBuf>,
 }
 
@@ -40,9 +40,9 @@ pub struct Identity<'a> {
     pub place: &'a Place,
     /// The run.
     pub run_id: u64,
-    /// Its name.
+    /// Name of the process.
     pub name: &'a str,
-    /// Of a propagator: its part in its case.
+    /// The part that a propagator has in its case; `None` for other nodes.
     pub part: Option<Part<'a>>,
     /// How often it has been restarted.
     pub attempt: u32,
@@ -59,14 +59,14 @@ pub struct Part<'a> {
 }
 
 impl Identity<'_> {
-    /// Gives it to a command.
+    /// Puts the identity into the environment of a command.
     pub fn give(&self, command: &mut Command) {
         command.env(ROOT_VARIABLE, &self.place.root).env(PREFIX_VARIABLE, &self.place.prefix);
         command.env(RUN_VARIABLE, self.run_id.to_string());
         command.env(LAUNCHER_VARIABLE, std::process::id().to_string());
         command.env(NODE_VARIABLE, self.name);
         for variable in [LABEL_VARIABLE, SHARD_VARIABLE, SHARDS_VARIABLE, REDUCE_VARIABLE] {
-            command.env_remove(variable); // only propagators have one
+            command.env_remove(variable); // only propagators have these
         }
         if let Some(Part { label, shard, reduce }) = self.part {
             command.env(LABEL_VARIABLE, label);
@@ -87,7 +87,8 @@ impl Commands<'_> {
         self.launch.hosts.as_ref().map_or(&[], |hosts| &hosts.names)
     }
 
-    /// The command of process `name`, a service or a member of a case, which has been restarted `attempt` times, while scenario `scenario` is under way.
+    /// The command of the process `name`, a service or a member of a case, which has been restarted `attempt` times.
+    /// The scenario `scenario` is under way.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -126,7 +127,7 @@ impl Commands<'_> {
     }
 }
 
-/// The command of a case, or of what stands in for one of our own nodes.
+/// The command of a case, or of what replaces one of our own nodes.
 fn of_what_runs(name: &str, runs: &Runs) -> Result<Command, String> {
     match runs {
         Runs::BuiltIn { node, settings } => {
@@ -171,8 +172,8 @@ pub fn own_program() -> Result<Command, String> {
     })
 }
 
-/// Where this program lies, also if its file has been replaced or removed since it was started: the kernel still has the one
-/// that runs, and processes of one run must not be of two versions.
+/// Where this program lies, also if its file has been replaced or removed since it was started: the kernel still has
+/// the program that runs, and the processes of one run must not be of two versions.
 ///
 /// # Errors
 /// If it cannot be found.

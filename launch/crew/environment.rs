@@ -1,8 +1,9 @@
-//! What a command takes from its environment: not what is meant for the processes of a run.
+//! Removes from the environment of a command what is meant for the processes of a run.
 //!
-//! A propagator is known by the label in its environment, whatever it says of itself. A launcher that bears one, exported by
-//! its user or inherited from a propagator that starts runs, would be taken for a propagator, and nobody would believe its
-//! roster. The kernel shows the environment that a program was started with, so the launcher starts itself anew without.
+//! A propagator is recognised by the label in its environment, whatever its messages say. A launcher with a label,
+//! exported by its user or inherited from a propagator that starts runs, would be taken for a propagator, and its
+//! roster would not be believed. The kernel shows the environment with which a program was started, so the launcher
+//! starts itself anew without these variables.
 
 use std::os::unix::process::CommandExt;
 
@@ -32,7 +33,7 @@ pub const OF_PROCESSES: [&str; 11] = [
 /// The commands that are processes of a run themselves.
 const PROCESSES: [&str; 2] = ["node", "guard"];
 
-/// Starts this program anew without the variables of processes, if it has any and is none.
+/// Starts this program anew without these variables, if it has any of them and is not a process of a run itself.
 ///
 /// # Errors
 /// If that is not possible.

@@ -10,11 +10,12 @@ use rustix::process::{Signal, kill_current_process_group};
 
 /// How long the program may take to end after it was asked to.
 const GRACE: Duration = Duration::from_secs(1);
-/// How long it has to act on the launcher's own signal, which goes to the whole group: a second one may hit an interpreter that
-/// has already put away its handlers.
+/// How long the program has to act on the launcher's own signal, which goes to the whole group, before it gets a second
+/// one: that may reach an interpreter that has already removed its handlers.
 const PAUSE: Duration = Duration::from_millis(500);
 
-/// Runs a program in this process's group until it ends, or is to end, and ends as it did.
+/// Runs a program in this process's group until it ends by itself or on request, and ends in the same way as the
+/// program.
 pub fn run(words: &[String]) -> ExitCode {
     match guard(words) {
         Ok(status) => end_like(status),

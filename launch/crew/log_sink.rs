@@ -1,4 +1,4 @@
-//! Where the log of a run comes together: what the processes say becomes lines of `log.jsonl`, and some go to the terminal.
+//! The log of a run: the output of all processes becomes lines of `log.jsonl`, and some lines go to the terminal.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, PipeReader, Read, Write};
@@ -18,19 +18,19 @@ use tracing::level_filters::LevelFilter;
 const NAME: &str = "log.jsonl";
 /// Longest line; a longer one is cut into several \[bytes\].
 const LONGEST_LINE: u64 = 1 << 16;
-/// Most that is written of what one process says \[bytes\].
+/// Most that is written of the output of one process \[bytes\].
 const MOST_KEPT: usize = 16 << 20;
-/// How long to wait at the end for processes that their parents have left behind with our pipe in hand.
+/// How long to wait at the end for orphaned processes that still hold our pipe open.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// What goes to the terminal.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
-    /// Lines up to this level.
+    /// The lines up to this level.
     pub level: LevelFilter,
-    /// In this form.
+    /// The form of the lines.
     pub format: Format,
-    /// Nothing but errors.
+    /// Whether nothing but errors is shown.
     pub quiet: bool,
 }
 
@@ -67,7 +67,7 @@ impl LogSink {
         Ok(Self { run: format!("{run_id:012x}"), path, view, inner: Arc::new(Mutex::new(inner)) })
     }
 
-    /// The file.
+    /// Path of the log file.
     #[cfg(feature = "hosts")]
     pub fn path(&self) -> &Path {
         &self.path
@@ -87,13 +87,13 @@ impl LogSink {
         self.view.level.max(LevelFilter::INFO)
     }
 
-    /// Takes in a line of one of phasecloud's own processes, and says how many bytes of the log it takes.
+    /// Records a line of one of phasecloud's own processes; returns how many bytes it takes in the log.
     pub fn record(&self, line: &Line) -> usize {
         let level = line.level.parse::<LevelFilter>().unwrap_or(LevelFilter::ERROR);
         self.write(line, level <= self.view.level)
     }
 
-    /// Writes a line, and says how many bytes that were.
+    /// Writes a line into the log, and to the terminal if `show`; returns how many bytes it takes in the log.
     fn write(&self, line: &Line, show: bool) -> usize {
         let text = line.to_text(Format::Json) + "\n";
         let mut inner = self.lock();
@@ -110,10 +110,10 @@ impl LogSink {
         text.len()
     }
 
-    /// Takes in all that a process says, line by line, until it ends.
+    /// Records the output of a process line by line, until the process ends.
     ///
     /// # Errors
-    /// If there is no thread to be had for it.
+    /// If no thread can be started for it.
     pub fn follow(&self, node: &str, output: PipeReader) -> std::io::Result<()> {
         let (sink, name) = (self.clone(), node.to_owned());
         let reader = std::thread::Builder::new().name(format!("log of {node}"));
@@ -123,7 +123,7 @@ impl LogSink {
     }
 
     fn read(&self, node: &str, mut output: impl BufRead) {
-        // What counts is what is written: a line of nothing takes a hundred bytes of the log.
+        // The bytes that are written count: even an empty line takes a hundred bytes of the log.
         let mut written = 0;
         let mut bytes = Vec::new();
         while matches!(output.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes), Ok(1..)) {
@@ -137,10 +137,11 @@ impl LogSink {
         }
     }
 
-    /// A line of our own form is taken as it is; anything else is a program's own words, said by `node`.
+    /// Records a line that has our own form as it is; anything else becomes a warning in the words of the program
+    /// `node`.
     fn take(&self, node: &str, text: &str) -> usize {
         match serde_json::from_str::<Line>(text) {
-            // The bridge passes on what is said on other hosts.
+            // The bridge passes on the lines of other hosts.
             Ok(line)
                 if line.run == self.run
                     && (line.node == node || (Service::Bridge.is(node) && line.node.contains('@'))) =>
@@ -154,7 +155,7 @@ impl LogSink {
         }
     }
 
-    /// Waits for the last words of the processes, which have ended, and closes the file.
+    /// Waits for the last output of the processes, which have ended, and closes the file.
     ///
     /// # Errors
     /// If the log is not whole, because a line could not be written.
@@ -173,7 +174,7 @@ impl LogSink {
 /// Opens the log in `folder`; the launcher's own lines go there too. The terminal shows errors unless more is asked for.
 ///
 /// # Errors
-/// If there is no file to be had.
+/// If the file cannot be created.
 pub fn start_log(folder: &Path, run_id: u64, shown: Shown, logged: Logged) -> Result<LogSink, String> {
     let level = logged.log.unwrap_or(LevelFilter::ERROR);
     let sink =

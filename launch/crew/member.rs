@@ -1,4 +1,4 @@
-//! A process of the run as the launcher sees it: whether it is there, whether it owes work, when it is started again.
+//! A process of the run as the launcher sees it: whether it runs, whether it owes work, when it is started again.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ pub const STARTUP: Duration = Duration::from_secs(60);
 /// A process of the run.
 #[derive(Debug)]
 pub struct Member {
-    /// When it is to be started, if it is not there.
+    /// When it is to be started, if it does not run.
     pub due: Option<Instant>,
     /// Whether it has reported that it is ready since its last start.
     pub ready: bool,
@@ -20,13 +20,13 @@ pub struct Member {
     pub heard: Instant,
     /// Whether it has work to do in the scenario under way.
     pub owes: bool,
-    /// How often it has been restarted.
+    /// How often it has been restarted in the whole run.
     pub attempt: u32,
-    /// How often of that in the scenario under way.
+    /// How often it has been restarted in the scenario under way.
     restarts: u32,
-    /// Whether it waits for the next scenario to be started again.
+    /// Whether it is not started again before the next scenario.
     pub rests: bool,
-    /// Whether its case has failed, and it has not been heard of in a later scenario: its end is then no news.
+    /// Whether its case has failed and it has not worked since: its end is then expected, not a new failure.
     pub is_dismissed: bool,
 }
 
@@ -50,17 +50,17 @@ impl Member {
         Self { due: None, ..Self::new(now) }
     }
 
-    /// It has been started.
+    /// Notes that it has been started.
     pub fn started(&mut self, now: Instant) {
         (self.due, self.ready, self.heard, self.is_dismissed) = (None, false, now, false);
     }
 
-    /// It works on the scenario under way, with more to do or not.
+    /// Notes that it works on the scenario under way; `owes` says whether it has more to do.
     pub fn is_at_work(&mut self, owes: bool) {
         (self.owes, self.is_dismissed) = (owes, false);
     }
 
-    /// Plans a restart after a while; `false` if it has had its chances.
+    /// Plans a restart after a pause; returns `false` if it has used up its restarts in this scenario.
     pub fn plan_restart(&mut self, now: Instant) -> bool {
         let has_chances = self.restarts < MOST_RESTARTS;
         if has_chances {
@@ -71,7 +71,7 @@ impl Member {
         has_chances
     }
 
-    /// Leaves it where it is until the next scenario begins.
+    /// Leaves it stopped until the next scenario begins.
     pub fn rest(&mut self) {
         self.rests = true;
     }
@@ -81,7 +81,7 @@ impl Member {
         self.restarts > 0
     }
 
-    /// The next scenario begins.
+    /// Notes that the next scenario begins.
     pub fn begin_scenario(&mut self, now: Instant) {
         (self.owes, self.heard, self.restarts) = (true, now, 0);
         if std::mem::take(&mut self.rests) {

@@ -30,7 +30,7 @@ const TICK: Duration = Duration::from_millis(500);
 
 /// Why the work has ended.
 pub enum Ending {
-    /// The run at home has.
+    /// The run at home has ended.
     Over,
     /// The user asked to stop.
     Interrupted,
@@ -48,7 +48,7 @@ pub fn work(
     (shown, logged): (Shown, Logged),
 ) -> Result<Ending, String> {
     domain::sweep();
-    // Named by a number of its own: home's domain may be on the same machine.
+    // The domain has a number of its own, because home's domain may be on the same machine.
     let own = OwnDomain::claim(domain::fresh_run_id())?;
     let log = start_log(&own.place.root, plan.run_id, shown, logged)?;
     let (host, process) = (hello.host.clone(), hello.process);
@@ -60,7 +60,7 @@ pub fn work(
         workshop.bridge.extend(["--post".into(), post.display().to_string()]);
         workshop.work(signals)
     };
-    // The results are at home; there it shows if a part of the log has not arrived.
+    // The results are at home, and home notices if a part of the log has not arrived.
     let _ = log.close();
     ending
 }
@@ -168,7 +168,7 @@ impl<'a> Workshop<'a> {
         Ok(command)
     }
 
-    /// Shows what the processes report, and gives them their chances anew when a scenario begins.
+    /// Prints what the processes report, and allows them their restarts again when a scenario begins.
     fn listen(&mut self) -> Result<(), PortError> {
         while let Some(report) = self.reports.receive()? {
             if let Ok(report) = Report::from_parts(report.header(), report.items())
@@ -185,16 +185,17 @@ impl<'a> Workshop<'a> {
         Ok(())
     }
 
-    /// Starts a process again if that may help, else tells home; says how the work ends if it was the bridge.
+    /// Starts a process that has ended again if that may help, and otherwise tells home. Returns how the work ends if
+    /// the process was the bridge.
     fn deal_with_end(&mut self, name: &str, status: ExitStatus) -> Result<Option<Ending>, String> {
         self.supervisor.kill_leftovers(name);
-        // So that its places on the topics are free for its successor.
+        // This frees the places of the process on the topics for its successor.
         self.domain.domain.clean_up_after_the_dead();
         if Service::Bridge.is(name) {
             match status.code() {
                 Some(0) => return Ok(Some(Ending::Over)),
                 Some(_) => return Err("the bridge has ended; its last line above says why".into()),
-                None => {} // killed: another one goes on
+                None => {} // it was killed, and is started again if restarts are allowed
             }
         }
         let Some(member) = self.members.get_mut(name) else { return Ok(None) };

@@ -9,7 +9,7 @@ use crate::plan::cases::{Case, Runs};
 use crate::plan::hosts::Hosts;
 use crate::plan::launch_file::{Launch, Restart};
 
-/// The bridge's file, in the domain's folder.
+/// Name of the file that tells the bridge what to do, in the domain's folder.
 const FILE: &str = "bridge.json";
 
 /// Writes what the bridge of a run over several hosts needs to know into the domain's folder.
@@ -60,7 +60,7 @@ fn program(runs: &Runs) -> Result<Program, String> {
     }
 }
 
-/// Writes the bridge's file into the domain's folder, which nobody else can enter.
+/// Writes the file for the bridge into the domain's folder, which nobody else can enter.
 ///
 /// # Errors
 /// If it cannot be written.

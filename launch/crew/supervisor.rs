@@ -17,7 +17,7 @@ const LONGEST_LINE: u64 = 1 << 12;
 /// How long a process may take to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1500);
 
-/// How a process ended that was asked to.
+/// What is said of the end of a process that was asked to end.
 pub const ON_REQUEST: &str = "ended on request";
 
 /// A process of the run.
@@ -39,8 +39,8 @@ impl Process {
         self.end
     }
 
-    /// How it ended, in words. An interpreter that is asked twice, or while it ends, has no handler left and ends by the signal:
-    /// it has done what it was asked to.
+    /// How it ended, in words. An interpreter that is asked twice, or while it is ending, has no handler left and is
+    /// ended by the signal; this counts as an end on request.
     fn end_in_words(&self) -> Option<String> {
         let status = self.end?;
         let is_on_request = status.success() || status.signal() == Some(Signal::TERM.as_raw());
@@ -68,14 +68,14 @@ pub struct Ended {
 #[derive(Default)]
 pub struct Supervisor {
     processes: Vec<Process>,
-    /// Where what they say goes; to standard error if there is none.
+    /// The log that takes the output of the processes; without it the output goes to standard error.
     log: Option<LogSink>,
-    /// Those who pass on what is said there.
+    /// The threads that pass the output on to standard error.
     speakers: Vec<JoinHandle<()>>,
 }
 
 impl Supervisor {
-    /// No processes yet; what they say goes to `log`.
+    /// No processes yet; their output will go to `log`.
     pub fn new(log: LogSink) -> Self {
         Self { processes: Vec::new(), log: Some(log), speakers: Vec::new() }
     }
@@ -93,7 +93,7 @@ impl Supervisor {
                 let (output, input) = std::io::pipe().map_err(failed)?;
                 command.stdout(input.try_clone().map_err(failed)?).stderr(input);
                 command.env(FORMAT_VARIABLE, "json").env(LEVEL_VARIABLE, log.level().to_string());
-                // First, so that nothing runs to which nobody listens.
+                // The log listens before the process starts, so that no output is lost.
                 log.follow(name, output).map_err(failed)?;
                 command.spawn().map_err(failed)?
             }
@@ -109,7 +109,7 @@ impl Supervisor {
         Ok(())
     }
 
-    /// The processes that have ended since the last look, with how.
+    /// The processes that have ended since the last call, and how they ended.
     pub fn newly_ended(&mut self) -> Vec<Ended> {
         self.processes
             .iter_mut()
@@ -133,7 +133,7 @@ impl Supervisor {
         }
     }
 
-    /// Asks all to end, and does not wait.
+    /// Asks all processes to end, and does not wait.
     pub fn ask_to_end(&mut self) {
         for process in self.processes.iter_mut().filter(|process| process.end.is_none()) {
             process.asked = process.reap().is_none();
@@ -148,7 +148,7 @@ impl Supervisor {
         ended.filter_map(group).any(|group| test_kill_process_group(group).is_ok())
     }
 
-    /// Asks all to end, kills after a while those that do not, and says how each ended.
+    /// Asks all processes to end, kills those that have not ended after a while, and returns how each ended.
     pub fn stop_all(&mut self) -> Vec<(String, String)> {
         self.ask_to_end();
         let deadline = Instant::now() + GRACE;
@@ -176,7 +176,7 @@ impl Drop for Supervisor {
     }
 }
 
-/// Prints what a program says, line by line, so that it cannot command a terminal.
+/// Prints the output of a program line by line and escaped, so that it cannot command a terminal.
 fn pass_on(output: PipeReader) {
     let mut output = BufReader::new(output);
     let mut bytes = Vec::new();

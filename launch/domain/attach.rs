@@ -13,7 +13,7 @@ use crate::plan::launch_file::Launch;
 /// Which run a command is about.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Target {
-    /// The run, by its number; enough digits to tell it from others
+    /// The number of the run, or enough of its first digits to tell it from others
     #[arg(long, value_name = "ID")]
     pub run: Option<String>,
     /// The run's domain as ROOT:PREFIX
@@ -21,7 +21,7 @@ pub struct Target {
     pub domain: Option<String>,
 }
 
-/// What the launcher says of its run to whoever attaches.
+/// What the launcher tells those that attach to its run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Notice {
     /// The launch file's name for the run.
@@ -37,7 +37,7 @@ pub struct Notice {
 pub struct LiveRun {
     /// Where its domain lies.
     pub place: Place,
-    /// What the launcher says of it; a domain that was made by hand has none.
+    /// The notice of its launcher; a domain that was made by hand has none.
     pub notice: Option<Notice>,
 }
 
@@ -48,7 +48,7 @@ impl LiveRun {
         Self { place, notice }
     }
 
-    /// Whether requests may be answered there; nobody knows of a domain that was made by hand.
+    /// Whether requests may be answered there; they may in a domain that was made by hand, of which this is not known.
     fn may_take_requests(&self) -> bool {
         self.notice.as_ref().is_none_or(|notice| notice.takes_requests)
     }
@@ -67,7 +67,7 @@ impl LiveRun {
     }
 }
 
-/// Says in the domain's folder what is run there, and whether it takes requests.
+/// Writes into the domain's folder what is run there, and whether it takes requests.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -88,7 +88,7 @@ pub fn live_runs() -> Vec<LiveRun> {
 /// The run that `target` means.
 ///
 /// # Errors
-/// That there is none, or which there are to choose from.
+/// If there is none, or several; the message then lists those to choose from.
 pub fn find(target: &Target) -> Result<LiveRun, String> {
     find_among(live_runs(), target, "there is no live run; start one with `phasecloud run`")
 }
@@ -96,7 +96,7 @@ pub fn find(target: &Target) -> Result<LiveRun, String> {
 /// The service that `target` means.
 ///
 /// # Errors
-/// That there is none, or which there are to choose from.
+/// If there is none, or several; the message then lists those to choose from.
 pub fn find_service(target: &Target) -> Result<LiveRun, String> {
     let services = live_runs().into_iter().filter(LiveRun::may_take_requests).collect();
     find_among(

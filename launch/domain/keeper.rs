@@ -1,7 +1,8 @@
-//! The keeper of a domain: it keeps what must be found among the temporary files from those who clean up there by age.
+//! The keeper of a domain: it protects the domain's temporary files from programs that remove old files.
 //!
-//! Everything is touched again and again, so that nothing looks old; what has been removed all the same is made anew: the
-//! lock, the notice, and what says how each topic is to be opened. So a run or service stays reachable however long it lives.
+//! It renews the times of all files again and again, so that nothing looks old. If the lock, the notice or the files
+//! that say how each topic is to be opened have been removed all the same, it makes them anew. So a run or service
+//! stays reachable however long it lives.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, Permissions};
@@ -18,21 +19,21 @@ use crate::domain::lock::{LOCK, lock_in};
 
 /// The file in a domain's folder in which the launcher says what it runs.
 pub const NOTICE: &str = "run.json";
-/// Everything is looked at so often.
+/// Time between two rounds.
 const ROUND: Duration = Duration::from_secs(5);
 /// The folder in which iceoryx2 says how each topic is to be opened; the launcher holds all topics open.
 pub const TOPICS: &str = "services";
 
-/// A thread that goes its rounds until this is dropped.
+/// A thread that goes through the files in rounds until this is dropped.
 #[derive(Debug)]
 pub struct Keeper {
-    /// A message asks for a round at once; its end is the thread's.
+    /// A message asks for a round at once; the thread ends when this is dropped.
     rounds: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Keeper {
-    /// Keeps the domain's folder `root`, whose lock is `lock`. Without a thread to be had nothing is kept.
+    /// Keeps the domain's folder `root`, whose lock is `lock`. If no thread can be started, nothing is kept.
     pub fn start(root: &Path, lock: File) -> Self {
         let (asks, asked) = channel();
         let mut kept = Kept { root: root.into(), lock, files: BTreeMap::new() };
@@ -46,7 +47,7 @@ impl Keeper {
 }
 
 impl Keeper {
-    /// Goes a round at once, so that what is there now is remembered before anybody removes it.
+    /// Asks for a round at once, so that what is there now is remembered before anybody removes it.
     pub fn go_round(&self) {
         // Without its thread nothing is kept.
         let _ = self.rounds.as_ref().map(|asks| asks.send(()));
@@ -92,7 +93,7 @@ impl Kept {
         }
     }
 
-    /// Makes anew what is no longer there. Nobody is told of what cannot be: the next round is another try.
+    /// Makes anew what is no longer there. A failure is not reported, because the next round tries again.
     fn restore(&mut self) {
         let place = self.root.join(LOCK);
         let is_ours = |file: &File| match (file.metadata(), place.metadata()) {
@@ -122,7 +123,7 @@ fn put_back(path: &Path, content: &[u8], mode: u32) -> std::io::Result<()> {
     std::fs::rename(&draft, path)
 }
 
-/// Everything below a folder, and the folder itself.
+/// Renews the times of a folder and of everything below it.
 fn touch_all(folder: &Path) {
     touch(folder);
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {

@@ -1,4 +1,4 @@
-//! The lock of a domain: who holds it lives, and nobody cleans up there.
+//! The lock of a domain: as long as a launcher holds it, nobody removes the domain.
 
 use std::fs::File;
 use std::path::Path;
@@ -13,7 +13,7 @@ pub const LOCK: &str = "launcher.lock";
 /// # Errors
 /// If that is not possible.
 pub fn lock_in(root: &Path) -> std::io::Result<File> {
-    // Locked before it has the name under which others look: nobody sees it without its owner.
+    // The file is locked before it gets the name under which others look for it, so that nobody sees it unlocked.
     let unnamed = root.join("lock.new");
     let lock = File::create(&unnamed)?;
     flock(&lock, FlockOperation::NonBlockingLockExclusive)?;

@@ -1,4 +1,4 @@
-//! The domains of this user's runs: a fresh one a run, and the remains of runs whose launcher is gone.
+//! The domains of this user's runs: one per run, and the removal of those whose launcher is gone.
 //!
 //! A launcher holds a lock on a file in its domain's folder for as long as it lives, however it ends. A folder whose lock is
 //! free belongs to nobody.
@@ -40,7 +40,7 @@ fn home() -> PathBuf {
     if place_in(&folder, &name_of_a_run).is_short_enough() { folder } else { user_folder(Path::new("/tmp")) }
 }
 
-/// Checks that the folder for temporary files that `TMPDIR` names is one: whoever names it does not expect another to be taken.
+/// Checks that `TMPDIR`, if it is set, names a folder that can be written: no other is taken in its place.
 fn check_temporary_folder() -> Result<(), String> {
     let Some(named) = std::env::var_os("TMPDIR") else { return Ok(()) };
     let folder = Path::new(&named);
@@ -64,8 +64,8 @@ fn place_of(name: &str) -> Place {
     place_in(&home(), name)
 }
 
-/// The domain that this user calls `name`. Names in shared memory start with the user's number, since all users share it,
-/// and no name is the start of another followed by '-'.
+/// The domain that this user calls `name`. Names in shared memory start with the user's number, because all users share
+/// it; every prefix ends in '-', which no name contains, so that no prefix is the start of another.
 ///
 /// # Errors
 /// If the name is not plain letters and digits.
@@ -89,7 +89,7 @@ impl OwnDomain {
     /// Creates the folder of run `run_id`'s domain and locks it.
     ///
     /// # Errors
-    /// If that is not possible, with the variable that names another place for it.
+    /// If that is not possible; the message says which variable names another place.
     pub fn claim(run_id: u64) -> Result<Self, String> {
         check_temporary_folder()?;
         Self::claim_at(place_of(&format!("{run_id:012x}"))).map_err(elsewhere)
@@ -123,7 +123,7 @@ impl OwnDomain {
 }
 
 impl OwnDomain {
-    /// Remembers what lies in the domain now, so that it is made anew should a cleaner remove it.
+    /// Remembers what lies in the domain now, so that it is made anew if a cleaner removes it.
     pub fn keep(&self) {
         if let Some(keeper) = &self.keeper {
             keeper.go_round();
@@ -131,14 +131,14 @@ impl OwnDomain {
     }
 }
 
-/// Says what can be done where a domain cannot be made.
+/// Adds to a problem what can be done if a domain cannot be made.
 fn elsewhere(problem: String) -> String {
     format!("{problem}; TMPDIR can name another folder for temporary files, one that can be written")
 }
 
 impl Drop for OwnDomain {
     fn drop(&mut self) {
-        // What it would make anew is to go.
+        // The keeper would make anew what is to be removed.
         drop(self.keeper.take());
         if let Err(error) = self.place.remove() {
             remark!("warning: {} is left behind: {error}", self.place.root.display());
@@ -146,7 +146,7 @@ impl Drop for OwnDomain {
     }
 }
 
-/// Removes the domains whose launcher is gone, and says which; never touches a live one.
+/// Removes the domains whose launcher is gone, and returns them; never touches a live one.
 pub fn sweep() -> Vec<Place> {
     let dead = places().into_iter().filter(|place| match File::open(place.root.join(LOCK)) {
         Ok(lock) => flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok() && place.remove().is_ok(),
@@ -160,7 +160,7 @@ pub fn live() -> Vec<Place> {
     places().into_iter().filter(|place| place.root.join(LOCK).exists() && is_live(place)).collect()
 }
 
-/// All folders of domains, dead or alive, where new ones are made.
+/// All domains, dead or alive, in the folder in which new ones are made.
 fn places() -> Vec<Place> {
     let folder = home();
     let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten();
@@ -176,7 +176,7 @@ fn is_forsaken(place: &Place) -> bool {
     changed.is_ok_and(|changed| changed.elapsed().is_ok_and(|age| age > WHILE))
 }
 
-/// Whether the domain at `place` is somebody's: it is there, and if a launcher made it, that launcher lives.
+/// Whether the domain at `place` is in use: it exists, and if a launcher made it, that launcher lives.
 pub fn is_live(place: &Place) -> bool {
     match File::open(place.root.join(LOCK)) {
         Ok(lock) => flock(&lock, FlockOperation::NonBlockingLockShared).is_err(),
@@ -184,7 +184,8 @@ pub fn is_live(place: &Place) -> bool {
     }
 }
 
-/// Whether topics have been opened at a place: looking into one that is no domain would make it one.
+/// Whether topics have been opened at a place. This only reads the folder, since entering a place that is no domain
+/// would make it one.
 fn has_topics(place: &Place) -> bool {
     let files = std::fs::read_dir(place.root.join(TOPICS)).into_iter().flatten().flatten();
     files.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(&place.prefix))

@@ -1,4 +1,4 @@
-//! A run as JSON: one object a line on standard output, events as they happen, the results at last.
+//! A run as JSON: one object per line on standard output, events as they happen and the results at the end.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,12 +8,12 @@ use serde_json::{Map, Value, json};
 
 use super::model::NodeState;
 
-/// Writes an object as a line. Whoever stops reading does not stop the run.
+/// Writes an object as one line. The run goes on even if nobody reads it any more.
 pub fn line(object: &Value) {
     say!("{object}");
 }
 
-/// How far a node is.
+/// Writes how far a node is.
 pub fn progress(node: &NodeState, scenario: &str, now: Instant) {
     line(&json!({
         "event": "progress",
@@ -27,17 +27,17 @@ pub fn progress(node: &NodeState, scenario: &str, now: Instant) {
     }));
 }
 
-/// A case cannot be completed.
+/// Writes that a case cannot be completed.
 pub fn failure(name: &str, why: &str) {
     line(&json!({"event": "failure", "node": name, "problem": why}));
 }
 
-/// The end of a run without results.
+/// Writes the end of a run without results.
 pub fn no_result(exit_code: u8, problem: &str) {
     line(&json!({"event": "result", "exit_code": exit_code, "problem": problem}));
 }
 
-/// The end of a run, with the tables in its results folder, and why they are not whole if they are not.
+/// Writes the end of a run, with the tables in its results folder, and why they are not whole if they are not.
 pub fn result(exit_code: u8, folder: &Path, failures: &BTreeMap<String, String>, incomplete: Option<&str>) {
     let tables = tables(folder);
     let folder = folder.display().to_string();

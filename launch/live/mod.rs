@@ -1,4 +1,4 @@
-//! A run as it goes: one line a node on a terminal, plain lines otherwise, or one JSON object a line.
+//! A run as it goes: one line per node on a terminal, plain lines otherwise, or one JSON object per line.
 //!
 //! `phasecloud run` and `phasecloud watch` show the same: both feed a [`View`] with what arrives on the status topic.
 
@@ -16,7 +16,7 @@ use crate::crew::log_sink::Printer;
 use crate::shown::Shown;
 use model::{Model, NodeState, Phase};
 
-/// Without a terminal, a node's progress is told at most so often.
+/// Shortest time between two lines about the progress of one node, if there is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Shows how far a run is.
@@ -34,7 +34,7 @@ enum Face {
 }
 
 impl Face {
-    /// A line a node where lines can be rewritten; plain lines where not.
+    /// One line per node where lines can be rewritten, else plain lines.
     fn for_people(model: &Model) -> Self {
         let terminal = MultiProgress::new();
         if terminal.is_hidden() || !can_move_its_cursor(std::env::var_os("TERM").as_deref()) {
@@ -53,7 +53,7 @@ impl Face {
 }
 
 impl View {
-    /// Shows `model`; on standard error, but JSON on standard output.
+    /// Shows `model` on standard error, or as JSON on standard output.
     pub fn new(model: Model, shown: Shown) -> Self {
         let face = match shown {
             Shown { quiet: true, .. } => Face::Quiet,
@@ -65,7 +65,7 @@ impl View {
         view
     }
 
-    /// Writes lines to the terminal without disturbing what is shown there.
+    /// Makes a printer that writes lines to the terminal without disturbing what is shown there.
     pub fn printer(&self) -> Printer {
         match &self.face {
             Face::Terminal(terminal, _) => {
@@ -93,7 +93,7 @@ impl View {
         self.refresh();
     }
 
-    /// A case has failed; that is told even when quiet.
+    /// Shows that a case has failed, even when quiet.
     pub fn fail(&mut self, name: &str, why: &str) {
         self.model.fail(name);
         match &self.face {
@@ -104,7 +104,7 @@ impl View {
         self.refresh();
     }
 
-    /// Something went wrong that is no case's failure; that is told even when quiet.
+    /// Shows an error that is not the failure of a case, even when quiet.
     pub fn error(&self, what: &str) {
         match &self.face {
             Face::Terminal(terminal, _) => above(terminal, &format!("error: {what}")),
@@ -112,7 +112,7 @@ impl View {
         }
     }
 
-    /// Something that whoever looks on should know; nothing when quiet.
+    /// Shows a line that the user should know, but not when quiet and not among JSON.
     pub fn announce(&self, line: &str) {
         match &self.face {
             Face::Terminal(terminal, _) => above(terminal, line),
@@ -121,7 +121,7 @@ impl View {
         }
     }
 
-    /// Something worth a line where there is nothing else to show it.
+    /// Prints a line if the run is shown as plain lines.
     pub fn note(&self, line: &str) {
         if let Face::Lines(_) = self.face {
             remark!("{line}");
@@ -145,7 +145,7 @@ impl View {
         }
     }
 
-    /// Draws anew what changes with time alone.
+    /// Draws the bars of a terminal anew: the times in them change even without reports.
     pub fn refresh(&mut self) {
         let Face::Terminal(_, bars) = &self.face else { return };
         let now = Instant::now();
@@ -170,7 +170,7 @@ fn can_move_its_cursor(kind: Option<&OsStr>) -> bool {
     kind.is_some_and(|kind| !kind.is_empty() && kind != "dumb")
 }
 
-/// Writes lines above the bars of a terminal; of one that is gone nothing is left to disturb.
+/// Writes lines above the bars of a terminal, or plainly if the terminal is gone.
 fn above(terminal: &MultiProgress, lines: &str) {
     if terminal.println(lines).is_err() {
         remark!("{lines}");

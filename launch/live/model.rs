@@ -26,7 +26,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// In a word.
+    /// The phase in one word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Starting => "starting",
@@ -51,9 +51,9 @@ pub struct NodeState {
     pub scenario: u32,
     /// Units of work done.
     pub done: u64,
-    /// Units of work in all.
+    /// Units of work in total.
     pub of: u64,
-    /// From when on it has been watched, and the units that were done then.
+    /// When the measurement of its rate began, and the units that were done then.
     since: Option<(Instant, u64)>,
 }
 
@@ -66,7 +66,7 @@ impl NodeState {
         }
     }
 
-    /// Units a second, once there is something to measure.
+    /// Units of work per second, once there is something to measure.
     pub fn per_second(&self, now: Instant) -> Option<f64> {
         let (since, before) = self.since?;
         let seconds = now.saturating_duration_since(since).as_secs_f64();
@@ -74,13 +74,13 @@ impl NodeState {
             .then(|| (self.done - before) as f64 / seconds)
     }
 
-    /// Seconds that what is left will take at this rate.
+    /// Seconds that the remaining work will take at this rate.
     pub fn seconds_left(&self, now: Instant) -> Option<f64> {
         self.per_second(now).map(|rate| self.of.saturating_sub(self.done) as f64 / rate)
     }
 }
 
-/// A scenario as far as progress goes.
+/// What is needed of a scenario to show progress.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stage {
     /// The scenario's name.
@@ -99,7 +99,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// The nodes of a run of these propagators on these scenarios; shards belong to one case.
+    /// The nodes of a run of these propagators on these scenarios; the shards of one label belong to one case.
     pub fn new(propagators: Vec<String>, stages: Vec<Stage>) -> Self {
         let cases = propagators.iter().map(|name| label_of_member(name).to_owned()).collect();
         let readers = [Service::Estimator, Service::Comparator, Service::Recorder].map(Service::name);
@@ -116,7 +116,7 @@ impl Model {
         Self { nodes: names.map(node).collect(), stages, cases }
     }
 
-    /// The same nodes, of which these run on other hosts.
+    /// The same nodes; `away` names those that run on other hosts, with their hosts.
     pub fn with_hosts(mut self, away: BTreeMap<String, String>) -> Self {
         for node in &mut self.nodes {
             node.host = away.get(&node.name).cloned();
@@ -124,7 +124,7 @@ impl Model {
         self
     }
 
-    /// The nodes, in the order of the flow.
+    /// The nodes, in the order in which messages flow.
     pub fn nodes(&self) -> &[NodeState] {
         &self.nodes
     }
@@ -144,8 +144,8 @@ impl Model {
         self.stages.get(scenario as usize).map_or("", |stage| &stage.name)
     }
 
-    /// Takes in a report, and says which node it changed. What a publisher had kept for late readers is `history`: it says
-    /// how far a node is, not how fast it got there.
+    /// Takes in a report, and returns the node that it changed. `history` marks a report that its publisher had kept
+    /// for late readers: it says how far a node is, not how fast it got there.
     pub fn report(&mut self, report: &Report, history: bool, now: Instant) -> Option<&NodeState> {
         let service = Service::named(&report.node);
         if matches!(report.event, Event::Accepted { .. }) {
@@ -155,7 +155,7 @@ impl Model {
             return self.fail(case);
         }
         let is_estimator = service == Some(Service::Estimator);
-        // It does not know how much will come.
+        // The estimator does not know how many snapshots will come.
         let most = if is_estimator { self.snapshots_of(report.scenario) } else { 0 };
         let node = self.nodes.iter_mut().find(|node| node.name == report.node && node.phase != Phase::Failed)?;
         let mut works = |done: u64, of: u64| {
@@ -182,8 +182,8 @@ impl Model {
         Some(node)
     }
 
-    /// Notes that a scenario is finished, which the recorder's report says: then all have done their part, whether their own
-    /// reports have arrived or not. Returns whom that changed.
+    /// Notes that a scenario is finished, if this is the recorder's report of its end: then all nodes have done their
+    /// part, whether their own reports have arrived or not. Returns the nodes that this changed.
     pub fn end_scenario(&mut self, report: &Report) -> Vec<NodeState> {
         if !report.is_end_of(report.scenario) {
             return Vec::new();
@@ -199,14 +199,14 @@ impl Model {
         self.nodes.iter_mut().filter(under_way).map(end).collect()
     }
 
-    /// Notes that a case cannot be finished, nor any of its shards: one of them may be named.
+    /// Notes that a case cannot be finished, nor any of its shards; `name` is the case or one of its shards.
     pub fn fail(&mut self, name: &str) -> Option<&NodeState> {
         let label = label_of_member(name);
         self.nodes.iter_mut().filter(|node| label_of_member(&node.name) == label).for_each(|n| n.phase = Phase::Failed);
         self.nodes.iter().find(|node| node.name == name)
     }
 
-    /// All nodes that have not failed have a scenario's work before them.
+    /// Notes that all nodes that have not failed begin the work on a scenario.
     fn begin_scenario(&mut self, scenario: u32, now: Instant) {
         let working = |node: &&mut NodeState| node.phase != Phase::Failed && !Service::Scenario.is(&node.name);
         for node in self.nodes.iter_mut().filter(working) {
@@ -219,7 +219,7 @@ impl Model {
         }
     }
 
-    /// Snapshots that all cases together have of a scenario.
+    /// The number of snapshots of a scenario that all cases together send, without those that have failed.
     fn snapshots_of(&self, scenario: u32) -> u64 {
         let failed =
             |label: &String| self.nodes.iter().any(|n| label_of_member(&n.name) == label && n.phase == Phase::Failed);

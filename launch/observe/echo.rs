@@ -1,6 +1,7 @@
 //! `phasecloud echo`: the messages of a topic, field by field.
 //!
-//! A thread of its own takes the messages, so that a slow terminal delays nobody; what it cannot keep up with is counted.
+//! A thread of its own takes the messages, so that a slow terminal delays nobody; messages that it cannot keep up with
+//! are counted.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -34,10 +35,10 @@ pub struct EchoArguments {
     /// Show payloads whole instead of their first rows
     #[arg(long)]
     pub full: bool,
-    /// Print one JSON object a line
+    /// Print one JSON object per line
     #[arg(long)]
     pub json: bool,
-    /// End after so many messages
+    /// End after this number of messages
     #[arg(long, value_name = "N")]
     pub count: Option<usize>,
 }
@@ -60,7 +61,7 @@ struct Shown {
     items: usize,
     shape: Shape,
     rows: Vec<Vec<Value>>,
-    /// Messages before this one that nobody had time to print.
+    /// Number of messages before this one that could not be printed in time.
     missed: usize,
 }
 
@@ -123,7 +124,7 @@ fn number_rows(numbers: &[f64], shape: &Shape, most: usize) -> Vec<Vec<Value>> {
     head.into_iter().chain((0..count.min(most)).map(row)).collect()
 }
 
-/// Prints what comes; says why it ended before the messages did, if so.
+/// Prints what comes; returns why it ended, if it ended before the messages did.
 fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Shown>>) -> Option<End> {
     let mut left = arguments.count.unwrap_or(usize::MAX);
     let mut out = std::io::stdout().lock();
@@ -142,7 +143,7 @@ fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Shown>>) -> O
     Some(End::Over)
 }
 
-/// A message in lines: a field each, then rows of the payload.
+/// A message as text: one line per field, then rows of the payload.
 fn block(shown: &Shown) -> String {
     let mut text = format!("{}\n", shown.topic);
     for (name, field, value) in &shown.header {
@@ -160,7 +161,8 @@ fn block(shown: &Shown) -> String {
     text
 }
 
-/// Runs are named in hexadecimal digits everywhere; all else is counted as people count.
+/// Whether a field is the number of a run. Runs are named in hexadecimal digits everywhere; all other numbers are
+/// decimal.
 fn is_run(field: &Field) -> bool {
     field.kind == FieldKind::U64 && field.name == "run_id"
 }

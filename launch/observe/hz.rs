@@ -12,7 +12,7 @@ use super::{End, HzArguments, follow, with_topic};
 use crate::domain::attach;
 use crate::output;
 
-/// A line is printed so often.
+/// Time between two lines.
 const INTERVAL: Duration = Duration::from_secs(1);
 
 /// Counts messages until the run ends.

@@ -1,6 +1,7 @@
 //! Looking into a live run: `phasecloud topics`, `echo`, `hz` and `watch`.
 //!
-//! All attach as observers, for which no publisher of ours waits, so they cannot hold up a run, not even stopped or killed.
+//! All attach as observers. No publisher of ours waits for an observer, so they cannot hold up a run, even when they
+//! are stopped or killed.
 
 pub mod echo;
 pub mod hz;
@@ -21,7 +22,7 @@ use crate::domain;
 use crate::domain::attach::Target;
 use crate::exit::{BAD_INPUT, INTERRUPTED};
 
-/// Whether the run still lives is looked at so often.
+/// Longest time between two checks whether the run still lives.
 const TICK: Duration = Duration::from_millis(500);
 
 /// Arguments of `phasecloud hz`.
@@ -54,7 +55,7 @@ fn follow<T: Topic>(
     let observer = Observer::enter(place, what)?;
     let inlet: Inlet<T> = observer.inlet()?;
     loop {
-        // Before looking for messages: what was sent before the end is still to be taken.
+        // Checked before the messages are read, so that a message sent just before the end is not missed.
         let over = !domain::is_live(place);
         while let Some(message) = inlet.receive()? {
             if !each(Some(message)) {
@@ -73,7 +74,7 @@ fn follow<T: Topic>(
     }
 }
 
-/// Does something with the topic of this name, with or without `phasecloud/` before it.
+/// Lets `visitor` visit the topic of this name, with or without `phasecloud/` before it.
 fn with_topic<V: Visitor>(name: &str, visitor: V) -> Result<V::Out, String> {
     struct Named<'a, V>(&'a str, Option<V>);
     impl<V: Visitor> Visitor for Named<'_, V> {
@@ -92,7 +93,7 @@ fn with_topic<V: Visitor>(name: &str, visitor: V) -> Result<V::Out, String> {
     outcomes.into_iter().find_map(Result::ok).ok_or_else(|| format!("there is no topic \"{name}\"; there are {names}"))
 }
 
-/// The end of a command that looked on.
+/// The exit code of a command that has observed a run.
 fn exit(outcome: Result<Result<End, PortError>, String>) -> ExitCode {
     match outcome {
         Ok(Ok(End::Over)) => ExitCode::SUCCESS,

@@ -47,7 +47,7 @@ fn print(run: &LiveRun) -> Result<(), PortError> {
     Ok(())
 }
 
-/// A row a topic.
+/// Makes one row per topic.
 struct Rows<'a>(&'a Observer);
 
 impl Visitor for Rows<'_> {

@@ -23,7 +23,7 @@ use crate::report;
 use crate::results::manifest::{self, Recorded};
 use crate::shown::Shown;
 
-/// Reports that arrive so soon after attaching had been sent before.
+/// Reports that arrive within this time after attaching were sent before it.
 const HISTORY: Duration = Duration::from_millis(1500);
 /// How long the launcher may take to put the results where they belong after it has ended its processes.
 const TIDYING: Duration = Duration::from_secs(10);
@@ -80,7 +80,7 @@ fn watch(run: &LiveRun, shown: Shown) -> Result<End, PortError> {
                 view.model_mut().fail(&unpack(&entry.label));
             }
         }
-        // Reports wait in their buffer until it is known whose they are.
+        // Reports wait in their buffer until a roster has said which cases there are.
         if let Some(view) = &mut view {
             while let Some(message) = reports.receive()? {
                 let Ok(report) = Report::from_parts(message.header(), message.items()) else { continue };

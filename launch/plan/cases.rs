@@ -1,4 +1,4 @@
-//! The `[[propagator]]` tables of a launch file: a case each.
+//! The `[[propagator]]` tables of a launch file: one per case.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -26,11 +26,11 @@ pub struct Case {
     pub runs: Runs,
     /// How many processes share its work.
     pub shards: u32,
-    /// Whether each reduces its samples before it sends them.
+    /// Whether each process reduces its samples before it sends them.
     pub reduce: bool,
-    /// The hosts on which they run, in turn; none for home.
+    /// The hosts on which the processes run, in turn; empty if they run at home.
     pub hosts: Vec<String>,
-    /// Seconds by the clock that it may take for a scenario, if there is a limit.
+    /// Seconds of wall-clock time that the case may take for a scenario, if there is a limit.
     pub most_seconds: Option<f64>,
 }
 
@@ -125,7 +125,7 @@ pub(crate) fn cases(
 const MOST_PROPAGATORS: usize = 128;
 /// Longest name of a process.
 const LONGEST_NAME: usize = 31;
-/// What the launcher is called where processes are named; no case may have this label, nor that of a service.
+/// The launcher's name where processes are named; no case may have it, or the name of a service, as its label.
 const LAUNCHER: &str = "launcher";
 
 fn case(
@@ -179,7 +179,7 @@ fn case(
     Ok((raw.label, Case { label, runs, shards, reduce, hosts, most_seconds }))
 }
 
-/// What is said of a key that is none of every case, beside `command`.
+/// The problem of a key that is not allowed beside `command`.
 fn beside_command(key: &str) -> String {
     let advice = "give a program its settings as arguments";
     match nearest(key, KEYS) {
@@ -188,10 +188,10 @@ fn beside_command(key: &str) -> String {
     }
 }
 
-/// What [`KEYS`] are, in words.
+/// What [`KEYS`] are called in messages.
 const OF_EVERY_CASE: &str = "of every case";
 
-/// A key that a case needs, where it was written otherwise: that tells more than that it is missing.
+/// The error about a misspelt key that a case needs: this says more than that the key is missing.
 fn misspelt(file: &InputFile, head: &DeTable<'_>, settings: &DeTable<'_>) -> Option<InputError> {
     let runs = ["node", "command"];
     let has_none = |keys: &[&str]| keys.iter().all(|key| !head.contains_key(*key));
@@ -256,7 +256,7 @@ fn built_in(
     let table = Spanned::new(settings.span(), DeValue::Table(settings.into_inner()));
     match BuiltIn::from_settings(name, ValueDeserializer::from(table)) {
         Some(Ok(settings)) => {
-            // What is wrong with a default is told where the propagator is named.
+            // An error in a default is reported where the propagator is named.
             let misfit = |Misfit { key, problem }: Misfit| match places.get(key) {
                 Some(place) => file.error(place, &problem),
                 None => file.error(node, &format!("{key}: {problem}")),

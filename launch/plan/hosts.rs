@@ -9,7 +9,7 @@ use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use serde::Deserialize;
 use toml::Spanned;
 
-/// What runs over several hosts need is compiled on request: it takes longer than all the rest.
+/// The feature `hosts` is compiled only on request, because it takes longer than all the rest.
 pub const WITHOUT_HOSTS: &str =
     "this phasecloud was built for one host; build it with `cargo build --release --features hosts`";
 
@@ -67,7 +67,7 @@ impl Hosts {
     }
 }
 
-/// The hosts over which a case's processes are dealt in turn.
+/// The hosts to which the processes of a case are given in turn.
 ///
 /// # Errors
 /// [`InputError`] if one of them is not named in the `[hosts]` table.

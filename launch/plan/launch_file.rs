@@ -1,4 +1,4 @@
-//! Launch files: which cases are run on which scenarios, and compared with which.
+//! Launch files: which cases are run on which scenarios, and with which references they are compared.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -38,7 +38,8 @@ pub struct Launch {
     pub name: String,
     /// The scenarios, in order.
     pub scenarios: Vec<ScenarioInput>,
-    /// Labels of the cases that all are compared with: the first that states a quantity and has not failed. At least one.
+    /// Labels of the references: all are compared with the first that states a quantity and has not failed. At least
+    /// one.
     pub references: Vec<String>,
     /// Label of the case in whose effort that of all is measured, if there is one.
     pub baseline: Option<String>,
@@ -52,7 +53,7 @@ pub struct Launch {
     pub restart: Restart,
     /// The cases.
     pub cases: Vec<Case>,
-    /// What runs in place of phasecloud's own estimator or comparator; only replays have such.
+    /// What runs in place of phasecloud's own estimator or comparator; only replays have substitutes.
     pub substitutes: BTreeMap<String, Runs>,
     /// The other hosts, if there are any.
     pub hosts: Option<Hosts>,
@@ -64,7 +65,7 @@ pub struct Launch {
 pub enum Restart {
     /// Not at all.
     Never,
-    /// When it was killed or ended with an exit code other than 0, a few times a scenario.
+    /// When it was killed or ended with an exit code other than 0, a few times per scenario.
     #[default]
     OnFailure,
 }
@@ -104,7 +105,7 @@ impl<'de> Deserialize<'de> for References {
 /// A scenario with the file it came from.
 #[derive(Debug, Clone)]
 pub struct ScenarioInput {
-    /// The file; empty for the scenario built into the program.
+    /// The text of the file.
     pub text: String,
     /// What it says.
     pub content: ScenarioFile,
@@ -124,9 +125,9 @@ struct Raw {
     #[serde(default, deserialize_with = "choice")]
     restart: Restart,
     hosts: Option<RawHosts>,
-    /// Of the built-in cases that do not set their own.
+    /// The accuracy of the built-in cases that do not set their own.
     accuracy: Option<Spanned<AccuracySetting>>,
-    /// Read on their own; here so that the answer to a key that is not known names them too.
+    /// The cases are read on their own; this field is here so that the message about an unknown key names them, too.
     #[serde(rename = "propagator")]
     _propagators: Option<IgnoredAny>,
 }
@@ -169,7 +170,7 @@ impl Launch {
         Self::check(&file, path, scenario)
     }
 
-    /// As [`Launch::load`], for whoever is about to start what it names: the programs must be there.
+    /// The same as [`Launch::load`] for a caller that will start the programs that the file names: they must be there.
     ///
     /// # Errors
     /// As [`Launch::load`].
@@ -190,14 +191,14 @@ impl Launch {
         Self::check_with(file, |raw| scenarios(file, path, raw, scenario))
     }
 
-    /// Reads a launch file and its scenarios as they were recorded, name and text.
+    /// Reads a launch file and its scenarios, each a name and a text, as they were recorded.
     pub fn from_record(text: &str, recorded: &[(String, String)]) -> Result<Self, InputError> {
         let file = InputFile::from_text(Path::new("the recorded launch file"), text);
         let input = |(name, text): &(String, String)| scenario(InputFile::from_text(Path::new(name), text));
         Self::check_with(&file, |_| recorded.iter().map(input).collect())
     }
 
-    /// Says that hosts may talk without encryption, if `insecure`, and checks whether they can talk at all.
+    /// Lets hosts talk without encryption, if `insecure`, and checks whether they can talk at all.
     ///
     /// # Errors
     /// What is missing.

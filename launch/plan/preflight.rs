@@ -12,22 +12,23 @@ use crate::plan::launch_file::Launch;
 
 /// Where iceoryx2 keeps messages.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// Descriptors of a process in a run without propagators, and for each; 144 and 7 were measured.
+/// File descriptors of a process in a run without propagators, and how many more per propagator; 144 and 7 were
+/// measured.
 const DESCRIPTORS: usize = 250;
 const DESCRIPTORS_PER_PROPAGATOR: usize = 10;
 /// Address space of a process besides the messages of large cases: code, stacks, and what the memory allocator sets aside for each
 /// thread \[bytes\]. With 290 MiB processes of a small run have been seen to wait for ever.
 const ADDRESSES: u64 = 512 << 20;
-/// Stack and data without which a process crashes before it can say a word \[bytes\].
+/// Least stack and least data \[bytes\]; with less a process crashes before it can print a message.
 const STACK: u64 = 512 << 10;
 const DATA: u64 = 64 << 20;
-/// Room for the log, the tables and the report, and for what in a file of messages is none \[bytes\].
+/// Room for the log, the tables and the report, and for what a file of messages holds besides messages \[bytes\].
 const FILES: u64 = 64 << 20;
 /// Room for management data, per process \[bytes\].
 const OVERHEAD: u64 = 2 << 20;
 
-/// Checks that shared memory can hold a scenario of so many snapshots: a full /dev/shm kills a process by SIGBUS instead of giving
-/// an error.
+/// Checks that shared memory can hold a scenario of the given number of snapshots: a full /dev/shm kills a process by
+/// SIGBUS instead of giving an error.
 ///
 /// # Errors
 /// How much is needed and how much is there.
@@ -65,7 +66,7 @@ pub fn check_descriptors(propagators: usize) -> Result<(), String> {
     ))
 }
 
-/// Checks that processes may have some address space: without it they are aborted in the midst of whatever they do.
+/// Checks that processes may have enough address space: with less they are aborted in the middle of their work.
 ///
 /// # Errors
 /// How much is needed and how much is allowed.
@@ -99,8 +100,8 @@ pub fn check_stack_and_data() -> Result<(), String> {
     Ok(())
 }
 
-/// Checks that files may be as long as those of a run are. What a process sends lies in one file of shared memory, and a process that
-/// makes a file longer than it may is killed.
+/// Checks that files may be as long as those of a run are. The messages of a process lie in one file of shared memory,
+/// and a process whose file becomes longer than allowed is killed.
 ///
 /// # Errors
 /// How much is needed and how much is allowed.
@@ -117,7 +118,7 @@ pub fn check_file_size(launch: &Launch, snapshots: usize) -> Result<(), String> 
     }
 }
 
-/// Checks that the path that `option` names can be told to the processes of a run, and written into its files.
+/// Checks that the path that `option` names can be given to the processes of a run, and written into its files.
 ///
 /// # Errors
 /// If it is not UTF-8 text.
@@ -138,7 +139,7 @@ fn longest_segment(launch: &Launch, snapshots: usize) -> u64 {
     segment_bytes::<Snapshot>(&capacity, snapshot).max(segment_bytes::<Density>(&capacity, density_numbers(launch)))
 }
 
-/// Every snapshot and density of a scenario is held until the scenario ends.
+/// Shared memory that a run needs \[bytes\]: every snapshot and density of a scenario is held until the scenario ends.
 fn needed_bytes(launch: &Launch, snapshots: u64) -> u64 {
     let per_snapshot = launch.cases.iter().map(|case| numbers(launch, case).saturating_add(density_numbers(launch)));
     let per_snapshot = per_snapshot.fold(0, u64::saturating_add);
@@ -152,7 +153,7 @@ fn density_numbers(launch: &Launch) -> u64 {
     phi * e + phi + e
 }
 
-/// The most numbers of a snapshot of a case.
+/// The largest count of numbers that a snapshot of a case can have.
 fn numbers(launch: &Launch, case: &Case) -> u64 {
     match &case.runs {
         Runs::BuiltIn { .. } if case.reduce => {

@@ -1,4 +1,4 @@
-//! What a disposal designer asks: how probable is it that the critical eccentricity is exceeded now, and ever was reached.
+//! What a disposal designer asks: the probability that the critical eccentricity is exceeded, or was ever reached.
 
 use density::model::registry::Planar;
 use density::problem::Problem;
@@ -18,7 +18,7 @@ pub struct Row {
     interval: String,
 }
 
-/// A table of them.
+/// The rows of the table.
 pub type Rows = Vec<Row>;
 
 impl OfScenario for Row {
@@ -40,7 +40,7 @@ pub fn print(scenario: &str, problem: &Problem<Planar>, rows: &[&moments::Row], 
         let last = passages.iter().rfind(|row| row.method == method && row.t_yr == end);
         let ever = last.map_or("-".into(), |row| probability(row.prob_reached_critical_e));
         let interval = match last {
-            // One as narrow as rounding tells nothing in five digits.
+            // An interval as narrow as rounding would show nothing in five digits.
             Some(row) if row.high - row.low > 1e-6 => format!("{:.5} to {:.5} ({})", row.low, row.high, row.interval),
             _ => String::new(),
         };

@@ -18,7 +18,7 @@ pub struct Row {
     ratio_to_mc: f64,
 }
 
-/// A table of them.
+/// The rows of a table.
 pub type Rows = Vec<Row>;
 
 impl OfScenario for Row {

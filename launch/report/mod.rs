@@ -1,4 +1,4 @@
-//! What a run prints at its end: ours, and the paper's Table 3 and Table 4 beside it where they belong.
+//! What a run prints at its end: its results, with the paper's Table 3 and Table 4 beside them if they are the paper's.
 
 mod disposal;
 mod effort;
@@ -15,7 +15,7 @@ use serde::Deserialize;
 
 use crate::plan::launch_file::Launch;
 
-/// A row that may belong to a scenario; the paper's rows do not say.
+/// A row that may name its scenario; the rows of the paper's tables do not.
 trait OfScenario {
     fn scenario(&self) -> Option<&str>;
 }
@@ -47,12 +47,13 @@ pub fn print(launch: &Launch, folder: &Path) {
     notes::print(&notes);
 }
 
-/// What methods that know their errors contradict one another in, and what else cannot be right, in the results in `folder`.
+/// The errors in the results in `folder`: where methods that know their errors contradict one another, and what else
+/// cannot be right.
 pub fn errors(folder: &Path) -> Vec<String> {
     notes::errors(&read_file::<notes::Note>(&folder.join("notes.csv")))
 }
 
-/// The same by the label of the case under which each stands; of several the first.
+/// The first error of each case, by the label of the case.
 pub fn errors_by_case(folder: &Path) -> BTreeMap<String, String> {
     notes::errors_by_case(&read_file::<notes::Note>(&folder.join("notes.csv")))
 }
@@ -91,7 +92,7 @@ pub fn new_table(header: Vec<String>, names: usize) -> Table {
     table
 }
 
-/// A number with five decimals; NaN is what a method does not stand behind.
+/// A number with five decimals; NaN stands for a figure that a method withholds.
 fn number(value: f64) -> String {
     if value.is_nan() { "withheld".into() } else { format!("{value:.5}") }
 }

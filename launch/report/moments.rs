@@ -21,7 +21,7 @@ pub struct Row {
     pub above: Option<f64>,
 }
 
-/// A table of them.
+/// The rows of a table.
 pub type Rows = Vec<Row>;
 
 impl OfScenario for Row {

@@ -1,4 +1,4 @@
-//! Errors, warnings and remarks about results, the gravest first; which reference stands in is said before everything else.
+//! Errors, warnings and remarks about results, the gravest first, after the references that others replace.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ pub struct Note {
     note: String,
 }
 
-/// Notes that say the same of one method in one scenario, with other numbers.
+/// Notes about one method in one scenario that differ only in their numbers.
 struct Group<'a> {
     first: &'a Note,
     times: Vec<f64>,
@@ -23,7 +23,7 @@ struct Group<'a> {
 const FALLBACK: usize = 0;
 const ERROR: usize = 2;
 
-/// Prints a line for each reference that another one stands in for.
+/// Prints one line for each reference in whose place another one is used.
 pub fn print_fallbacks(scenario: &str, notes: &[Note]) {
     let of_scenario = notes.iter().filter(|note| note.scenario == scenario && severity(&note.note) == FALLBACK);
     for (place, group) in groups(of_scenario).iter().enumerate() {
@@ -55,7 +55,7 @@ fn lines(notes: &[Note]) -> Vec<String> {
     groups(sorted.into_iter()).iter().map(line).collect()
 }
 
-/// What is an error, in words.
+/// The notes that are errors, in words.
 pub fn errors(notes: &[Note]) -> Vec<String> {
     let errors = notes.iter().filter(|note| severity(&note.note) == ERROR);
     let in_words = |group: &Group<'_>| {
@@ -66,13 +66,13 @@ pub fn errors(notes: &[Note]) -> Vec<String> {
     groups(errors).iter().map(in_words).collect()
 }
 
-/// What is an error, in words, by the label of the case under which it stands; of several the first.
+/// The first error of each case, in words, by the label of the case.
 pub fn errors_by_case(notes: &[Note]) -> BTreeMap<String, String> {
     let errors = notes.iter().rev().filter(|note| severity(&note.note) == ERROR);
     errors.map(|note| (note.method.clone(), note.note.trim_start_matches(SEVERITIES[ERROR]).to_owned())).collect()
 }
 
-/// Puts together what differs in numbers alone, in the order of the first of each.
+/// Groups the notes that differ only in their numbers, in the order of the first note of each group.
 fn groups<'a>(notes: impl Iterator<Item = &'a Note>) -> Vec<Group<'a>> {
     let kind = |note: &Note| {
         let words: String = note.note.chars().filter(|c| !c.is_ascii_digit() && !"+-.e".contains(*c)).collect();

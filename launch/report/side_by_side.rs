@@ -1,4 +1,4 @@
-//! Paper, as printed, corrected and exact, side by side, with a reason for each difference.
+//! Values of the paper, as printed, corrected and of the reference side by side, with a reason for each difference.
 //!
 //! A case with the label `L-corrected` is shown beside the case `L`.
 
@@ -35,7 +35,7 @@ fn corrected(label: &str) -> String {
     format!("{label}-corrected")
 }
 
-/// Prints one table a method of Table 3, and the cases that have no place in them.
+/// Prints one table per method of Table 3, and one per case that belongs to none of these methods.
 pub fn print(launch: &Launch, rows: &[&Row]) {
     let reference = launch.references.first().map_or("", String::as_str);
     let paper: Rows = table_3();

@@ -21,7 +21,7 @@ pub struct Row {
     density_judged_by: String,
 }
 
-/// A table of them.
+/// The rows of the table.
 pub type Rows = Vec<Row>;
 
 impl OfScenario for Row {
@@ -45,7 +45,7 @@ pub fn print(scenario: &str, tolerance: f64, rows: &[&Row]) {
     say!("\n{scenario}: what each method is good for, to {} %\n{table}", percent(tolerance));
 }
 
-/// How far off, in what, when, and who says so.
+/// The worst error of a method: how large it is, in which quantity, at which time, and by whom it is judged.
 fn worst(error: f64, noise: f64, quantity: &str, time: f64, by: &str) -> String {
     let place = format!("{quantity} at {time} yr");
     match (error.is_nan(), noise > 0.0) {
@@ -57,7 +57,7 @@ fn worst(error: f64, noise: f64, quantity: &str, time: f64, by: &str) -> String 
     }
 }
 
-/// A share in per cent, with two digits.
+/// A fraction in per cent, with two decimals, or with one significant digit below 0.01 %.
 fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent == 0.0 || percent >= 0.01 {

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 /// The manifest's name.
 pub const MANIFEST: &str = "manifest.json";
-/// A folder that file systems have from the start, which is nobody's result.
+/// A folder that a file system has from the start; it belongs to no results.
 pub const LOST_AND_FOUND: &str = "lost+found";
 
 /// What a file of the folder must be.
@@ -21,8 +21,8 @@ pub struct FileRecord {
     pub sha256: String,
 }
 
-/// Every file below `folder` except the manifest, by its path from there. Folders in it that have a manifest of their own are
-/// not looked into.
+/// Every file below `folder` except the manifest, by its path relative to `folder`. Folders in it that have a manifest
+/// of their own are not looked into.
 ///
 /// # Errors
 /// Which file cannot be read.
@@ -72,8 +72,8 @@ fn record(path: &Path) -> std::io::Result<FileRecord> {
     Ok(FileRecord { bytes, sha256 })
 }
 
-/// Compares a results folder with its manifest, and the results folders that it says are in it with theirs: how many files there
-/// are, and what differs.
+/// Compares a results folder with its manifest, and each results folder that the manifest lists with its own manifest.
+/// Returns how many files there are, and what differs.
 ///
 /// # Errors
 /// If there is no manifest, or a file cannot be read.

@@ -27,8 +27,8 @@ pub struct ResultsFolder {
 }
 
 impl ResultsFolder {
-    /// Makes room for the results of a run called `name`, in `chosen` or else in `results/NAME-TIME`. That they can be written
-    /// there is found out here, before anything is computed.
+    /// Makes room for the results of a run called `name`, in `chosen` or else in `results/NAME-TIME`. This shows,
+    /// before anything is computed, whether they can be written there.
     ///
     /// # Errors
     /// Which folder cannot be used, and why.
@@ -51,7 +51,7 @@ impl ResultsFolder {
         Ok(Self { draft, path, fills })
     }
 
-    /// Keeps a copy of every scenario file in the results, and says where.
+    /// Keeps a copy of every scenario file in the results, and returns the paths.
     ///
     /// # Errors
     /// Which file cannot be written, and why.
@@ -66,7 +66,7 @@ impl ResultsFolder {
         launch.scenarios.iter().map(keep).collect()
     }
 
-    /// Keeps of the scenarios only `kept`, and nothing that the recorder has begun of others.
+    /// Keeps only the scenarios `kept`, and removes what the recorder has begun for others.
     ///
     /// # Errors
     /// What cannot be removed, and why.
@@ -98,7 +98,7 @@ impl ResultsFolder {
         })
     }
 
-    /// Where the results lie that could not be sealed, in words.
+    /// In words, where the results lie that could not be sealed.
     pub fn remains(&self) -> String {
         format!("the tables are whole, but not sealed, in {}", self.draft.display())
     }
@@ -109,7 +109,7 @@ impl ResultsFolder {
     }
 }
 
-/// The temporary name: what stands before and behind the run's number.
+/// The temporary name: what stands before and after the run's number.
 const DRAFT_START: &str = ".phasecloud-";
 const DRAFT_END: &str = ".partial";
 
@@ -135,7 +135,7 @@ fn is_there_and_empty(path: &Path) -> Result<bool, String> {
                 path.display()
             ));
         }
-        // A file system of its own has this from the start.
+        // A folder that is a file system of its own has this from the start.
         if name != LOST_AND_FOUND {
             return Err(format!("the results folder {} is not empty; name a new or empty one", path.display()));
         }
@@ -143,7 +143,7 @@ fn is_there_and_empty(path: &Path) -> Result<bool, String> {
     Ok(true)
 }
 
-/// Moves all of `draft` up into `folder`; the manifest, with which the results are whole, at last.
+/// Moves everything in `draft` up into `folder`; the manifest, which says that the results are whole, comes last.
 fn fill(draft: &Path, folder: &Path) -> io::Result<()> {
     let mut names = fs::read_dir(draft)?.map(|entry| Ok(entry?.file_name())).collect::<io::Result<Vec<_>>>()?;
     names.sort_by_key(|name| name == MANIFEST);
@@ -153,7 +153,7 @@ fn fill(draft: &Path, folder: &Path) -> io::Result<()> {
     fs::remove_dir(draft)
 }
 
-/// What the results of a launch file's run are called: after its scenario, or after the launch file if there are several.
+/// The name for the results of a launch file: that of its scenario, or that of the launch file if there are several.
 pub fn name_of(launch: &Launch) -> &str {
     match &launch.scenarios[..] {
         [only] => &only.content.name,

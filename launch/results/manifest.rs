@@ -1,4 +1,4 @@
-//! `manifest.json`: what was run, and how every process ended, and the checksums of all other files of the folder.
+//! `manifest.json`: what was run, how every process ended, and the checksums of all other files of the folder.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -91,9 +91,9 @@ pub struct Collection<'a> {
     pub run_id: u64,
     /// When it was started.
     pub started: &'a str,
-    /// The sweep file's text; none of a service.
+    /// The text of the sweep file; `None` for a service that takes requests.
     pub sweep: Option<&'a str>,
-    /// The names of the results folders, one a scenario.
+    /// The names of the results folders, one per scenario.
     pub folders: &'a [String],
     /// Combinations or files that were refused, and why.
     pub refused: &'a BTreeMap<String, String>,
@@ -101,7 +101,8 @@ pub struct Collection<'a> {
     pub incomplete: Option<&'a str>,
 }
 
-/// Writes the manifest of a folder of results folders, which have their own, with the checksums of what else is there.
+/// Writes the manifest of a folder that holds results folders, which have their own, with the checksums of its other
+/// files.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -143,7 +144,7 @@ fn versions() -> BTreeMap<&'static str, &'static str> {
     BTreeMap::from([("phasecloud", env!("CARGO_PKG_VERSION")), ("iceoryx2", "0.10.0"), ("messages", "2")])
 }
 
-/// Notes the checksums of all other files of `folder` in its manifest; to be done after whatever changes one.
+/// Writes the checksums of all other files of `folder` into its manifest; must be repeated after a file has changed.
 ///
 /// # Errors
 /// If there is no manifest, or it cannot be written.
@@ -161,7 +162,7 @@ pub fn seal(folder: &Path) -> Result<(), String> {
 fn write_json(folder: &Path, manifest: &impl Serialize) -> Result<(), String> {
     let path = folder.join(checksums::MANIFEST);
     let text = serde_json::to_string_pretty(manifest).map_err(|e| format!("{}: {e}", path.display()))?;
-    // Whole or not at all: one that was there before stays as it was if the disk is full.
+    // The file is written whole or not at all: an earlier manifest stays as it was if the disk is full.
     let draft = folder.join(format!("{}.partial", checksums::MANIFEST));
     let written = std::fs::write(&draft, text + "\n").and_then(|()| std::fs::rename(&draft, &path));
     written.map_err(|e| {
@@ -172,7 +173,7 @@ fn write_json(folder: &Path, manifest: &impl Serialize) -> Result<(), String> {
 
 /// What a manifest says of a run.
 pub struct Recorded {
-    /// What it used.
+    /// The launch file and the scenarios that it used.
     pub launch: Launch,
     /// Why cases failed.
     pub failures: BTreeMap<String, String>,

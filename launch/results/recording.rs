@@ -23,7 +23,7 @@ pub struct About {
     pub scenarios: Vec<(String, String)>,
 }
 
-/// SHA-256 of the launch file and the scenarios, each with its length before it, in hexadecimal digits.
+/// SHA-256 of the launch file and the scenarios, each preceded by its length, in hexadecimal digits.
 pub fn configuration(launch: &Launch) -> String {
     let mut hash = Sha256::new();
     for text in std::iter::once(&launch.text).chain(launch.scenarios.iter().map(|scenario| &scenario.text)) {

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::Run;
 
 impl Run<'_> {
-    /// Says whom the run waits for.
+    /// Prints which hosts the run waits for.
     pub(super) fn announce_hosts(&self) {
         if let Some(hosts) = &self.commands.launch.hosts {
             let names = hosts.names.join(", ");
@@ -14,7 +14,7 @@ impl Run<'_> {
         }
     }
 
-    /// A host has joined, or the bridge itself is ready.
+    /// Notes that a host has joined.
     pub(super) fn take_in(&mut self, host: &str) {
         if !self.absent.remove(host) {
             return;

@@ -33,7 +33,7 @@ impl Run<'_> {
         })
     }
 
-    /// Whether a case has still to deliver in the scenario under way.
+    /// Whether a case has work left in the scenario under way.
     pub(super) fn is_at_work(&self, case: &Case) -> bool {
         let owes = |name: &str| self.members.get(name).is_some_and(|member| member.owes);
         !self.has_failed(&case.label) && case.members().any(|(name, _)| owes(&name))

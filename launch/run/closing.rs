@@ -4,8 +4,8 @@ use super::{Abort, Run};
 use crate::plan::cases::Case;
 
 impl Run<'_> {
-    /// The user asks to stop. At the first request the cases that have delivered all their snapshots are compared and recorded,
-    /// the others are left out.
+    /// Follows a request of the user to stop. At the first request the cases that have delivered all their snapshots
+    /// are compared and recorded, the others are left out.
     pub(super) fn heed_request(&mut self) -> Result<(), Abort> {
         let requests = self.signals.take_requests();
         if !self.keeps || self.closing.is_some() || requests > 1 {
@@ -26,7 +26,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// After a request to stop: whether what was finished is recorded.
+    /// Whether there was a request to stop, and what was finished is recorded.
     pub(super) fn has_closed(&self) -> bool {
         self.closing.is_some_and(|scenario| self.scenario > scenario)
     }

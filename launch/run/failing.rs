@@ -11,21 +11,21 @@ use crate::crew::member::MOST_RESTARTS;
 use crate::plan::launch_file::Restart;
 
 impl Run<'_> {
-    /// A process has ended before the run did: starts it again if that may help.
+    /// Deals with a process that has ended before the run did: starts it again if that may help.
     pub(super) fn deal_with_end(&mut self, name: &str, status: std::process::ExitStatus) -> Result<(), Abort> {
         self.supervisor.kill_leftovers(name);
-        // So that its places on the topics are free for its successor.
+        // This frees the places of the process on the topics for its successor.
         self.clean();
         let has_failed = self.has_failed(name);
         let may_restart = self.commands.launch.restart == Restart::OnFailure && !status.success();
         let Some(member) = self.members.get_mut(name) else { return Ok(()) };
         if has_failed {
-            // It has said why; it gets another chance with the next scenario.
+            // The reason is known already; the process is started again with the next scenario.
             member.rest();
             return Ok(());
         }
         if std::mem::take(&mut member.is_dismissed) {
-            // Its case failed in the scenario before this one, which has been quicker than its end.
+            // Its case failed in the previous scenario, and this one began before the process had ended.
             member.plan_restart(Instant::now());
             return Ok(());
         }
@@ -44,7 +44,7 @@ impl Run<'_> {
         self.failures.contains_key(&(self.scenario, self.subject(name).to_owned()))
     }
 
-    /// Whose failure that of a process is: its case's.
+    /// The label of the case to which the process `name` belongs; `name` itself for all others.
     pub(super) fn subject<'n>(&self, name: &'n str) -> &'n str {
         if self.members.contains_key(name) { label_of_member(name) } else { name }
     }
@@ -53,7 +53,8 @@ impl Run<'_> {
         self.commands.launch.cases.iter().any(|case| case.label == name)
     }
 
-    /// Fails a case of which another process has complained, and ends it; a stranger is named.
+    /// Fails and ends the case `sender`, of which another process has complained; any other sender is noted as a
+    /// stranger.
     pub(super) fn blame(&mut self, sender: &str, why: String) -> Result<(), Abort> {
         let name: String = sender.escape_debug().collect();
         if self.is_case(&name) {
@@ -65,7 +66,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Notes what was wrong with somebody or something that is no case.
+    /// Notes what was wrong with a sender that is no case, or with a scenario that was refused.
     pub(super) fn name_stranger(&mut self, name: String, why: String) {
         self.view.error(&format!("{name}: {why}"));
         tracing::warn!("{name}: {why}");
@@ -88,7 +89,7 @@ impl Run<'_> {
                 if label_of_member(name) == label {
                     member.is_dismissed = true;
                 } else if Service::named(name).is_some() {
-                    // They have waited for it, and now have something to do.
+                    // The services have waited for the case, and now have something to do.
                     member.heard = Instant::now();
                 }
             }
@@ -98,7 +99,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Ends the shards of a case, but not the one `spared`; a case in one piece has one.
+    /// Ends the processes of a case except `spared`; a case without shards has one process.
     pub(super) fn kill_case(&mut self, label: &str, spared: Option<&str>) {
         let members = self.members.keys().filter(|name| label_of_member(name) == label);
         for member in members.filter(|name| Some(name.as_str()) != spared) {

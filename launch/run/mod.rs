@@ -52,7 +52,7 @@ impl From<PortError> for Abort {
     }
 }
 
-/// What went wrong: the scenario's position and the label of the case, and why it has no results there.
+/// What went wrong: by the scenario's position and the label of the case, why the case has no results there.
 pub type Failures = BTreeMap<(u32, String), String>;
 
 /// A scenario that has been published.
@@ -60,7 +60,7 @@ struct UnderWay {
     scenario: u32,
     name: String,
     snapshots: u32,
-    /// When that was.
+    /// When it was published.
     since: Instant,
 }
 
@@ -78,7 +78,7 @@ pub struct Run<'a> {
     members: BTreeMap<String, Member>,
     all_ready: bool,
     cleaned: Instant,
-    /// Position of the scenario under way: so many are recorded.
+    /// Position of the scenario under way, which is also the number of scenarios that are recorded.
     scenario: u32,
     /// The scenario that was published last.
     under_way: Option<UnderWay>,
@@ -86,22 +86,23 @@ pub struct Run<'a> {
     in_all: Option<u32>,
     estimated: u64,
     compared: bool,
-    /// Which case estimator and recorder wait for, and what they wait for.
+    /// By the name of a service: the case for which it waits, and what it waits for.
     awaited: BTreeMap<String, (String, String)>,
     failures: Failures,
-    /// Who else has sent what cannot be used, and what was wrong with it.
+    /// Senders that are no case and scenarios that were refused, and what was wrong with them.
     strangers: BTreeMap<String, String>,
     /// The hosts that have not joined yet; until they have, nothing but the bridge is started.
     absent: BTreeSet<String>,
-    /// Tells time that passed from time in which the launcher itself stood still.
+    /// Distinguishes time that passed from time in which the launcher itself stood still.
     watch: Watch,
-    /// The latest reports about the next scenario, which come before the end of this one if their senders are quicker.
+    /// The latest reports about the next scenario, which arrive before the end of this one if their senders are
+    /// quicker.
     early: BTreeMap<(String, u32), Report>,
-    /// Whether a request to stop leaves what is finished.
+    /// Whether what is finished is kept after a request to stop.
     keeps: bool,
-    /// The scenario under way when there was one.
+    /// The scenario that was under way at the first request to stop, if there was one.
     closing: Option<u32>,
-    /// The cases of the last scenario that were left out because of it.
+    /// The cases of the last scenario that were left out because of the request to stop.
     cut: Vec<String>,
 }
 
@@ -110,7 +111,7 @@ impl<'a> Run<'a> {
     /// started.
     ///
     /// # Errors
-    /// If there is no domain to be had.
+    /// If the domain cannot be created.
     pub fn begin(
         commands: Commands<'a>,
         snapshots: usize,
@@ -180,8 +181,8 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// From the start of the first process until as many scenarios are recorded as there are. Calls `recorded` after each
-    /// with its position.
+    /// Conducts the run from the start of the first process until all scenarios are recorded. Calls `recorded` after
+    /// each with its position.
     ///
     /// # Errors
     /// Why there are no results.
@@ -210,12 +211,12 @@ impl<'a> Run<'a> {
         &self.failures
     }
 
-    /// Senders that are no case of the run, and why their messages were not used.
+    /// Senders that are no case of the run and scenarios that were refused, and what was wrong with them.
     pub fn strangers(&self) -> &BTreeMap<String, String> {
         &self.strangers
     }
 
-    /// Ends all processes and says how each ended.
+    /// Ends all processes and returns how each ended.
     pub fn end(&mut self) -> BTreeMap<String, String> {
         let how = |(name, end): (String, String)| {
             let restarts = self.members.get(&name).map_or(0, |member| member.attempt);
@@ -225,7 +226,7 @@ impl<'a> Run<'a> {
         self.supervisor.stop_all().into_iter().map(how).collect()
     }
 
-    /// Closes the run, and leaves who hears of further requests to stop.
+    /// Closes the run, and returns the signals, which report further requests to stop.
     pub fn into_signals(self) -> Signals {
         self.signals
     }
@@ -238,7 +239,7 @@ impl<'a> Run<'a> {
         self.take_scenarios()?;
         self.view.refresh();
         let ended = self.supervisor.newly_ended();
-        // What a process said before it ended tells more than how it ended.
+        // The reports that a process sent before it ended say more than how it ended.
         self.take_reports()?;
         for Ended { name, status } in &ended {
             self.deal_with_end(name, *status)?;
@@ -249,7 +250,7 @@ impl<'a> Run<'a> {
         self.end_what_takes_too_long()?;
         self.give_up_on_the_silent()?;
         if self.cleaned.elapsed() > TICK {
-            // Onlookers may die too.
+            // Observers may die, too.
             self.clean();
         }
         Ok(())
@@ -285,7 +286,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Takes in which scenario has been published.
+    /// Receives the scenarios that have been published.
     fn take_scenarios(&mut self) -> Result<(), Abort> {
         while let Some(message) = self.scenarios.receive()? {
             if let Err(Refusal { sender, why }) = screen(self.commands.run_id, &message) {
@@ -298,7 +299,7 @@ impl<'a> Run<'a> {
             if self.under_way.as_ref().is_none_or(|known| known.scenario < scenario) {
                 let name = unpack(&header.name);
                 self.view.model_mut().set_stage(scenario, Stage { name: name.clone(), snapshots: snapshots.into() });
-                // A service may have idled for long.
+                // A service may have been idle for long, which is no silence of its processes.
                 let now = Instant::now();
                 self.under_way = Some(UnderWay { scenario, name, snapshots, since: now });
                 self.members.values_mut().for_each(|member| member.heard = now);
@@ -312,7 +313,7 @@ impl<'a> Run<'a> {
         self.under_way.as_ref().filter(|known| known.scenario == self.scenario)
     }
 
-    /// The recorder has written the scenario.
+    /// Begins the next scenario, since the recorder has written this one.
     fn begin_next_scenario(&mut self) -> Result<(), Abort> {
         if let Some(known) = self.current() {
             self.view.note(&format!("{} is recorded", known.name));
@@ -329,7 +330,7 @@ impl<'a> Run<'a> {
         early.into_values().try_for_each(|report| self.take_report(report))
     }
 
-    /// Time in which the launcher itself was stopped, or got no turn, is nobody's silence and in nobody's budget.
+    /// Counts time in which the launcher itself was stopped, or got no turn, neither as silence nor in a budget.
     fn forgive_what_was_missed(&mut self) {
         let missed = self.watch.missed();
         self.members.values_mut().for_each(|member| member.heard += missed);
@@ -354,7 +355,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The scenarios as far as progress goes: all of a run, none yet of a service.
+/// What is needed of the scenarios to show progress: all those of a run, none yet of a service.
 fn stages(launch: &Launch, in_all: Option<u32>) -> Vec<Stage> {
     let stage =
         |s: &ScenarioInput| Stage { name: s.content.name.clone(), snapshots: s.content.problem.times.len() as u64 };

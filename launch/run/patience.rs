@@ -1,4 +1,4 @@
-//! The end of patience: who owes work and says nothing is named and ended.
+//! The end of patience: a process that owes work and is silent is named and ended.
 
 use std::time::{Duration, Instant};
 
@@ -23,7 +23,7 @@ impl Run<'_> {
             self.supervisor.kill(&name);
         }
         if self.in_all.is_none() && self.current().is_none() {
-            return Ok(()); // a service that nobody has asked for anything
+            return Ok(()); // a service that has no request
         }
         let patience = Duration::from_secs_f64(self.commands.launch.patience.min(1e9));
         let is_silent = |member: &Member| member.due.is_none() && now > member.heard + patience;
@@ -34,7 +34,7 @@ impl Run<'_> {
             .iter()
             .flat_map(Case::members)
             .map(|(name, _)| name)
-            // Before a scenario is published nobody owes anything for it but the scenario node.
+            // Before a scenario is published, only the scenario node owes work for it.
             .filter(|name| self.current().is_some() && !self.has_failed(name))
             .filter(|name| self.members.get(name).is_some_and(|member| member.owes && is_silent(member)))
             .collect();
@@ -62,7 +62,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Ends a run whose hosts do not come.
+    /// Ends a run whose hosts do not join.
     fn give_up_on_absent_hosts(&self, now: Instant) -> Result<(), Abort> {
         let patience = Duration::from_secs_f64(self.commands.launch.patience.min(1e9));
         if self.members.values().all(|member| now < member.heard + patience) {
@@ -73,7 +73,8 @@ impl Run<'_> {
         Err(Abort::Fatal(format!("{} did not join within {seconds} s", absent.join(", "))))
     }
 
-    /// The case that keeps a process waiting, and with what: believed when a restart of that process has not helped, or is not to be.
+    /// The case for which the process `hindrance` waits, and what it waits for. The process is believed only if a
+    /// restart has not helped, or is not allowed.
     fn whom_it_waits_for(&self, hindrance: &str) -> Option<(String, String)> {
         let never = self.commands.launch.restart == Restart::Never;
         let has_had_its_chance = never || self.members.get(hindrance).is_some_and(Member::was_restarted);

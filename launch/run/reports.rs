@@ -76,20 +76,20 @@ impl Run<'_> {
         }
     }
 
-    /// A node says that a case cannot be completed: of itself, or of another one.
+    /// Deals with a report that a case cannot be completed, from the case itself or from another node.
     fn take_failure(&mut self, node: &str, scenario: u32, case: &str, why: String) -> Result<(), Abort> {
         let speaks_of_itself = node == case;
         let is_of_a_case = self.is_case(self.subject(node));
         if scenario < self.scenario {
-            // What was wrong with a case's part of a scenario that is recorded is of no account.
+            // What was wrong with a case in a scenario that is already recorded does not matter.
             let matters = !speaks_of_itself && !is_of_a_case && !self.is_case(self.subject(case));
             return if matters { self.blame(case, why) } else { Ok(()) };
         }
-        // A case speaks for itself alone.
+        // A case can report only its own failure.
         if speaks_of_itself || is_of_a_case { self.fail(node, why) } else { self.blame(case, why) }
     }
 
-    /// Whether a report is about the next scenario, of which this one's end has not been heard yet.
+    /// Whether a report is about the next scenario, although the end of this one has not been reported yet.
     fn is_early(&self, report: &Report) -> bool {
         report.scenario == self.scenario.saturating_add(1)
             && !matches!(report.event, Event::Ready | Event::Joined { .. })

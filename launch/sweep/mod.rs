@@ -1,4 +1,4 @@
-//! What a sweep leaves besides its scenarios' folders: which values each had, and a table and a page of all.
+//! The files of a sweep besides the results of its scenarios: the varied values of each, and a table and a page of all.
 
 mod page;
 mod table;
@@ -14,7 +14,7 @@ pub use table::{Row, TABLE};
 /// The file in each scenario's folder that says which values were varied.
 pub const VARIED: &str = "varied.csv";
 
-/// The problem of a combination that was left.
+/// The problem of a combination that was not reached.
 const NOT_DONE: &str = "not done: the sweep was stopped";
 
 /// A scenario of a sweep that has been recorded.
@@ -32,7 +32,7 @@ pub struct Done {
     pub errors: BTreeMap<String, String>,
 }
 
-/// Writes into a scenario's folder which values it has of those that are varied.
+/// Writes a scenario's values of the keys that are varied into its folder.
 ///
 /// # Errors
 /// If the file cannot be written.
@@ -45,8 +45,9 @@ pub fn write_varied(sweep: &Sweep, index: usize, scenario: &str, folder: &Path) 
     table.finish()
 }
 
-/// Writes the table and the page of what has been done of a sweep. `refused` says why combinations were, by
-/// [`combination_name`]; one that was neither done nor refused has not been come to when the sweep was stopped.
+/// Writes the table and the page of what has been done of a sweep. `refused` says why combinations were refused, by
+/// [`combination_name`]; a combination that was neither done nor refused had not been reached when the sweep was
+/// stopped.
 ///
 /// # Errors
 /// Which file cannot be written, or read.

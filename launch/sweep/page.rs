@@ -1,4 +1,4 @@
-//! `report.html` of a sweep: what was varied, and a row for each scenario and method; one file, nothing is loaded from elsewhere.
+//! `report.html` of a sweep: what was varied, and one row per scenario and method, in one file that loads nothing else.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `sweep.csv`: a row for each scenario and method, with the values that were varied and what came of them at the end.
+//! `sweep.csv`: one row per scenario and method, with the values that were varied and the results at the last time.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use super::Done;
 /// The table's name.
 pub const TABLE: &str = "sweep.csv";
 
-/// The columns behind those of the varied values.
+/// The columns after those of the varied values.
 pub(super) const NUMBERS: [&str; 10] = [
     "t_yr",
     "mean_phi_rad",
@@ -37,7 +37,7 @@ pub struct Row {
     pub method: String,
     /// The varied values.
     pub values: Vec<f64>,
-    /// What came out, see [`NUMBERS`]; NaN where there is nothing.
+    /// The results, in the order of [`NUMBERS`]; NaN where there is none.
     pub numbers: [f64; NUMBERS.len()],
     /// The scenario's folder; empty if there is none.
     pub folder: String,
@@ -46,7 +46,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The row of a combination that cannot be done, or was not.
+    /// The row of a combination that was refused, or not done.
     pub fn refused(sweep: &Sweep, index: usize, why: &str) -> Self {
         Self {
             index,
@@ -59,7 +59,7 @@ impl Row {
         }
     }
 
-    /// Whether anything came out.
+    /// Whether it has any result.
     pub(super) fn has_numbers(&self) -> bool {
         self.numbers.iter().any(|number| !number.is_nan())
     }

@@ -1,4 +1,4 @@
-//! Programs that play a propagator in a test: examples of this package, built with it.
+//! Programs that play a propagator in a test: examples of this package, which are built with it.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

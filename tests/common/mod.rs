@@ -15,7 +15,7 @@ pub const SCENARIO_1: &str = include_str!("../../launch/scenarios/scenario-1.tom
 pub const REPRODUCIBLE: [&str; 5] =
     ["moments.csv", "errors.csv", "distances.csv", "first_passage.csv", "densities.npz"];
 
-/// A number from the environment, for tests that can do more of the same.
+/// A number from the environment, for tests that can repeat themselves more often.
 pub fn number(variable: &str, default: u64) -> u64 {
     std::env::var(variable).ok().map_or(default, |text| text.parse().expect("a number"))
 }
@@ -124,7 +124,7 @@ impl Bench {
     }
 }
 
-/// Files in shared memory that belong to domain `run_id`.
+/// Files in shared memory that belong to the domain of run `run_id`.
 pub fn shared_memory_of(run_id: &str) -> Vec<String> {
     let names = std::fs::read_dir("/dev/shm").unwrap().flatten();
     names.map(|entry| entry.file_name().to_string_lossy().into_owned()).filter(|n| n.contains(run_id)).collect()

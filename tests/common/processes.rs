@@ -22,10 +22,10 @@ pub fn signal(process: &Process, signal: Signal) {
     let _ = kill_process(Pid::from_raw(process.pid).unwrap(), signal);
 }
 
-/// Long past anything that a loaded machine takes; only to end a test that would hang.
+/// Far longer than a loaded machine needs; only ends a test that would hang.
 pub const WATCHDOG: Duration = Duration::from_secs(180);
 
-/// Looks again and again until there is what `look` looks for.
+/// Calls `look` again and again until it finds something.
 pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let begun = Instant::now();
     loop {
@@ -47,10 +47,10 @@ pub fn signal_child(child: &Child, signal: Signal) {
     kill_process(Pid::from_child(child), signal).unwrap();
 }
 
-/// What a process says, line by line as it comes.
+/// The output of a process, line by line as it comes.
 pub struct Said {
     lines: Receiver<String>,
-    /// What it has said so far.
+    /// The output so far.
     pub so_far: String,
 }
 
@@ -76,7 +76,7 @@ impl Said {
         }
     }
 
-    /// All that is said until the end.
+    /// All output until the end.
     pub fn rest(mut self) -> String {
         self.so_far += &self.lines.iter().map(|line| line + "\n").collect::<String>();
         self.so_far

@@ -76,7 +76,7 @@ fn a_host_that_is_lost_for_good_is_named_with_its_cases_and_the_others_are_compa
     let mut workers = site.join_all();
     Site::await_process(&site.workers[0].1, "far");
     let mut lost = workers.remove(0);
-    // The whole host: its launcher first, which takes all with it.
+    // The whole host is lost: its launcher is killed first, and all its processes end with it.
     site::signal(&lost, Signal::KILL);
     lost.wait().unwrap();
     let (code, said) = end(run);

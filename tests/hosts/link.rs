@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 const DELAY: Duration = Duration::from_millis(50);
 const HOLD_UP: Duration = Duration::from_millis(250);
-/// A block on the wire.
+/// A block of bytes on the wire.
 const BLOCK: usize = 16 << 10;
 
 #[derive(Default)]
@@ -48,12 +48,12 @@ impl Link {
         link
     }
 
-    /// Cuts it: connections stand still, as over a cable that is pulled, and new ones do not come about.
+    /// Cuts the link: connections stand still, as over a cable that is pulled, and no new ones can be opened.
     pub fn cut(&self) {
         self.state.is_cut.store(true, Ordering::SeqCst);
     }
 
-    /// Mends it. What was under way when it was cut is lost, with its connections.
+    /// Mends the link. The bytes that were under way when it was cut are lost, and so are their connections.
     pub fn mend(&self) {
         self.state.streams.lock().unwrap().drain(..).for_each(|stream| drop(stream.shutdown(Shutdown::Both)));
         self.state.is_cut.store(false, Ordering::SeqCst);
@@ -80,7 +80,7 @@ fn carry(mut from: TcpStream, mut to: TcpStream, state: Arc<State>) {
             let due = if number % 100 == 99 { due + HOLD_UP } else { due };
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
             if state.is_cut.load(Ordering::SeqCst) {
-                break; // lost, and TCP's own patience with it
+                break; // the block is lost, and TCP does not send it again
             }
             *state.carried.lock().unwrap() += block.len() as u64;
             if to.write_all(&block).is_err() {

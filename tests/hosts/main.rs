@@ -1,5 +1,5 @@
-//! Runs over several hosts: each a domain of its own, joined over loopback or, where that is allowed, over network
-//! namespaces.
+//! Runs over several hosts: each host is a domain of its own, joined over loopback or, where that is allowed, over
+//! network namespaces.
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]

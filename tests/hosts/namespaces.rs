@@ -1,6 +1,7 @@
 //! Three hosts in network namespaces of their own, joined by cables that can be pulled; encrypted.
 //!
-//! The kernel's netem makes the cables slow and lossy where it is there; where it is not, `link.rs` has a stand-in, and says so.
+//! The kernel's netem makes the cables slow and lossy if the kernel has it; if not, the test prints so, and `link.rs`
+//! has a stand-in.
 
 use std::process::Command;
 use std::time::Duration;
@@ -23,7 +24,7 @@ fn ip(arguments: &[&str]) -> bool {
 }
 
 impl Network {
-    /// `None` where that is not allowed; says so.
+    /// `None` where that is not allowed; prints so.
     fn new(workers: usize) -> Option<Self> {
         let own = std::process::id();
         let names: Vec<String> = (0..=workers).map(|index| format!("pcn{own}-{index}")).collect();

@@ -1,4 +1,4 @@
-//! Who may take part.
+//! Which hosts may take part.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -14,7 +14,7 @@ use crate::site::{self, Site, end, end_well, wait_until};
 
 const CASES: &str = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 1_000\nhosts = [\"worker-a\"]\n";
 
-/// An authority, and certificates for 127.0.0.1 that it has signed, made by openssl; `None` where there is none.
+/// An authority, and certificates for 127.0.0.1 that it has signed, made by openssl; `None` if there is no openssl.
 pub struct Certificates(PathBuf);
 
 impl Certificates {
@@ -103,7 +103,8 @@ impl Certificates {
     }
 }
 
-/// What a stranger with these files at this endpoint hears when it greets, and when it asks for everything.
+/// The answer that a stranger with these files at this endpoint gets when it greets, and how many answers when it asks
+/// for everything.
 fn stranger(endpoint: &str, authority: Option<&Path>) -> (String, usize) {
     let tls = Tls { authority: authority.map(Path::to_owned), certificate: None, key: None };
     let access = Access { endpoint: endpoint.parse().unwrap(), tls, insecure: false };
@@ -134,7 +135,7 @@ fn a_peer_without_the_certificate_gets_nothing_in_and_nothing_out() {
     {
         assert_eq!(stranger(&endpoint, authority.as_deref()), ("nothing".into(), 0), "at {endpoint}");
     }
-    // One with a certificate comes in.
+    // A worker with a certificate may join.
     let mut command = site.workers[0].1.phasecloud();
     command.args(["join", "--connect", &endpoint, "--name", "worker-a"]).args(certificates.arguments());
     let worker = site::spawn(command);

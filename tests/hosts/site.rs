@@ -9,7 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use crate::common::Bench;
 use crate::common::processes::of_runs_below;
 
-/// Long past anything that a loaded machine takes; only to end a test that would hang.
+/// Far longer than a loaded machine needs; only ends a test that would hang.
 pub const WATCHDOG: Duration = Duration::from_secs(180);
 
 /// Cases over three hosts, and one at home.
@@ -34,7 +34,7 @@ node = "gmm-ut"
 mode = "as-printed"
 "#;
 
-/// The same cases without other hosts and shards.
+/// The same cases without other hosts and without shards.
 pub fn alone(cases: &str) -> String {
     let plain = |line: &&str| !line.starts_with("hosts =") && !line.starts_with("shards =");
     cases.lines().filter(plain).collect::<Vec<_>>().join("\n")
@@ -57,7 +57,7 @@ impl Site {
         Self { home: Bench::new(), workers: workers.iter().map(worker).collect(), port: free_port() }
     }
 
-    /// A launch file with these cases, and a `[hosts]` table with these lines more.
+    /// A launch file with these cases, and a `[hosts]` table with the further lines `more`.
     pub fn launch_file(&self, name: &str, cases: &str, more: &str) -> PathBuf {
         let names: Vec<&str> = self.workers.iter().map(|(name, _)| name.as_str()).collect();
         let hosts = format!("[hosts]\nnames = {names:?}\nlisten = \"tcp/127.0.0.1:{}\"\n{more}\n", self.port);
@@ -71,7 +71,7 @@ impl Site {
         spawn(command)
     }
 
-    /// Starts `phasecloud join` on worker number `index`, to a port of its own if need be.
+    /// Starts `phasecloud join` on worker number `index`; it connects to `port`.
     pub fn join(&self, index: usize, port: u16) -> Child {
         let (name, bench) = &self.workers[index];
         let mut command = bench.phasecloud();
@@ -83,7 +83,7 @@ impl Site {
         (0..self.workers.len()).map(|index| self.join(index, self.port)).collect()
     }
 
-    /// Nothing is left of any host's domain.
+    /// Checks that nothing is left of any host's domain.
     pub fn check_clean(&self) {
         for bench in self.workers.iter().map(|(_, bench)| bench).chain([&self.home]) {
             wait_until("processes end", || of_runs_below(&bench.path("")).is_empty());
@@ -113,7 +113,7 @@ pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Waits for the end: exit code and what was said.
+/// Waits for the end; returns the exit code and standard error.
 pub fn end(mut child: Child) -> (Option<i32>, String) {
     let (mut out, mut errors) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
     let out = std::thread::spawn(move || std::io::read_to_string(&mut out).unwrap_or_default());

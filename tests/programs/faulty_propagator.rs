@@ -1,5 +1,5 @@
-//! A small Monte Carlo with a fault of choice, for the tests of `phasecloud check` and of runs. Without the kit, which would not
-//! let most of them happen.
+//! A small Monte Carlo with a fault of choice, for the tests of `phasecloud check` and of runs. It does not use the
+//! kit, which would not let most of these faults happen.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -81,7 +81,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
     if stuck == Some(assignment.scenario()) {
         std::thread::sleep(Duration::from_secs(3600));
     }
-    // Others know nothing of shards.
+    // A propagator with another fault does not use shards.
     let total = match fault {
         "range" => 2 * SAMPLES as u64 - 1,
         "first-scenario" => SAMPLES as u64 * u64::from(session.shard.count),
@@ -154,7 +154,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
     Ok(outlet)
 }
 
-/// A first-passage curve that cannot be right, or no curve at all; none of most faults.
+/// A first-passage curve that cannot be right; empty for faults that concern something else.
 fn curve(fault: &str, scenario: u32, times: &[f64]) -> Vec<f64> {
     if fault == "unreadable-passage" && scenario == 1 {
         return vec![f64::NAN, 0.0, 0.0, 1.0];
@@ -179,7 +179,7 @@ fn spoil(fault: &str, index: usize, time: f64, phi: &mut [f64], e: &mut [f64]) {
     match fault {
         "nan" if index > 0 => phi[7] = f64::NAN,
         "eccentricity" if index > 0 => e[7] = 1.0,
-        // Also the initial cloud.
+        // This fault also spoils the initial cloud.
         "degrees" => phi.iter_mut().for_each(|phi| *phi = phi.to_degrees()),
         "energy" => e.iter_mut().for_each(|e| *e *= 1.0 + 1e-5 * time),
         _ => {}

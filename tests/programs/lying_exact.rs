@@ -1,4 +1,4 @@
-//! The exact propagator with a lie of choice, or something withheld, for the tests of what a run says of it.
+//! The exact propagator with a lie of choice, or something withheld, for the tests of what a run reports about it.
 
 use std::process::ExitCode;
 

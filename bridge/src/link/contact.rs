@@ -3,12 +3,13 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Home is lost to a worker host that has heard nothing of it for so long: more than a cut of five seconds and the opening of a
-/// new link; little enough that the worker has ended within ten seconds.
+/// A worker host that has heard nothing of home for this time takes home for lost. It is longer than a cut of five
+/// seconds and the opening of a new link, and short enough that the worker has ended within ten seconds.
 pub const HOME_LOST: Duration = Duration::from_secs(8);
-/// A worker host is lost to home after so long: it may be busy, and comes back by itself while it has not given up home.
+/// Home takes a worker host for lost after this time: the host may be busy, and comes back by itself if it has not
+/// given up home.
 pub const WORKER_LOST: Duration = Duration::from_secs(12);
-/// A worker host that has just joined has processes to start before it is first heard of: so much longer.
+/// How much longer home waits for a worker host that has just joined, because it has processes to start first.
 const STARTUP: Duration = Duration::from_secs(30);
 
 /// What the threads that deal with one other host share.
@@ -23,12 +24,12 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// With home, which has just been heard of.
+    /// A contact with home, which has just been heard of.
     pub fn with_home() -> Self {
         Self::lost_after(HOME_LOST, Duration::ZERO)
     }
 
-    /// With a worker host that has just joined.
+    /// A contact with a worker host that has just joined.
     pub fn with_worker() -> Self {
         Self::lost_after(WORKER_LOST, STARTUP)
     }
@@ -44,42 +45,42 @@ impl Contact {
         }
     }
 
-    /// The other host has said something.
+    /// Notes that the other host has been heard of.
     pub fn hear(&self) {
         self.heard.store(self.start.elapsed().as_millis() as u64, Ordering::Relaxed);
     }
 
-    /// So many bytes of messages have come from it.
+    /// Notes that `bytes` bytes of messages have come from the other host.
     pub fn carry(&self, bytes: usize) {
         self.carried.fetch_add(bytes as u64, Ordering::Relaxed);
     }
 
-    /// Bytes of messages that have come from it so far.
+    /// Bytes of messages that have come from the other host so far.
     pub fn carried(&self) -> u64 {
         self.carried.load(Ordering::Relaxed)
     }
 
-    /// How long nothing has been heard of it.
+    /// For how long nothing has been heard of the other host.
     pub fn silence(&self) -> Duration {
         self.start.elapsed().saturating_sub(Duration::from_millis(self.heard.load(Ordering::Relaxed)))
     }
 
-    /// Whether it is lost.
+    /// Whether the other host is lost, because it has been silent for too long.
     pub fn is_lost(&self) -> bool {
         self.silence() > self.patience
     }
 
-    /// Whether nothing more is to be expected of it.
+    /// Whether nothing more is to be expected of the other host.
     pub fn is_gone(&self) -> bool {
         self.has_ended() || self.is_lost()
     }
 
-    /// The other host says that it ends.
+    /// Notes that the other host has said that it ends.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it has said so.
+    /// Whether the other host has said that it ends.
     pub fn has_ended(&self) -> bool {
         self.ended.load(Ordering::Relaxed)
     }
@@ -89,7 +90,7 @@ impl Contact {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether they have been asked to.
+    /// Whether the threads have been asked to stop.
     pub fn is_to_stop(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

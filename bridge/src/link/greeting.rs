@@ -27,7 +27,7 @@ pub struct Hello {
     pub contract: String,
     /// The version of its program.
     pub version: String,
-    /// Drawn by the process that speaks; another one may not take its name while it lives.
+    /// A number drawn by the process that speaks: while it lives, no other process may take its host's name.
     pub process: u64,
 }
 
@@ -62,7 +62,7 @@ fn contract() -> String {
     format!("{} wire/{}", names().join(" "), wire::VERSION)
 }
 
-/// Asks home for a plan; `None` if nobody is at home.
+/// Asks home for a plan; `None` if home does not answer.
 ///
 /// # Errors
 /// [`Failure::Refused`] if home refuses, with its reason.
@@ -71,7 +71,7 @@ pub fn greet(zenoh: &Session, hello: &Hello) -> Result<Option<Plan>, Failure> {
     let Ok(Some(reply)) = answers.recv_timeout(PATIENCE) else { return Ok(None) };
     match reply.result() {
         Ok(sample) => parse(&sample.payload().to_bytes()).map(Some),
-        // zenoh itself answers so when nobody does in time.
+        // zenoh itself gives this answer if no other comes in time.
         Err(error) if error.payload().to_bytes().starts_with(b"Timeout") => Ok(None),
         Err(error) => Err(Failure::Refused(String::from_utf8_lossy(&error.payload().to_bytes()).into_owned())),
     }

@@ -28,7 +28,7 @@ use super::wire::key;
 use crate::endpoint::{Access, End};
 use crate::plan::{HOME, Plan};
 
-/// How often the hosts are looked after.
+/// Longest time between two looks at the hosts.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// Carries messages until asked to stop.
@@ -51,7 +51,7 @@ pub fn run(session: &Session, place: &Place, access: &Access, plans: BTreeMap<St
     let mut home = Home { session, place, zenoh: &zenoh, hosts: BTreeMap::new(), threads: Vec::new() };
     let end = home.look_after(&joins);
     if !has_launcher() {
-        return end; // the run has not ended, it has died: workers are to find that out
+        return end; // the launcher has died, and the workers are to notice that themselves
     }
     home.hosts.values().for_each(|host| host.contact.stop());
     for (name, host) in &home.hosts {
@@ -121,7 +121,7 @@ impl Home<'_> {
             }
             while let Some(message) = receive(self.session, &scenarios)? {
                 if newest.is_news(message.header().scenario) {
-                    // Whoever is missing is missing in this scenario too.
+                    // A host that is lost is reported again, because its cases fail in this scenario, too.
                     self.hosts.values_mut().for_each(|host| host.is_reported = false);
                 }
             }
@@ -165,7 +165,7 @@ impl Home<'_> {
         }));
     }
 
-    /// The cases of hosts that are gone have failed in the scenario under way.
+    /// Reports that the cases of hosts that are gone have failed in the scenario under way.
     fn report_the_lost(&mut self) -> Result<(), Failure> {
         for (name, host) in &mut self.hosts {
             if host.is_reported || !host.contact.is_gone() {
@@ -187,7 +187,7 @@ impl Home<'_> {
     }
 }
 
-/// A line of a worker host's log, said at home.
+/// Prints a line of a worker host's log at home.
 fn say(host: &str, line: &str) {
     let Ok(mut line) = serde_json::from_str::<Line>(line) else { return };
     line.node = format!("{}@{host}", line.node);

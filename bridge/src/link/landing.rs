@@ -1,4 +1,4 @@
-//! What has been pulled goes into the local domain: each message once, however often it comes.
+//! Puts the messages that have been pulled into the local domain, each snapshot once, however often it comes.
 
 use std::collections::BTreeMap;
 
@@ -17,16 +17,16 @@ use crate::plan::Share;
 
 /// A topic whose messages come home.
 pub trait ComesHome: Topic {
-    /// The process that the message is of, by name.
+    /// The name of the process that has sent the message.
     fn member(header: &Self::Header) -> String;
-    /// Where the message stands among that process's, in ascending order: scenario, attempt, position. `None` for reports, which may
-    /// be heard twice.
+    /// The place of the message among those of its process, in ascending order: scenario, attempt, index. `None` if the
+    /// message may be heard twice.
     fn position(header: &Self::Header) -> Option<(u32, u32, u32)>;
     /// The scenario it belongs to.
     fn scenario(header: &Self::Header) -> u32;
     /// The most items that a message of the same process can have in the same scenario.
     fn most_items(header: &Self::Header) -> usize;
-    /// The same message as sent by a bridge that has been restarted `attempts` times.
+    /// The header of the same message as sent by a bridge that has been restarted `attempts` times.
     fn again(header: Self::Header, attempts: u32) -> Self::Header;
 }
 
@@ -58,7 +58,7 @@ impl ComesHome for Passage {
         Shard { index: header.shard, count: header.shards }.member(&unpack(&header.label))
     }
 
-    /// The recorder takes the last one.
+    /// None, because the recorder takes the last curve.
     fn position(_: &PassageHeader) -> Option<(u32, u32, u32)> {
         None
     }
@@ -85,7 +85,7 @@ impl ComesHome for Status {
         None
     }
 
-    /// One outlet for all scenarios.
+    /// Always 0, because one outlet serves all scenarios.
     fn scenario(_: &StatusHeader) -> u32 {
         0
     }
@@ -99,7 +99,7 @@ impl ComesHome for Status {
     }
 }
 
-/// The way into the local domain for what the processes of one host say on one topic.
+/// The way into the local domain for the messages of one host's processes on one topic.
 pub struct Landing<T: ComesHome> {
     domain: Domain,
     host: String,
@@ -107,7 +107,8 @@ pub struct Landing<T: ComesHome> {
     attempts: u32,
 }
 
-/// What of one process has landed, and where it lands: an outlet a process and scenario, as in the process's own domain.
+/// The outlet for the messages of one process in one scenario, as in the process's own domain, and the position of the
+/// last message that has been delivered.
 struct Door<T: ComesHome> {
     scenario: u32,
     outlet: Option<Outlet<T>>,
@@ -115,7 +116,7 @@ struct Door<T: ComesHome> {
 }
 
 impl<T: ComesHome> Landing<T> {
-    /// A way for `members` of `host`; this process has been restarted `attempts` times.
+    /// Opens the way for the messages of `members` on `host`; this process has been restarted `attempts` times.
     ///
     /// # Errors
     /// [`Failure::Port`] if the domain cannot be entered.
@@ -131,7 +132,7 @@ impl<T: ComesHome> Sink<T> for Landing<T> {
         let member = T::member(header);
         let Some(door) = self.members.get_mut(&member) else {
             if Service::Bridge.is(&member) {
-                return Ok(None); // what the other bridge reports of itself
+                return Ok(None); // a report of the other bridge about itself
             }
             tracing::warn!(
                 "{} sends for \"{}\", which is not its share; it is left out",

@@ -1,4 +1,4 @@
-//! The log of a worker host follows the run home.
+//! Brings the log of a worker host home.
 //!
 //! The worker's launcher writes it to a file; pieces of the file are pulled like pieces of one endless message.
 
@@ -18,14 +18,14 @@ use super::serve::{answer, questions};
 use super::session::refused;
 use super::wire::{self, Ask, PIECE, Piece, kind};
 
-/// What the stream is called, beside those of the topics.
+/// The name of the log's stream, beside the streams of the topics.
 pub const NAME: &str = "log";
-/// How often the log is looked at.
+/// Time between two looks at the log.
 const PERIOD: Duration = Duration::from_millis(500);
 /// Longest wait for an answer.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Serves the file at `path` until `contact` is told to stop, and a little longer: a log ends last.
+/// Serves the file at `path` until `contact` is told to stop, and a little longer, because the log ends last.
 ///
 /// # Errors
 /// [`Failure::Refused`] if zenoh refuses.
@@ -52,7 +52,7 @@ fn read(path: &Path, offset: u64) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Pulls the log under `key` and gives `say` line after line, until its sender ends or `contact` is told to stop.
+/// Pulls the log under `key` and passes each line to `say`, until its sender ends or `contact` is told to stop.
 ///
 /// # Errors
 /// [`Failure::Refused`] if zenoh refuses.
@@ -60,7 +60,7 @@ pub fn pull(zenoh: &Session, key: &str, contact: &Contact, say: impl Fn(&str)) -
     let mut ask = Ask { reader: 0, epoch: 0, sequence: 0, offset: 0 };
     let mut rest: Vec<u8> = Vec::new();
     loop {
-        // What was said last is worth one more look.
+        // After the end one more question is asked, for the last lines.
         let is_last = contact.is_to_stop() || contact.has_ended();
         let patience = if is_last { PERIOD } else { PATIENCE };
         let bytes = piece(zenoh, key, ask, patience)?;
@@ -79,7 +79,7 @@ pub fn pull(zenoh: &Session, key: &str, contact: &Contact, say: impl Fn(&str)) -
     }
 }
 
-/// The bytes from `ask.offset` on; none if there are no more yet.
+/// The bytes from `ask.offset` on; empty if there are no more yet.
 fn piece(zenoh: &Session, key: &str, ask: Ask, patience: Duration) -> Result<Vec<u8>, Failure> {
     let question = zenoh.get(key).payload(bytes_of(&ask).to_vec()).timeout(patience);
     let answers = question

@@ -3,9 +3,9 @@
 //! - [`session`]: zenoh, set up for one home host and its workers
 //! - [`greeting`]: a worker host introduces itself at home and is told its share
 //! - [`wire`], [`serve`], [`pull`]: the stream of a topic's messages, its sender, its reader
-//! - [`landing`]: what has been pulled goes into the local domain, once
-//! - [`log_stream`]: the log follows; [`contact`]: who was last heard when
-//! - [`home`], [`worker`]: the node at either end, [`node`] tells which
+//! - [`landing`]: puts the messages that have been pulled into the local domain, each snapshot once
+//! - [`log_stream`]: brings the log home; [`contact`]: when another host was last heard of
+//! - [`home`], [`worker`]: the node at either end; [`node`] starts the right one
 
 mod contact;
 pub mod greeting;

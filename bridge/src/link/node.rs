@@ -10,10 +10,11 @@ use super::greeting::Hello;
 use super::{home, worker};
 use crate::plan::Post;
 
-/// Carries messages at the post that the file at `path` describes.
+/// Carries messages as the file at `path` says.
 ///
 /// # Errors
-/// [`Failure::Stopped`] is the normal end at home; a worker host's is the end of the run there.
+/// [`Failure::Stopped`] is the normal end at home. On a worker host the normal end is no error: the run at home has
+/// ended.
 pub fn run(session: &Session, place: &Place, path: &Path) -> Result<(), Failure> {
     let text = std::fs::read(path).map_err(|e| Failure::file(path, e))?;
     match serde_json::from_slice(&text).map_err(|e| Failure::file(path, e))? {

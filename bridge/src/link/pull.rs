@@ -1,4 +1,4 @@
-//! The reader of a stream: asks for message after message until it has each whole.
+//! The reader of a stream: asks for one message after another, until each is whole.
 
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ use super::wire::{self, Ask, Piece, kind};
 
 /// Longest wait for the next piece before the question is asked again.
 pub const PATIENCE: Duration = Duration::from_secs(4);
-/// Longest that an answer may take in all; far more than any message needs.
+/// Longest that an answer may take in total; far more than any message needs.
 const LONGEST_ANSWER: Duration = Duration::from_secs(3600);
 /// Pause before a question is asked again.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -28,7 +28,7 @@ pub trait Sink<T: Topic> {
     /// Room for a message with `header` and `items` items; `None` if it is not wanted.
     ///
     /// # Errors
-    /// [`Failure::Port`] if there is no room to be had.
+    /// [`Failure::Port`] if there is no room.
     fn room(&mut self, header: &T::Header, items: usize) -> Result<Option<Draft<T>>, Failure>;
 
     /// Takes a message that is whole.
@@ -41,7 +41,7 @@ pub trait Sink<T: Topic> {
     fn idle(&mut self) {}
 }
 
-/// A message of which a part is here.
+/// A message that has arrived in part.
 struct Part<T: Topic> {
     header: T::Header,
     draft: Draft<T>,
@@ -65,7 +65,7 @@ pub fn pull<T: Topic>(zenoh: &Session, key: &str, contact: &Contact, sink: &mut 
             .wait()
             .map_err(|e| refused(&e))?;
         let mut heard = false;
-        // An end of the answers, or too long a pause between them: ask again.
+        // When the answers end, or pause for too long, the question is asked again.
         while let Some(reply) = await_reply(&answers, contact) {
             contact.hear();
             heard = true;
@@ -152,7 +152,7 @@ impl<T: Topic> Reader<T> {
         Ok(self.next())
     }
 
-    /// The next message is to be asked for.
+    /// Moves on to the next message; always `false`, because the next question is due.
     fn next(&mut self) -> bool {
         self.ask = Ask { sequence: self.ask.sequence + 1, offset: 0, ..self.ask };
         false

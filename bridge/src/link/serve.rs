@@ -26,15 +26,15 @@ use super::wire::{self, Ask, PIECE, Piece, kind};
 const LONGEST_WAIT: Duration = Duration::from_millis(800);
 /// How long the thread waits for a question before it looks whether it is to stop.
 const LOOK: Duration = Duration::from_millis(100);
-/// How long a sender that ends waits for the reader, to tell it so.
+/// How long a sender that ends waits for a question of the reader, so that it can answer that it ends.
 const LAST_WORDS: Duration = Duration::from_millis(600);
 
-/// A number that nobody has drawn before.
+/// A random number other than 0.
 pub(crate) fn draw() -> u64 {
     RandomState::new().hash_one(0) | 1
 }
 
-/// The questions that have come for `key`.
+/// The questions that come for `key`.
 ///
 /// # Errors
 /// [`Failure::Refused`] if zenoh refuses.
@@ -84,7 +84,7 @@ pub fn serve<T: Screened>(
     }
 }
 
-/// Where a sender is in its stream.
+/// The state of a sender's stream.
 struct Stream<T: Topic> {
     domain: Domain,
     inlet: Inlet<T>,
@@ -106,7 +106,7 @@ impl<T: Screened> Stream<T> {
         Piece { epoch: self.epoch, sequence: ask.sequence, offset: ask.offset, total: 0, kind }
     }
 
-    /// Answers with what is left of the message asked for, piece by piece, unless `is_void` comes to hold.
+    /// Answers with the rest of the message asked for, piece by piece; stops when `is_void` becomes true.
     fn answer(&mut self, question: &zenoh::query::Query, ask: Ask, is_void: impl Fn() -> bool) -> Result<(), Failure> {
         let mut ask = ask;
         if !self.continues(ask) {
@@ -134,13 +134,13 @@ impl<T: Screened> Stream<T> {
         Ok(())
     }
 
-    /// Whether a question is about the messages as this sender counts them: for the one it holds or the next.
+    /// Whether a question is from the present reader, in the present epoch, and about the message held or the next one.
     fn continues(&self, ask: Ask) -> bool {
         let holds = self.held.is_some() && ask.sequence + 1 == self.next;
         ask.reader == self.reader && ask.epoch == self.epoch && (holds || ask.sequence == self.next)
     }
 
-    /// Counts anew, from the oldest message that is still kept.
+    /// Counts anew for a new reader, from the oldest message that is still kept.
     fn begin(&mut self, reader: u64) -> Result<(), Failure> {
         self.held = None;
         self.inlet = self.domain.inlet()?;

@@ -1,4 +1,4 @@
-//! zenoh, set up for two kinds of hosts: one that listens and those that connect to it. Nobody is looked for by multicast.
+//! zenoh, set up for one host that listens and others that connect to it; nothing is searched for by multicast.
 
 use nodes::failure::Failure;
 use serde_json::{Value, json};
@@ -6,15 +6,15 @@ use zenoh::{Config, Session, Wait};
 
 use crate::endpoint::{Access, End};
 
-/// A link over which nothing has come for so long is closed and opened anew \[ms\]. Short: a TCP connection that has lost
-/// packets for five seconds tries again only after ten.
+/// A link over which nothing has come for this time is closed and opened anew \[ms\]. The time is short, because a TCP
+/// connection that has lost packets for five seconds tries again only after ten.
 const LEASE: u64 = 3000;
 /// Longest wait for the other side while a link is opened \[ms\].
 const OPENING: u64 = 1000;
-/// Longest pause between two tries to connect \[ms\].
+/// Longest pause between two attempts to connect \[ms\].
 const PAUSE: u64 = 500;
 
-/// Enters zenoh. One that connects goes on trying for as long as the session lives.
+/// Opens a session of zenoh. A host that connects goes on trying for as long as the session lives.
 ///
 /// # Errors
 /// [`Failure::Refused`] if the endpoint cannot be used.

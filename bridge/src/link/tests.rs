@@ -123,7 +123,7 @@ fn share(name: &str) -> Share {
     }
 }
 
-/// A snapshot whose numbers tell whose and which it is.
+/// The numbers of a snapshot, from which its index can be read.
 fn numbers(index: u32, rows: u32) -> Vec<f64> {
     (0..2 * rows).map(|row| f64::from(index) * 1e7 + f64::from(row)).collect()
 }
@@ -241,7 +241,7 @@ fn a_new_reader_gets_everything_anew_as_a_later_attempt_and_strangers_are_left_o
     }
     assert_eq!(arrivals(&inlet, &outlet, 3), [(0, 0), (0, 1), (0, 2)]);
     drop(ends);
-    // As after the end of a bridge at either side; publishers have kept what they sent.
+    // The state after a bridge at either side has ended; publishers have kept what they sent.
     let _ends = Ends::of((&at_work, &worker.place), (&at_home, &home.place), 1);
     send(&outlet, "mc", 3);
     assert_eq!(arrivals(&inlet, &outlet, 4), [(1, 0), (1, 1), (1, 2), (1, 3)]);

@@ -1,10 +1,10 @@
-//! What is said about a stream of messages: a reader asks, its sender answers with pieces.
+//! The protocol of a stream of messages: a reader asks, its sender answers with pieces.
 //!
 //! A message on the wire is its header followed by its items, byte for byte as in shared memory.
 
 use bytemuck::{Pod, Zeroable};
 
-/// Version of what this module describes; the headers of the messages have theirs in their names.
+/// Version of this protocol; the headers of the messages have their versions in their names.
 pub const VERSION: u32 = 1;
 
 /// Most bytes of a message that one piece holds: small enough that a slow link brings one within [`super::pull::PATIENCE`].
@@ -16,27 +16,27 @@ pub const PIECE: usize = 512 << 10;
 pub struct Ask {
     /// A number that the reader has drawn. A new reader gets everything that is still kept.
     pub reader: u64,
-    /// The sender's count of messages that the numbers refer to, see [`Piece::epoch`]; 0 at first.
+    /// The epoch to which the numbers refer, see [`Piece::epoch`]; 0 at first.
     pub epoch: u64,
-    /// Number of the message; by asking for it the reader says that it has all before.
+    /// Number of the message; by asking for it the reader says that it has all earlier ones.
     pub sequence: u64,
-    /// Bytes of it that the reader has.
+    /// Number of bytes of the message that the reader has.
     pub offset: u64,
 }
 
-/// What goes with the bytes of an answer.
+/// What the bytes of an answer are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Piece {
-    /// Drawn by the sender whenever it begins to count anew: for a new reader, and when it has been restarted.
+    /// Drawn by the sender whenever it counts its messages anew: for a new reader, and when it has been restarted.
     pub epoch: u64,
     /// Number of the message, from 0.
     pub sequence: u64,
     /// Where in the message the bytes belong.
     pub offset: u64,
-    /// Bytes of the whole message.
+    /// Length of the whole message \[bytes\].
     pub total: u64,
-    /// See [`kind`].
+    /// What the answer is, see [`kind`].
     pub kind: u64,
 }
 
@@ -55,7 +55,7 @@ pub fn key(run_id: u64, host: &str, topic: &str) -> String {
     format!("phasecloud/{run_id:012x}/{host}/{}", topic.rsplit('/').next().unwrap_or(topic))
 }
 
-/// A plain number out of bytes that somebody has sent.
+/// A value of plain numbers, read from bytes that another host has sent.
 pub fn read<T: Pod>(bytes: &[u8]) -> Option<T> {
     bytemuck::try_pod_read_unaligned(bytes).ok()
 }

@@ -1,4 +1,4 @@
-//! The bridge of a worker host: brings scenarios in and sends out what the propagators say.
+//! The bridge of a worker host: brings scenarios in and sends out the messages of the propagators.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -27,9 +27,9 @@ use super::wire::key;
 use crate::endpoint::{Access, End};
 use crate::plan::HOME;
 
-/// How often home is greeted.
+/// Pause between two greetings to home.
 const GREETINGS: Duration = Duration::from_millis(500);
-/// How often home is looked after.
+/// Time between two looks whether home is still there.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// Carries messages of the host that says `hello` until the run at home has ended, or asked to stop. `log` is the file with
@@ -61,7 +61,7 @@ pub fn run(session: &Session, place: &Place, access: &Access, hello: &Hello, log
     end.and(ends.into_iter().collect())
 }
 
-/// Greets again and again: a bridge at home that has been restarted knows of nobody.
+/// Greets home again and again, because a bridge at home that has been restarted knows no host.
 fn go_on_greeting(zenoh: &Zenoh, hello: &Hello, contact: &Contact) -> Result<(), Failure> {
     while !contact.is_to_stop() && !contact.has_ended() {
         if greet(zenoh, hello)?.is_some() {
@@ -83,7 +83,7 @@ fn look_after(session: &Session, contact: &Contact, is_broken: impl Fn() -> bool
             return Err(Failure::Refused(format!("the home host is lost: nothing heard for {seconds:.1} s")));
         }
         if is_broken() {
-            return Ok(()); // whose failure is told by its thread
+            return Ok(()); // the thread returns its failure
         }
         session.look_up()?;
     }
@@ -123,7 +123,7 @@ impl Sink<Scenario> for Arrivals {
         if !self.newest.is_news(header.scenario) {
             return Ok(None);
         }
-        // The last scenario counts alone: its outlet is made anew.
+        // Only the last scenario counts, so the outlet is made anew for it.
         drop(self.outlet.take());
         Ok(Some(self.outlet.insert(self.domain.outlet(items)?).draft(items)?))
     }
