@@ -2,7 +2,7 @@
 //!
 //! It is a rigid rotation in space, with three variables, no Hamiltonian and a solution in closed form.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use density::angle::nearest;
 use density::flow::{Flow, Loss, Passages};
