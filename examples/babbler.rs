@@ -6,13 +6,13 @@
 use std::process::ExitCode;
 
 use bytemuck::{Pod, bytes_of_mut};
+use kit::failure::Failure;
+use kit::session::Session;
 use messages::content::Samples;
 use messages::domain::{Domain, Place};
 use messages::layout::{ComparisonHeader, DensityHeader, SnapshotHeader, StatusHeader, comparison, event};
 use messages::text::pack;
 use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
-use nodes::failure::Failure;
-use nodes::session::Session;
 
 /// Number of messages on each topic.
 const MESSAGES: usize = 200;

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use density::model::PlanarHamiltonian;
 use launch::plan::launch_file::Launch;
-use nodes::input::{InputError, InputFile, is_plain_name};
-use nodes::scenario_file;
+use nodes::files::input::{InputError, InputFile, is_plain_name};
+use nodes::files::scenario_file;
 use toml::de::DeTable;
 
 /// Reads `bytes` as a scenario file.

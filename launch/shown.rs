@@ -1,7 +1,7 @@
 //! The options by which a command says how much it shows.
 
 use clap::Args;
-use nodes::log::{FORMAT_VARIABLE, Format, LEVEL_VARIABLE};
+use kit::log::{FORMAT_VARIABLE, Format, LEVEL_VARIABLE};
 use tracing::level_filters::LevelFilter;
 
 /// How much of the log is shown, and how.

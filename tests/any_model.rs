@@ -202,7 +202,7 @@ fn a_model_of_another_space_is_estimated_compared_recorded_and_reported_by_its_d
 #[test]
 fn a_built_in_propagator_refuses_a_model_that_it_does_not_know() {
     let (header, items) = scenario().encode().unwrap();
-    let assignment = nodes::assignment::Assignment::from_parts(&header, &items).unwrap();
+    let assignment = kit::assignment::Assignment::from_parts(&header, &items).unwrap();
     let why = assignment.plane().unwrap_err().to_string();
     assert!(why.contains("model is \"rigid-rotation\", this is for the model \"planar\""), "{why}");
 }

@@ -10,8 +10,8 @@ use std::path::Path;
 use common::{Bench, FOUR_CASES, text};
 use launch::plan::cases::KEYS;
 use launch::plan::launch_file::Launch;
-use nodes::builtin::BuiltIn;
-use nodes::input::InputFile;
+use nodes::files::input::InputFile;
+use nodes::methods::BuiltIn;
 
 fn refused(bench: &Bench, launch: &std::path::Path, out: &str) -> String {
     let output = bench.run(launch, out);
@@ -310,7 +310,7 @@ fn the_page_about_launch_files_lists_every_key_and_no_other() {
         ("`[hosts]`".to_owned(), known_to(&format!("{head}[hosts]\nunknown = 1\n"))),
         ("`[[propagator]]`: every case".to_owned(), KEYS.map(str::to_owned).into()),
     ];
-    tables.extend(BuiltIn::NAMES.map(|name| (format!("`node = \"{name}\"`"), known_to(&node(name)))));
+    tables.extend(BuiltIn::NAMES.iter().map(|name| (format!("`node = \"{name}\"`"), known_to(&node(name)))));
     for (heading, mut known) in tables {
         let rows = rows(&heading);
         let mut listed: Vec<String> = rows.iter().map(|row| row[0].trim_matches('`').to_owned()).collect();
@@ -323,7 +323,7 @@ fn the_page_about_launch_files_lists_every_key_and_no_other() {
 
 #[test]
 fn the_page_about_launch_files_has_the_defaults_of_the_program() {
-    for name in BuiltIn::NAMES {
+    for &name in BuiltIn::NAMES {
         let rows = rows(&format!("`node = \"{name}\"`"));
         let defaults = BuiltIn::from_settings(name, toml::Table::new()).unwrap().unwrap().to_lines().unwrap();
         assert!(!defaults.is_empty());
@@ -348,7 +348,7 @@ fn the_examples_of_the_page_about_launch_files_are_good() {
     };
     assert_eq!(check(example).cases.len(), 3);
     // Every example of a setting, together with the settings that it needs.
-    for name in BuiltIn::NAMES {
+    for &name in BuiltIn::NAMES {
         for row in rows(&format!("`node = \"{name}\"`")) {
             let (key, example) = (row[0].trim_matches('`'), row[5].trim_matches('`'));
             let more = match (name, key) {

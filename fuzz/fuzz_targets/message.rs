@@ -12,10 +12,10 @@ use messages::layout::{
 };
 use messages::text::pack;
 use messages::topic::{Comparison, Density, Passage, Roster, Scenario};
-use nodes::assignment::Assignment;
-use nodes::method::Case;
-use nodes::screen::Screened;
-use nodes::snapshot_rules::decode;
+use kit::assignment::Assignment;
+use nodes::services::estimation::Case;
+use kit::screen::Screened;
+use kit::snapshot_rules::decode;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let Some((&[topic, kind, rows, changes], rest)) = bytes.split_first_chunk() else { return };

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitStatus;
 use std::time::Duration;
 
+use kit::assignment::Assignment;
 use messages::layout::{PassageHeader, SnapshotHeader};
 use messages::report::{Event, Report};
-use nodes::assignment::Assignment;
 
 /// The label that the propagator is given.
 pub const LABEL: &str = "checked";

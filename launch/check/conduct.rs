@@ -1,8 +1,8 @@
 //! Rules about how the process behaves: ready, two scenarios, refusal, the end.
 
+use kit::kind;
+use kit::snapshot_rules::breaches;
 use messages::layout::SnapshotHeader;
-use nodes::kind;
-use nodes::snapshot_rules::breaches;
 
 use super::answer::{Answer, LABEL, Outcome, Ready, Received, Stop, is_from};
 use super::verdict::{Findings, Rule};

@@ -1,12 +1,12 @@
 //! Rules about what was sent: who, how many, in which order, when, and whether the numbers are finite.
 
 use density::first_passage::curve_times;
+use kit::assignment::Assignment;
+use kit::snapshot_rules::{self, breaches};
 use messages::content::Content;
 use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
 use messages::text::unpack;
-use nodes::assignment::Assignment;
-use nodes::passage_rules::breach;
-use nodes::snapshot_rules::{self, breaches};
+use nodes::services::passage_rules::breach;
 
 use super::answer::{Answer, LABEL, Received};
 use super::verdict::{Findings, Rule};

@@ -28,7 +28,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use messages::wait::Signals;
-use nodes::builtin::BuiltIn;
+use nodes::methods::BuiltIn;
 
 use crate::command::node;
 use crate::crew::commands::own_path;

@@ -4,10 +4,10 @@ use density::first_passage::empirical::empirical_curve;
 use density::first_passage::times::first_passage_times;
 use density::flow::Flow;
 use density::sampling::{Draws, Plan};
+use kit::assignment::Assignment;
 use messages::layout::PassageHeader;
-use nodes::assignment::Assignment;
-use nodes::passage_rules::{breach, doubts, rows};
-use nodes::reading::Reading;
+use nodes::services::passage_rules::{breach, doubts, rows};
+use nodes::services::reading::Reading;
 
 use super::amount::to_within;
 use super::answer::Received;

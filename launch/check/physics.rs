@@ -11,13 +11,13 @@ use density::dynamics::{State, density_growth, density_growth_without_jacobian};
 use density::exact::{Exact, Settings};
 use density::flow::Flow;
 use density::model::PlanarHamiltonian;
+use kit::assignment::{Assignment, Plane};
+use kit::kind::{self, Estimated, Snapshot, Trajectories, groups};
+use kit::snapshot_rules::decode;
 use messages::content::{Characteristics, Content};
 use messages::layout::{DensityHeader, SnapshotHeader};
-use nodes::assignment::{Assignment, Plane};
-use nodes::kind::{self, Estimated, Snapshot, Trajectories, groups};
-use nodes::method::Case;
-use nodes::reading::Reading;
-use nodes::snapshot_rules::decode;
+use nodes::services::estimation::Case;
+use nodes::services::reading::Reading;
 
 use super::amount::{amount, to_within};
 use super::answer::{Answer, Received};

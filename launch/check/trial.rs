@@ -6,15 +6,15 @@ use std::process::{Command, ExitStatus};
 use std::time::{Duration, Instant};
 
 use density::orbits::LostOrbit;
+use kit::assignment::{Assignment, Plane};
+use kit::session::{GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
+use kit::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, Place, ROOT_VARIABLE};
 use messages::patience::Watch;
 use messages::port::{Inlet, Outlet, PortError};
 use messages::report::{Event, Report};
 use messages::topic::{self, Capacity};
 use messages::wait::{Awaited, Signals};
-use nodes::assignment::{Assignment, Plane};
-use nodes::session::{GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
-use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 
 use super::answer::{Answer, Heard, LABEL, Outcome, Ready, Received, Stop, end_of, is_from};
 use super::scenarios::{LONGEST, Scenario};

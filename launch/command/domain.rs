@@ -7,6 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 use std::time::Duration;
 
+use kit::session::RUN_VARIABLE;
+use kit::shard::label_of_member;
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, ROOT_VARIABLE};
 use messages::layout::{RosterEntry, RosterHeader};
 use messages::port::{Outlet, PortError};
@@ -14,16 +16,14 @@ use messages::report::{Event, Report};
 use messages::text::pack;
 use messages::topic::{Capacity, Roster, Status};
 use messages::wait::Signals;
-use nodes::scenario_file;
-use nodes::session::RUN_VARIABLE;
-use nodes::shard::label_of_member;
+use nodes::files::scenario_file;
 
 use crate::crew::report_line;
 use crate::domain::{self, OwnDomain};
 use crate::exit::BAD_INPUT;
 use clap::Args;
-use nodes::input::{PLAIN_NAME, is_plain_name};
-use nodes::shard::MOST_SHARDS;
+use kit::shard::MOST_SHARDS;
+use nodes::files::input::{PLAIN_NAME, is_plain_name};
 use std::path::PathBuf;
 use std::str::FromStr;
 

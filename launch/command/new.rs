@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use messages::text::printable;
-use nodes::input::{PLAIN_NAME, is_plain_name};
+use nodes::files::input::{PLAIN_NAME, is_plain_name};
 
 use crate::exit::BAD_INPUT;
 use clap::Args;
@@ -26,7 +26,7 @@ pub struct NewArguments {
 const CHECKOUT: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Names that a new crate cannot have: folders of cargo, keywords, crates that come with Rust, and our own libraries.
-const NOT_FOR_CRATES: [&str; 68] = [
+const NOT_FOR_CRATES: [&str; 70] = [
     "build",
     "deps",
     "examples",
@@ -90,9 +90,11 @@ const NOT_FOR_CRATES: [&str; 68] = [
     "std",
     "test", // crates that come with Rust
     "density",
+    "kit",
     "messages",
     "nodes",
     "phasecloud_density",
+    "phasecloud_kit",
     "phasecloud_messages",
     "phasecloud_nodes", // our own libraries
 ];
@@ -184,7 +186,7 @@ fn rust_files(name: &str) -> Result<Vec<(&'static str, String)>, String> {
         .replace("{name}", name)
         .replace("{density}", &library("density"))
         .replace("{messages}", &library("messages"))
-        .replace("{nodes}", &library("nodes"));
+        .replace("{kit}", &library("kit"));
     Ok(vec![
         ("Cargo.toml", manifest),
         ("Cargo.lock", lock),

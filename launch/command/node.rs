@@ -4,16 +4,16 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
+use kit::failure::Failure;
+use kit::log;
+use kit::session::{ANY_SCENARIO, Session};
+use kit::shard::Shard;
 use messages::domain::Place;
 use messages::service::Service;
-use nodes::builtin::BuiltIn;
-use nodes::failure::Failure;
-use nodes::input::{InputError, InputFile};
-use nodes::log;
-use nodes::scenario::Source;
-use nodes::session::{ANY_SCENARIO, Session};
-use nodes::shard::Shard;
-use nodes::{comparator, estimator, player, recorder, scenario};
+use nodes::files::input::{InputError, InputFile};
+use nodes::methods::BuiltIn;
+use nodes::services::scenario::Source;
+use nodes::services::{comparator, estimator, player, recorder, scenario};
 
 use crate::domain;
 use crate::exit::BAD_INPUT;
@@ -158,8 +158,8 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
 #[cfg(feature = "hosts")]
 use bridge::run as bridge;
 use clap::Args;
+use kit::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 use messages::scenario::MOST_SNAPSHOTS;
-use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 use std::path::PathBuf;
 
 /// Arguments of `phasecloud node`.

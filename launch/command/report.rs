@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use figures::report::{self, FIGURES, PAGE, Subject};
 use figures::scene::Scenario;
-use nodes::scenario_file;
+use nodes::files::scenario_file;
 
 use crate::exit::BAD_INPUT;
 use crate::results::{checksums, manifest};

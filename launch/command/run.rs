@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use nodes::clock;
-use nodes::recorder::join::join;
+use kit::clock;
+use nodes::services::recorder::join::join;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

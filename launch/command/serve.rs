@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use nodes::clock;
-use nodes::recorder::{SCENARIO, join, part};
-use nodes::scenario_file;
-use nodes::sweep::Sweep;
+use kit::clock;
+use nodes::files::scenario_file;
+use nodes::files::sweep::Sweep;
+use nodes::services::recorder::{SCENARIO, join, part};
 
 use crate::crew::commands::Commands;
 use crate::crew::log_sink::start_log;

@@ -3,14 +3,15 @@
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use kit::assignment::Assignment;
 use messages::domain::{Domain, Place};
 use messages::port::{Inlet, Outlet, PortError};
 use messages::report::{Event, Report};
 use messages::text::printable;
 use messages::topic::{Request, Status};
 use messages::wait::Signals;
-use nodes::assignment::{Assignment, request};
-use nodes::scenario_file::{self, ScenarioFile};
+use nodes::files::scenario_file::{self, ScenarioFile};
+use nodes::services::request::request;
 
 use crate::command::serve::folder_name;
 use crate::domain::attach::{self, LiveRun, Target};

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use nodes::file_kind::FileKind;
-use nodes::input::InputFile;
-use nodes::plain_number::plain;
-use nodes::scenario_file;
-use nodes::sweep::Sweep;
+use nodes::files::file_kind::FileKind;
+use nodes::files::input::InputFile;
+use nodes::files::plain_number::plain;
+use nodes::files::scenario_file;
+use nodes::files::sweep::Sweep;
 
 use crate::exit::BAD_INPUT;
 use crate::plan::launch_file::Launch;

@@ -7,11 +7,11 @@
 
 use std::os::unix::process::CommandExt;
 
-use messages::domain::{PREFIX_VARIABLE, ROOT_VARIABLE};
-use nodes::session::{
+use kit::session::{
     ATTEMPT_VARIABLE, GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE,
 };
-use nodes::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
+use kit::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
+use messages::domain::{PREFIX_VARIABLE, ROOT_VARIABLE};
 
 use crate::crew::commands::own_program;
 

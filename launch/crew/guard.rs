@@ -4,8 +4,8 @@ use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Command, ExitCode, ExitStatus};
 use std::time::{Duration, Instant};
 
+use kit::session::{ANY_SCENARIO, Session, end_with_launcher, has_launcher};
 use messages::wait::Signals;
-use nodes::session::{ANY_SCENARIO, Session, end_with_launcher, has_launcher};
 use rustix::process::{Signal, kill_current_process_group};
 
 /// How long the program may take to end after it was asked to.

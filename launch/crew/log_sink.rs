@@ -8,9 +8,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::shown::{Logged, Shown};
+use kit::log;
+use kit::log::{Format, Line};
 use messages::service::Service;
-use nodes::log;
-use nodes::log::{Format, Line};
 use tracing::Level;
 use tracing::level_filters::LevelFilter;
 

@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 use bridge::endpoint::Access;
 use bridge::greeting::Hello;
 use bridge::plan::{Plan, Post, Program, Share};
+use kit::session::ANY_SCENARIO;
+use kit::shard::Shard;
 use messages::domain::{HeldDomain, Place};
 use messages::port::{Inlet, Outlet, PortError};
 use messages::report::{Event, Report};
 use messages::service::Service;
 use messages::topic::{Capacity, Scenario, Status};
 use messages::wait::Signals;
-use nodes::session::ANY_SCENARIO;
-use nodes::shard::Shard;
 
 use crate::crew::commands::{Identity, Part, own_command, own_program};
 use crate::crew::log_sink::{LogSink, start_log};

@@ -42,7 +42,7 @@ fn at_home(launch: &Launch, hosts: &Hosts, run_id: u64, snapshots: usize) -> Res
 /// The processes of a case that run on `host`.
 fn shares(case: &Case, host: &str) -> Result<Vec<Share>, String> {
     let members = case.members().filter(|(_, shard)| case.host_of(*shard) == host);
-    let share = |(name, shard): (String, nodes::shard::Shard)| {
+    let share = |(name, shard): (String, kit::shard::Shard)| {
         let program = program(&case.runs).map_err(|why| format!("{name} on {host}: {why}"))?;
         Ok(Share { name, label: case.label.clone(), shard: (shard.index, shard.count), reduce: case.reduce, program })
     };

@@ -6,8 +6,8 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use kit::log::{FORMAT_VARIABLE, LEVEL_VARIABLE};
 use messages::text::printable;
-use nodes::log::{FORMAT_VARIABLE, LEVEL_VARIABLE};
 use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
 
 use crate::crew::log_sink::LogSink;

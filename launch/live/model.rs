@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::collections::BTreeSet;
 use std::time::Instant;
 
+use kit::shard::label_of_member;
 use messages::report::{Event, Report};
 use messages::service::Service;
-use nodes::shard::label_of_member;
 use serde::Serialize;
 
 /// What a node is doing.

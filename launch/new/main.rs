@@ -9,10 +9,10 @@ use density::flow::Flow;
 use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::sampling::{Draws, Plan};
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::{Form, Propagator};
 use messages::content::Samples;
-use nodes::assignment::Assignment;
-use nodes::failure::Failure;
-use nodes::kit::{self, Form, Propagator};
 
 const SAMPLES: usize = 2000;
 

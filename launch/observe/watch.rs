@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use kit::shard::{MOST_SHARDS, Shard};
 use messages::layout::RosterEntry;
 use messages::observe::Observer;
 use messages::port::{Inlet, PortError};
@@ -12,7 +13,6 @@ use messages::report::{Event, Report};
 use messages::text::unpack;
 use messages::topic::{Roster, Scenario, Status};
 use messages::wait::Signals;
-use nodes::shard::{MOST_SHARDS, Shard};
 
 use super::{End, INTERRUPTED, TICK};
 use crate::domain::attach::{self, LiveRun, Target};

@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use bridge::plan::HOME;
+use kit::screen::MOST_CASES;
+use kit::shard::{MOST_SHARDS, Shard};
 use messages::service::Service;
-use nodes::builtin::{BuiltIn, Misfit};
-use nodes::input::{InputError, InputFile};
-use nodes::screen::MOST_CASES;
-use nodes::shard::{MOST_SHARDS, Shard};
-use nodes::unknown_key::{self, UnknownKey, nearest};
+use nodes::files::input::{InputError, InputFile};
+use nodes::files::unknown_key::{self, UnknownKey, nearest};
+use nodes::methods::{BuiltIn, Misfit};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};

@@ -1,7 +1,7 @@
 //! Checks that several tables of a launch file share.
 
-use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
-use nodes::plain_number::plain;
+use nodes::files::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
+use nodes::files::plain_number::plain;
 use toml::Spanned;
 
 /// Longest time that a launch file may give \[s\].

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use bridge::endpoint::{Access, Endpoint, Tls};
 use bridge::plan::HOME;
-use nodes::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
+use nodes::files::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use serde::Deserialize;
 use toml::Spanned;
 

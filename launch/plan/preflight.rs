@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use kit::reduced;
 use messages::domain::segment_bytes;
 use messages::topic::{Capacity, Density, Snapshot};
-use nodes::reduced;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 use crate::plan::cases::{Case, Runs};

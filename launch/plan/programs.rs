@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use bridge::plan::HOME;
-use nodes::input::{InputError, InputFile};
+use nodes::files::input::{InputError, InputFile};
 use rustix::fs::{Access, access};
 
 use super::cases::{Case, Runs, command_error};

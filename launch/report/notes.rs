@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nodes::recorder::notes::{SEVERITIES, severity};
+use nodes::services::recorder::notes::{SEVERITIES, severity};
 use serde::Deserialize;
 
 /// A row of `notes.csv`.

@@ -8,8 +8,8 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use nodes::clock;
-use nodes::recorder::is_part;
+use kit::clock;
+use nodes::services::recorder::is_part;
 
 use crate::plan::launch_file::{Launch, ScenarioInput};
 use crate::plan::preflight::check_path;

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
+use kit::shard::label_of_member;
 use messages::service::Service;
-use nodes::shard::label_of_member;
 
 use super::{Abort, Run};
 use crate::crew::ending;

@@ -10,6 +10,7 @@ mod reports;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
+use kit::screen::{Refusal, screen};
 use messages::domain::HeldDomain;
 use messages::layout::{RosterEntry, RosterHeader};
 use messages::patience::Watch;
@@ -19,7 +20,6 @@ use messages::service::Service;
 use messages::text::{pack, unpack};
 use messages::topic::{Capacity, Roster, Scenario, Status};
 use messages::wait::Signals;
-use nodes::screen::{Refusal, screen};
 
 use crate::crew::commands::Commands;
 use crate::crew::log_sink::LogSink;

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
+use kit::screen::{Refusal, screen};
+use kit::shard::label_of_member;
 use messages::report::{Event, Report};
 use messages::service::Service;
 use messages::text::unpack;
 use messages::topic::{Status, Topic};
-use nodes::screen::{Refusal, screen};
-use nodes::shard::label_of_member;
 
 use super::{Abort, Run};
 

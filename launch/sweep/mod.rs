@@ -6,8 +6,8 @@ mod table;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use nodes::scenario::combination_name;
-use nodes::sweep::Sweep;
+use nodes::files::sweep::Sweep;
+use nodes::services::scenario::combination_name;
 
 pub use table::{Row, TABLE};
 

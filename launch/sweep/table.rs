@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use nodes::sweep::Sweep;
+use nodes::files::sweep::Sweep;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 

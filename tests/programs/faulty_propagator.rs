@@ -7,15 +7,15 @@ use std::time::Duration;
 use density::flow::Flow;
 use density::orbits::Orbits;
 use density::sampling::{Draws, Plan};
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::session::Session;
 use messages::content::Samples;
 use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
 use messages::port::Outlet;
 use messages::text::pack;
 use messages::topic::{Passage, Scenario, Snapshot};
 use messages::wait::Awaited;
-use nodes::assignment::Assignment;
-use nodes::failure::Failure;
-use nodes::session::Session;
 
 const SAMPLES: usize = 400;
 

@@ -2,11 +2,11 @@
 
 use std::process::ExitCode;
 
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::{Form, Passage, Propagator};
 use messages::content::{Content, Density};
-use nodes::assignment::Assignment;
-use nodes::exact::{ExactDensity, Settings};
-use nodes::failure::Failure;
-use nodes::kit::{self, Form, Passage, Propagator};
+use nodes::methods::exact::{ExactDensity, Settings};
 
 struct Liar {
     exact: ExactDensity,

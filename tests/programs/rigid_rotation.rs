@@ -11,10 +11,10 @@ use density::mixture::unscented::Unscented;
 use density::model::Model;
 use density::orbits::Orbits;
 use density::sampling::draw_variables;
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::{Form, Propagator};
 use messages::content::{Mixture, Samples};
-use nodes::assignment::Assignment;
-use nodes::failure::Failure;
-use nodes::kit::{self, Form, Propagator};
 
 #[path = "../../density/tests/rotation/mod.rs"]
 mod rotation;

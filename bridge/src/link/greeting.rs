@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use kit::failure::Failure;
 use messages::contract::names;
-use nodes::failure::Failure;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use zenoh::query::Query;

@@ -7,14 +7,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
 
+use kit::failure::Failure;
+use kit::log::{Format, Line};
+use kit::newest::Newest;
+use kit::screen::receive;
+use kit::session::{ANY_SCENARIO, Session, has_launcher};
 use messages::domain::Place;
 use messages::report::Event;
 use messages::topic::{Passage, Scenario, Snapshot, Status};
-use nodes::failure::Failure;
-use nodes::log::{Format, Line};
-use nodes::newest::Newest;
-use nodes::screen::receive;
-use nodes::session::{ANY_SCENARIO, Session, has_launcher};
 use zenoh::Session as Zenoh;
 
 use super::contact::Contact;

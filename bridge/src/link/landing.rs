@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use kit::failure::Failure;
+use kit::shard::Shard;
 use messages::domain::{Domain, Place};
 use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, StatusHeader};
 use messages::port::{Draft, Outlet};
@@ -9,8 +11,6 @@ use messages::service::Service;
 use messages::text::unpack;
 use messages::topic::{Passage, Snapshot, Status, Topic};
 use messages::wait::Awaited;
-use nodes::failure::Failure;
-use nodes::shard::Shard;
 
 use super::pull::Sink;
 use crate::plan::Share;

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use bytemuck::bytes_of;
-use nodes::failure::Failure;
+use kit::failure::Failure;
 use zenoh::qos::CongestionControl;
 use zenoh::query::ConsolidationMode;
 use zenoh::{Session, Wait};

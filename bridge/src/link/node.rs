@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use kit::failure::Failure;
+use kit::session::Session;
 use messages::domain::Place;
-use nodes::failure::Failure;
-use nodes::session::Session;
 
 use super::greeting::Hello;
 use super::{home, worker};

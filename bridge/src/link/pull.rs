@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use bytemuck::{bytes_of, cast_slice_mut};
+use kit::failure::Failure;
 use messages::port::Draft;
 use messages::topic::Topic;
-use nodes::failure::Failure;
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::qos::CongestionControl;
 use zenoh::query::{ConsolidationMode, Reply};

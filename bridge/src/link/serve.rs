@@ -8,12 +8,12 @@ use std::hash::BuildHasher;
 use std::time::{Duration, Instant};
 
 use bytemuck::{bytes_of, cast_slice};
+use kit::failure::Failure;
+use kit::screen::{Refusal, Screened, screen};
 use messages::domain::{Domain, Place};
 use messages::port::{Inlet, Message};
 use messages::service::Service;
 use messages::topic::Topic;
-use nodes::failure::Failure;
-use nodes::screen::{Refusal, Screened, screen};
 use zenoh::handlers::{FifoChannel, FifoChannelHandler};
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};

@@ -1,6 +1,6 @@
 //! zenoh, set up for one host that listens and others that connect to it; nothing is searched for by multicast.
 
-use nodes::failure::Failure;
+use kit::failure::Failure;
 use serde_json::{Value, json};
 use zenoh::{Config, Session, Wait};
 

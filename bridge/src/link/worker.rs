@@ -5,16 +5,16 @@ use std::sync::Arc;
 use std::thread::spawn;
 use std::time::Duration;
 
+use kit::failure::Failure;
+use kit::newest::Newest;
+use kit::screen::Screened;
+use kit::session::Session;
 use messages::domain::{Domain, Place};
 use messages::port::{Draft, Outlet};
 use messages::scenario::ScenarioHeader;
 use messages::service::Service;
 use messages::topic::{Passage, Scenario, Snapshot, Status};
 use messages::wait::Awaited;
-use nodes::failure::Failure;
-use nodes::newest::Newest;
-use nodes::screen::Screened;
-use nodes::session::Session;
 use zenoh::Session as Zenoh;
 
 use super::contact::Contact;

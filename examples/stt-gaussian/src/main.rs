@@ -3,9 +3,8 @@
 //! `m_i + ½ tr B_i` and the covariance `A_i·A_j + ½ tr(B_i B_j)`, exact for a flow that is quadratic.
 use density::dynamics::{Force, SUN_MEAN_MOTION};
 use density::model::registry::Planar;
+use kit::{Assignment, Failure, Form, Propagator};
 use messages::content::Mixture;
-use nodes::kit::{self, Form, Propagator};
-use nodes::{assignment::Assignment, failure::Failure};
 use num_dual::{DualNum, HyperDual64};
 
 type State = [HyperDual64; 2]; // e sin(phi) and e cos(phi), each with two first derivatives and one second by u

@@ -1,0 +1,325 @@
+//! The problem as it arrives on the scenario topic, checked and in the terms of science; and the way back.
+
+use std::sync::Arc;
+
+use density::first_passage::curve_times;
+use density::grid::{Axis, Grid};
+use density::model::plane::VARIABLES;
+use density::model::registry::{ModelError, Planar};
+use density::model::{Kind, Model, PlanarHamiltonian, Variable};
+use density::problem::{InitialGaussian, Problem};
+use density::problem_error::Field;
+use messages::layout::PASSAGE_TIMES;
+use messages::port::Message;
+use messages::scenario::{self, Description, Moment, Parameter, Projection, Range, ScenarioHeader};
+use messages::topic::Scenario;
+
+use crate::failure::Failure;
+use crate::screen::MOST_BINS;
+use crate::space::Space;
+
+/// A scenario to work on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assignment {
+    /// What the message says: the model and its parameters by name, the initial Gaussian, and all else.
+    pub said: Description,
+    /// Its variables, and in which of them densities are compared.
+    pub space: Arc<Space>,
+    /// The snapshot times \[yr\].
+    pub times: Vec<f64>,
+    /// The common comparison grid of each snapshot: one axis per variable, without bins where it is in no projection.
+    pub axes: Vec<Vec<Axis>>,
+    /// The same in the terms of the science of the plane, if the model is one of the plane's.
+    pub plane: Option<Plane>,
+}
+
+/// A scenario of a planar model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane {
+    /// The problem.
+    pub problem: Problem<Planar>,
+    /// The comparison grid of each snapshot.
+    pub grids: Vec<Grid>,
+}
+
+impl Assignment {
+    /// Number `scenario` of a run's `scenarios`, 0 if nobody knows how many there are, in the plane.
+    pub fn in_plane(run_id: u64, name: &str, (scenario, scenarios): (u32, u32), plane: Plane) -> Self {
+        let ends = |grid: &Grid| {
+            let (phi, e) = ([grid.phi.low, grid.phi.high], [grid.e.low, grid.e.high]);
+            vec![phi, e, phi, e]
+        };
+        let bins = plane.grids.first().map(|grid| (grid.phi.bins, grid.e.bins));
+        let said = Description {
+            run_id,
+            scenario,
+            scenarios,
+            projections: bins.map_or(Vec::new(), projections),
+            ..described(name, &plane.problem, |index| plane.grids.get(index).map_or(Vec::new(), ends))
+        };
+        let axes = plane.grids.iter().map(|grid| vec![grid.phi, grid.e]).collect();
+        Self::new(said, axes, Some(plane))
+    }
+
+    fn new(said: Description, axes: Vec<Vec<Axis>>, plane: Option<Plane>) -> Self {
+        let (variables, projections) = (said.variables.clone(), said.projections.clone());
+        let space = Arc::new(Space { variables, reentry: said.reentry, projections });
+        let times = said.snapshots.iter().map(|moment| moment.time).collect();
+        Self { said, space, times, axes, plane }
+    }
+
+    /// Numbers in the payload of a scenario in the plane with so many snapshots.
+    pub const fn numbers(snapshots: usize) -> usize {
+        Description::numbers(VARIABLES.len(), AXES, snapshots)
+    }
+
+    /// Reads a message.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] says which field is wrong.
+    pub fn read(message: &Message<Scenario>) -> Result<Self, Failure> {
+        Self::from_parts(message.header(), message.items()).map_err(|why| Failure::Refused(format!("scenario: {why}")))
+    }
+
+    /// Position of the scenario in the run.
+    pub fn scenario(&self) -> u32 {
+        self.said.scenario
+    }
+
+    /// The scenario in the terms of the plane.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] if its model is none of the plane's.
+    pub fn plane(&self) -> Result<&Plane, Failure> {
+        let models = || Planar::ALL.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(" or ");
+        self.plane.as_ref().ok_or_else(|| {
+            Failure::Refused(format!(
+                "the scenario's model is \"{}\", this is for the model {} alone",
+                self.said.model,
+                models()
+            ))
+        })
+    }
+
+    /// The axes of a projection at a snapshot.
+    pub fn axes_of(&self, projection: &Projection, snapshot: usize) -> Vec<Axis> {
+        projection.axes().filter_map(|(variable, _)| self.axes.get(snapshot)?.get(variable).copied()).collect()
+    }
+
+    /// The times of its first-passage curves \[yr\].
+    pub fn passage_times(&self) -> Vec<f64> {
+        curve_times(self.times.last().copied().unwrap_or(0.0), PASSAGE_TIMES)
+    }
+
+    /// Reads a header and its items.
+    ///
+    /// # Errors
+    /// Which field is wrong.
+    pub fn from_parts(header: &ScenarioHeader, items: &[f64]) -> Result<Self, String> {
+        let said = Description::decode(header, items)?;
+        check_bins(&said.projections)?;
+        let axes: Vec<Vec<Axis>> = said.snapshots.iter().map(|moment| axes(&said, moment)).collect::<Result<_, _>>()?;
+        let is_planar = Planar::ALL.iter().any(|(name, _)| *name == said.model);
+        let plane = if is_planar { Some(plane(&said, &axes)?) } else { None };
+        Ok(Self::new(said, axes, plane))
+    }
+
+    /// The message's header and items.
+    ///
+    /// # Errors
+    /// If there is more of something than a message holds.
+    pub fn to_parts(&self) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
+        self.said.encode().map_err(Failure::Refused)
+    }
+}
+
+/// Axes of the projections on which densities in the plane are compared.
+const AXES: usize = 4;
+
+/// In the plane the joint density, and the density of each variable by itself.
+fn projections((phi, e): (usize, usize)) -> Vec<Projection> {
+    let one = |position, bins| Projection { first: (position, bins), second: None };
+    vec![Projection { first: (0, phi), second: Some((1, e)) }, one(0, phi), one(1, e)]
+}
+
+fn check_bins(projections: &[Projection]) -> Result<(), String> {
+    if projections.is_empty() {
+        return Err("projections: there is none, so nothing can be compared".into());
+    }
+    match projections.iter().flat_map(Projection::axes).find(|(_, bins)| *bins > MOST_BINS) {
+        Some((_, bins)) => Err(format!("projections: an axis of {bins} bins, at most {MOST_BINS} are allowed")),
+        None => Ok(()),
+    }
+}
+
+/// The axis of each variable at a snapshot: the same in every projection.
+fn axes(said: &Description, Moment { time, ends }: &Moment) -> Result<Vec<Axis>, String> {
+    let mut axes: Vec<Option<Axis>> = vec![None; said.variables.len()];
+    for ((variable, bins), &[low, high]) in said.projections.iter().flat_map(Projection::axes).zip(ends) {
+        let axis = Axis { low, high, bins };
+        if *axes[variable].get_or_insert(axis) != axis {
+            let symbol = &said.variables[variable].symbol;
+            return Err(format!("projections: at {time} yr {symbol} has other bins in one of them than in another"));
+        }
+    }
+    Ok(axes.into_iter().map(|axis| axis.unwrap_or(Axis { low: 0.0, high: 1.0, bins: 0 })).collect())
+}
+
+/// A scenario of a planar model in the terms of the plane.
+fn plane(said: &Description, axes: &[Vec<Axis>]) -> Result<Plane, String> {
+    let problem = problem(said)?;
+    let grid = |axes: &Vec<Axis>| Grid { phi: axes[0], e: axes[1] };
+    let grids: Vec<Grid> = axes.iter().map(grid).collect();
+    let bins = grids.first().map_or((0, 0), |grid| (grid.phi.bins, grid.e.bins));
+    if said.projections != projections(bins) {
+        return Err("projections: a planar model is compared in phi and e together, in phi, and in e".into());
+    }
+    Ok(Plane { problem, grids })
+}
+
+/// What a message says of a problem, without the projections.
+pub fn described(name: &str, problem: &Problem<Planar>, ends: impl Fn(usize) -> Vec<[f64; 2]>) -> Description {
+    let Problem { model, initial, times, critical_e } = problem;
+    let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = *initial;
+    let variable = |variable: &Variable| scenario::Variable {
+        name: variable.name.into(),
+        symbol: variable.symbol.into(),
+        unit: variable.unit.into(),
+        range: match variable.kind {
+            Kind::Circle => Range::Circle,
+            Kind::Interval { low, high } => Range::Interval { low, high },
+        },
+    };
+    let parameter = |(parameter, value): (density::model::parameter::Parameter, f64)| Parameter {
+        name: parameter.name.into(),
+        symbol: parameter.symbol.into(),
+        value,
+    };
+    Description {
+        run_id: 0,
+        scenario: 0,
+        scenarios: 0,
+        name: name.into(),
+        model: model.name().into(),
+        parameters: model.parameters().into_iter().map(parameter).collect(),
+        variables: VARIABLES.iter().map(variable).collect(),
+        reentry: Planar::REENTRY,
+        critical: *critical_e,
+        mean: vec![mean_phi, mean_e],
+        covariance: vec![sigma_phi * sigma_phi, 0.0, sigma_e * sigma_e],
+        projections: Vec::new(),
+        snapshots: times.iter().enumerate().map(|(index, &time)| Moment { time, ends: ends(index) }).collect(),
+    }
+}
+
+/// The key of a scenario file that states a field of a problem.
+pub fn key(field: Field) -> String {
+    match field {
+        Field::Parameter(name) => format!("orbit.{name}"),
+        Field::MeanPhi => "initial.phi".into(),
+        Field::MeanE => "initial.e".into(),
+        Field::DeltaPhi => "initial.delta_phi".into(),
+        Field::DeltaE => "initial.delta_e".into(),
+        Field::Times => "times.at".into(),
+        Field::CriticalE => "disposal.critical_e".into(),
+    }
+}
+
+/// The problem that a message states.
+///
+/// # Errors
+/// What is wrong, by the key that a scenario file has for it.
+pub fn problem(said: &Description) -> Result<Problem<Planar>, String> {
+    let given: Vec<(&str, f64)> = said.parameters.iter().map(|given| (given.name.as_str(), given.value)).collect();
+    let model = Planar::by_name(&said.model, &given).map_err(|error| match error {
+        ModelError::Unknown { .. } => format!("model.name: {error}"),
+        ModelError::Missing { .. } | ModelError::Superfluous { .. } => format!("orbit: {error}"),
+    })?;
+    let ours = described("", &Problem { model, initial: NOWHERE, times: Vec::new(), critical_e: 0.0 }, |_| Vec::new());
+    if (&said.variables, said.reentry) != (&ours.variables, ours.reentry) {
+        return Err(format!(
+            "variables: they are not those of the model \"{}\": solar angle phi and eccentricity e",
+            said.model
+        ));
+    }
+    let (&[mean_phi, mean_e], &[phi_phi, phi_e, e_e]) = (&said.mean[..], &said.covariance[..]) else {
+        return Err("initial: a planar cloud has two means and three covariances".into());
+    };
+    if phi_e != 0.0 {
+        return Err(format!(
+            "initial: the covariance of phi and e is {phi_e}, it must be 0: they are drawn independently"
+        ));
+    }
+    // The root of a square is the number itself, to the last bit.
+    let initial = InitialGaussian { mean_phi, mean_e, sigma_phi: phi_phi.sqrt(), sigma_e: e_e.sqrt() };
+    let times = said.snapshots.iter().map(|moment| moment.time).collect();
+    let problem = Problem::new(model, initial, times, said.critical);
+    problem.map_err(|error| format!("{}: {}", key(error.field), error.problem()))
+}
+
+/// A cloud of which nothing is asked.
+const NOWHERE: InitialGaussian = InitialGaussian { mean_phi: 0.0, mean_e: 0.0, sigma_phi: 0.0, sigma_e: 0.0 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use density::model::planar::Force;
+    use messages::scenario::MOST_SNAPSHOTS;
+
+    fn example() -> Assignment {
+        crate::example::assignment()
+    }
+
+    fn in_plane(plane: Plane) -> Assignment {
+        Assignment::in_plane(7, "scenario-1", (0, 1), plane)
+    }
+
+    #[test]
+    fn a_scenario_survives_the_way_through_a_message() {
+        let (header, items) = example().to_parts().unwrap();
+        assert_eq!(Assignment::from_parts(&header, &items), Ok(example()));
+        let many = (0..MOST_SNAPSHOTS).map(|k| 0.001 * k as f64).collect();
+        let Plane { problem, grids } = example().plane.unwrap();
+        let long =
+            in_plane(Plane { problem: Problem { times: many, ..problem }, grids: vec![grids[0]; MOST_SNAPSHOTS] });
+        let (header, items) = long.to_parts().unwrap();
+        assert_eq!(Assignment::from_parts(&header, &items), Ok(long));
+    }
+
+    #[test]
+    fn another_model_survives_it_too() {
+        let force = Force { radiation: 0.15, oblateness: 0.4 };
+        let model = density::model::sun_moon::SunMoon { force, sun: 4.8e-4, moon: 1e-3 }.into();
+        let Plane { problem, grids } = example().plane.unwrap();
+        let other = in_plane(Plane { problem: Problem { model, ..problem }, grids });
+        let (header, items) = other.to_parts().unwrap();
+        assert_eq!(Assignment::from_parts(&header, &items), Ok(other));
+    }
+
+    #[test]
+    fn a_message_that_cannot_be_right_is_refused() {
+        let (header, items) = example().to_parts().unwrap();
+        let refused = |change: fn(&mut ScenarioHeader), words: &str| {
+            let mut header = header;
+            change(&mut header);
+            let why = Assignment::from_parts(&header, &items).unwrap_err();
+            assert!(why.contains(words), "{why}");
+        };
+        assert!(Assignment::from_parts(&header, &items[1..]).unwrap_err().contains("snapshots"));
+        refused(|header| header.variables[0].range = 7, "variable 0: its range 7 is unknown");
+        refused(|header| header.variables[1].high = 2.0, "variables");
+        refused(|header| header.projections[1].first_bins = 5, "phi has other bins in one of them than in another");
+        refused(|header| header.projections[2].first = 0, "phi has other bins");
+        refused(|header| header.variable_count = 9, "variables: it has 9, a message holds 1 to 8");
+        refused(|header| header.projections[0].first_bins = 0, "no bins");
+        refused(|header| header.projections[0].first_bins = 9000, "at most 2000");
+        refused(|header| header.projections[1].first = 7, "there is no variable 7");
+        refused(|header| header.projections[0].dimensions = 3, "it must have 1 or 2");
+        refused(|header| header.projection_count = 0, "with 0 axes");
+        refused(|header| header.scenario = 3, "number 3 of 1");
+        let gaussian = 5;
+        let rows: Vec<f64> = items[gaussian..].chunks(1 + 2 * AXES).rev().flatten().copied().collect();
+        let backwards = [&items[..gaussian], &rows].concat();
+        assert!(Assignment::from_parts(&header, &backwards).unwrap_err().contains("times.at"));
+    }
+}

@@ -1,0 +1,311 @@
+//! Errors in the files that users write: where, what, and what would be right.
+
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use messages::text;
+use serde::Serialize;
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error};
+use toml::Spanned;
+use toml::de::DeTable;
+
+use crate::files::file_kind::FileKind;
+use crate::files::key_path::key_at;
+use crate::files::toml_words::in_plain_words;
+use crate::files::unknown_key::UnknownKey;
+
+/// Longest file that is read \[bytes\]; a launch file with all its cases has a hundredth of it.
+const LONGEST: u64 = 1 << 20;
+/// Longest text of a file that an error repeats \[characters\].
+const LONGEST_QUOTE: usize = 300;
+/// Tables of which a file has a list.
+const LISTS: [&str; 1] = ["propagator"];
+
+/// An error in a user's file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InputError {
+    /// The file.
+    pub file: PathBuf,
+    /// The line, from 1; 0 if the file cannot be read at all.
+    pub line: usize,
+    /// The key, with its table; empty where the text is not TOML and no key can be made out.
+    pub key: String,
+    /// What is wrong and what would be right.
+    pub problem: String,
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", printable(&self.file.to_string_lossy()))?;
+        if self.line > 0 {
+            write!(f, ":{}", self.line)?;
+        }
+        if !self.key.is_empty() {
+            write!(f, ": {}", self.key)?;
+        }
+        write!(f, ": {}", self.problem)
+    }
+}
+
+impl std::error::Error for InputError {}
+
+/// A TOML file that a user wrote.
+#[derive(Debug, Clone)]
+pub struct InputFile {
+    path: PathBuf,
+    text: String,
+}
+
+impl InputFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is longer than any such file, or is not UTF-8 text.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let unreadable = |problem: String| InputError { file: path.into(), line: 0, key: String::new(), problem };
+        let mut bytes = Vec::new();
+        File::open(path)
+            .and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes))
+            .map_err(|e| unreadable(format!("cannot be read: {e}")))?;
+        if bytes.len() as u64 > LONGEST {
+            return Err(unreadable(format!("is longer than {LONGEST} bytes, which no such file is")));
+        }
+        Self::from_bytes(path, bytes)
+    }
+
+    /// Bytes that stand for a file.
+    ///
+    /// # Errors
+    /// If they are not UTF-8 text.
+    pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, InputError> {
+        String::from_utf8(bytes).map(|text| Self { path: path.into(), text }).map_err(|error| {
+            let good = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(error.as_bytes().get(..good).unwrap_or_default()).into_owned();
+            let file = Self { path: path.into(), text };
+            file.error_at(Some(good..good), "is not UTF-8 text from here on")
+        })
+    }
+
+    /// Text that stands for a file.
+    pub fn from_text(path: &Path, text: &str) -> Self {
+        Self { path: path.into(), text: text.into() }
+    }
+
+    /// The file's path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The file's text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The file as a table of values that know where they stand.
+    ///
+    /// # Errors
+    /// [`InputError`] if it is not TOML.
+    pub fn table(&self) -> Result<Spanned<DeTable<'_>>, InputError> {
+        DeTable::parse(&self.text).map_err(|error| match error.message() {
+            "duplicate key" => self.duplicate(error.span()),
+            message => self.error_at(error.span(), &format!("is not TOML: {message}")),
+        })
+    }
+
+    /// An error about a key that stands in its table twice, or about a list of tables that is written as one.
+    fn duplicate(&self, span: Option<Range<usize>>) -> InputError {
+        let told = self.error_at(span, "stands in its table for the second time; leave out one of the two");
+        let line = self.text.lines().nth(told.line.saturating_sub(1)).unwrap_or("");
+        let is_one = LISTS.contains(&told.key.as_str()) && line.trim_start().starts_with('[');
+        if !is_one {
+            return told;
+        }
+        let problem = format!("there may be several of these: write [[{}]] above each, in double brackets", told.key);
+        InputError { problem, ..told }
+    }
+
+    /// An error that the TOML reader found in a table's keys or values.
+    pub fn toml_error(&self, error: &toml::de::Error) -> InputError {
+        if let Some(unknown) = UnknownKey::told_by(error.message()) {
+            return self.error_at(error.span(), &unknown.problem());
+        }
+        let told = self.error_at(error.span(), &in_plain_words(error.message()));
+        let Some(missing) = error.message().strip_prefix("missing field `").and_then(|rest| rest.split('`').next())
+        else {
+            return told;
+        };
+        let (key, table) = match told.key.as_str() {
+            "" => (missing.to_owned(), self.kind_in_words()),
+            table => (format!("{table}.{missing}"), format!("the table `{table}`")),
+        };
+        InputError { key, problem: format!("{table} lacks the key `{missing}`"), ..told }
+    }
+
+    /// The file, as what it looks like.
+    fn kind_in_words(&self) -> String {
+        FileKind::of(self).map_or("the file".into(), |kind| format!("the {}", kind.words().trim_start_matches("a ")))
+    }
+
+    /// Parses the file.
+    ///
+    /// # Errors
+    /// [`InputError`] with line and key.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, InputError> {
+        T::deserialize(toml::de::Deserializer::from(self.table()?)).map_err(|error| self.toml_error(&error))
+    }
+
+    /// An error at a value.
+    pub fn error<T>(&self, value: &Spanned<T>, problem: &str) -> InputError {
+        self.error_at(Some(value.span()), problem)
+    }
+
+    /// An error about a key that is not there.
+    pub fn error_in_whole(&self, key: &str, problem: &str) -> InputError {
+        InputError { key: key.into(), ..self.error_at(None, problem) }
+    }
+
+    fn error_at(&self, span: Option<Range<usize>>, problem: &str) -> InputError {
+        // What is missing from the file as a whole is said of all its bytes, or of none.
+        let whole = [0..self.text.len(), 0..0];
+        let start = span.filter(|span| !whole.contains(span)).map(|span| span.start);
+        let before = start.and_then(|start| self.text.get(..start)).unwrap_or("");
+        let key = start.map_or(String::new(), |start| key_at(&self.text, start));
+        InputError {
+            file: self.path.clone(),
+            line: before.matches('\n').count() + 1,
+            key: printable(&key),
+            problem: printable(&problem.trim().replace('\n', "; ")),
+        }
+    }
+}
+
+/// Text from a file as an error may repeat it: cut in the middle where too long, and without codes that a terminal would obey.
+fn printable(quoted: &str) -> String {
+    let length = quoted.chars().count();
+    if length <= LONGEST_QUOTE {
+        return text::printable(quoted);
+    }
+    let half = LONGEST_QUOTE / 2;
+    let (head, tail): (String, String) =
+        (quoted.chars().take(half).collect(), quoted.chars().skip(length - half).collect());
+    format!("{}…{}", text::printable(&head), text::printable(&tail))
+}
+
+/// Whether a method runs corrected or as the paper printed it, flaws included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// Corrected.
+    #[default]
+    Corrected,
+    /// As the paper printed it.
+    AsPrinted,
+}
+
+/// For serde: a whole number that is at least 1.
+pub(crate) fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+    match i64::deserialize(deserializer)? {
+        number @ 1.. => usize::try_from(number).map_err(D::Error::custom),
+        number => Err(D::Error::custom(format!("{number} is not allowed, it must be at least 1"))),
+    }
+}
+
+/// For serde: a whole number that is at least 1, where the key is there at all.
+pub(crate) fn positive_option<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<usize>, D::Error> {
+    positive(deserializer).map(Some)
+}
+
+/// For serde: a whole number that is at least 0; one that no TOML file can hold could not be passed on.
+pub(crate) fn natural<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    let number = i64::deserialize(deserializer)?;
+    u64::try_from(number).map_err(|_| D::Error::custom(format!("{number} is not allowed, it must be at least 0")))
+}
+
+/// For serde: a whole number that is at least 0, where the key is there at all.
+pub(crate) fn natural_option<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
+    natural(deserializer).map(Some)
+}
+
+/// Whether `name` can be a label or a name: it becomes part of file names, so it is short and plain.
+pub fn is_plain_name(name: &str) -> bool {
+    (1..=LONGEST_PLAIN_NAME).contains(&name.len())
+        && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_.".contains(&b))
+        && name.starts_with(|c: char| c.is_ascii_alphanumeric())
+}
+
+/// Longest name that [`is_plain_name`] allows \[characters\].
+pub const LONGEST_PLAIN_NAME: usize = 31;
+
+/// What [`is_plain_name`] asks for, in words.
+pub const PLAIN_NAME: &str = "it must be 1 to 31 letters, digits, '-', '_' or '.', starting with a letter or digit";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_says_line_and_key() {
+        let file = InputFile::from_text(Path::new("a.toml"), "top = 1\n[orbit]\nradiation = \"x\"\n");
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code)]
+        struct Orbit {
+            radiation: f64,
+        }
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code)]
+        struct All {
+            top: u32,
+            orbit: Orbit,
+        }
+        let error = file.parse::<All>().unwrap_err();
+        assert_eq!((error.line, error.key.as_str()), (3, "orbit.radiation"));
+        assert_eq!(error.to_string(), "a.toml:3: orbit.radiation: \"x\" is not allowed, it must be a number");
+    }
+
+    #[test]
+    fn a_key_that_is_missing_or_stands_there_twice_is_told_so() {
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code)]
+        struct Orbit {
+            radiation: f64,
+        }
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code)]
+        struct All {
+            name: String,
+            orbit: Orbit,
+        }
+        for (text, told) in [
+            ("[orbit]\nradiation = 1.0\n", "a.toml:1: name: the scenario file lacks the key `name`"),
+            ("other = 1\n", "a.toml:1: name: the file lacks the key `name`"),
+            ("name = \"a\"\n[orbit]\n", "a.toml:2: orbit.radiation: the table `orbit` lacks the key `radiation`"),
+            ("name = \"a\"\n\nname = \"b\"\n", "a.toml:3: name: stands in its table for the second time"),
+            (
+                "name = \"a\"\n[orbit]\nradiation = 1.0\nradiation = 1.0\n",
+                "a.toml:4: orbit.radiation: stands in its table",
+            ),
+            ("name = \"a\"\n[orbit]\n[initial]\n[orbit]\n", "a.toml:4: orbit: stands in its table for the second time"),
+            (
+                "name = \"a\"\n[propagator]\nx = 1\n[propagator]\nx = 2\n",
+                "a.toml:4: propagator: there may be several of these: write [[propagator]] above each, in double brackets",
+            ),
+            ("[propagator]\n[[propagator]]\n", "a.toml:2: propagator: there may be several of these"),
+            ("propagator = 1\npropagator = 2\n", "a.toml:2: propagator: stands in its table for the second time"),
+            ("hello\n", "a.toml:1: is not TOML: "),
+        ] {
+            let error = InputFile::from_text(Path::new("a.toml"), text).parse::<All>().unwrap_err().to_string();
+            assert!(error.starts_with(told), "{error}");
+        }
+    }
+
+    #[test]
+    fn names_cannot_leave_their_folder() {
+        for bad in ["", "..", "a/b", ".hidden", "ä", "a\0", &"x".repeat(32)] {
+            assert!(!is_plain_name(bad), "{bad}");
+        }
+        assert!(is_plain_name("dee-1e5"));
+    }
+}

@@ -1,0 +1,282 @@
+//! Scenario files: the problem as a user writes it.
+
+use std::path::Path;
+
+use density::model::PlanarHamiltonian;
+use density::model::registry::{DEFAULT_FORCES, Planar};
+use density::problem::{InitialGaussian, Problem};
+use density::problem_error::{Field, ProblemError};
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::files::file_kind::FileKind;
+use crate::files::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
+use crate::files::plain_number::plain;
+
+use orbit::{Model, Orbit};
+use times::Times;
+
+mod orbit;
+mod times;
+
+pub use times::is_right_number_of_times;
+
+/// A scenario as its file describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScenarioFile {
+    /// Its name.
+    pub name: String,
+    /// The problem.
+    pub problem: Problem<Planar>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    name: Spanned<String>,
+    model: Option<Model>,
+    orbit: Spanned<Orbit>,
+    initial: Initial,
+    times: Spanned<Times>,
+    disposal: Disposal,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Initial {
+    phi: Spanned<f64>,
+    e: Spanned<f64>,
+    delta_phi: Spanned<f64>,
+    delta_e: Spanned<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Disposal {
+    critical_e: Spanned<f64>,
+}
+
+/// Reads and checks a scenario file.
+///
+/// # Errors
+/// [`InputError`] with file, line and key.
+pub fn load(path: &Path) -> Result<ScenarioFile, InputError> {
+    check(&InputFile::read(path)?)
+}
+
+/// Checks a scenario file that has been read.
+///
+/// # Errors
+/// [`InputError`] with file, line and key.
+pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
+    FileKind::Scenario.expect(file)?;
+    let raw: Raw = file.parse()?;
+    if !is_plain_name(raw.name.get_ref()) {
+        return Err(file.error(&raw.name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", raw.name.get_ref())));
+    }
+    let Initial { phi, e, delta_phi, delta_e } = &raw.initial;
+    let initial = InitialGaussian {
+        mean_phi: *phi.get_ref(),
+        mean_e: *e.get_ref(),
+        sigma_phi: 0.5 * delta_phi.get_ref(),
+        sigma_e: 0.5 * delta_e.get_ref(),
+    };
+    let model = orbit::read(file, raw.model.as_ref(), &raw.orbit)?;
+    let times = times::read(file, &raw.times)?;
+    let problem = Problem::new(model, initial, times, *raw.disposal.critical_e.get_ref());
+    Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem: problem.map_err(|error| raw.locate(file, &error))? })
+}
+
+impl Raw {
+    /// The line and key of what is wrong with the problem.
+    fn locate(&self, file: &InputFile, error: &ProblemError) -> InputError {
+        let problem = in_words(error);
+        let number = |value: &Spanned<f64>| file.error(value, &problem);
+        match error.field {
+            Field::Parameter(name) => Orbit::locate(&self.orbit, file, name, &problem),
+            Field::MeanPhi => number(&self.initial.phi),
+            Field::MeanE => number(&self.initial.e),
+            Field::DeltaPhi => number(&self.initial.delta_phi),
+            Field::DeltaE => number(&self.initial.delta_e),
+            Field::CriticalE => number(&self.disposal.critical_e),
+            Field::Times => Times::locate(&self.times, file, &problem),
+        }
+    }
+}
+
+/// What is wrong with a value, and what would be right.
+fn in_words(error: &ProblemError) -> String {
+    format!("{} is not allowed, it must be {}", plain(error.value), error.right)
+}
+
+/// The text of a scenario file that says `problem`.
+pub fn to_text(name: &str, problem: &Problem<Planar>) -> String {
+    let Problem { model, initial, times, critical_e } = problem;
+    let parameters = model.parameters();
+    let forces: Vec<&str> = parameters.iter().map(|(parameter, _)| parameter.force).collect();
+    let forces = if forces == DEFAULT_FORCES { String::new() } else { format!("[model]\nforces = {forces:?}\n\n") };
+    let orbit: String =
+        parameters.iter().map(|(parameter, value)| format!("{} = {value:?}\n", parameter.name)).collect();
+    format!(
+        "name = \"{name}\"\n\n{forces}[orbit]\n{orbit}\n[initial]\nphi = {:?}\ne = {:?}\n\
+         delta_phi = {:?}\ndelta_e = {:?}\n\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = {critical_e:?}\n",
+        initial.mean_phi,
+        initial.mean_e,
+        2.0 * initial.sigma_phi,
+        2.0 * initial.sigma_e,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "name = \"mine\"\n[orbit]\nradiation = 0.15\noblateness = 0.40921\n[initial]\nphi = 2.2069\ne = 0.145\n\
+         delta_phi = 0.39\ndelta_e = 0.05\n[times]\nend = 2.0\nstep = 0.5\n[disposal]\ncritical_e = 0.6\n";
+
+    fn load(text: &str) -> Result<ScenarioFile, InputError> {
+        check(&InputFile::from_text(Path::new("s.toml"), text))
+    }
+
+    fn load_with(from: &str, to: &str) -> Result<ScenarioFile, InputError> {
+        assert!(GOOD.contains(from));
+        load(&GOOD.replace(from, to))
+    }
+
+    #[test]
+    fn a_good_file_gives_half_of_each_delta_and_all_times() {
+        let scenario = load(GOOD).unwrap();
+        assert_eq!(scenario.problem.times, [0.0, 0.5, 1.0, 1.5, 2.0]);
+        assert_eq!(scenario.problem.initial.sigma_e, 0.025);
+    }
+
+    #[test]
+    fn times_by_a_step_are_as_a_person_would_write_them() {
+        let stepped = load_with("step = 0.5", "step = 0.2").unwrap().problem.times;
+        assert_eq!(stepped, [0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0]);
+        let thirds = load_with("step = 0.5", "step = 0.6666666666666666").unwrap().problem.times;
+        assert_eq!(thirds, [0.0, 0.666666666667, 1.33333333333, 2.0]);
+    }
+
+    #[test]
+    fn times_may_be_listed() {
+        let listed = load_with("end = 2.0\nstep = 0.5", "at = [0.0, 0.1, 3.0]").unwrap();
+        assert_eq!(listed.problem.times, [0.0, 0.1, 3.0]);
+    }
+
+    #[test]
+    fn a_problem_survives_the_way_through_a_file() {
+        let shortest = GOOD.replace("end = 2.0\nstep = 0.5", "end = 63e-6\nstep = 1e-6");
+        let forces = "[model]\nforces = [\"srp\", \"j2\", \"sun\", \"moon\"]\n[orbit]\nsun = 4.76e-4\nmoon = 0.001\n";
+        for text in [GOOD, &shortest, &GOOD.replace("[orbit]\n", forces)] {
+            let scenario = load(text).unwrap();
+            assert_eq!(load(&to_text(&scenario.name, &scenario.problem)).unwrap(), scenario);
+        }
+    }
+
+    #[test]
+    fn parameters_follow_from_the_orbit() {
+        let orbit = "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2";
+        let scenario = load_with("radiation = 0.15\noblateness = 0.40921", orbit).unwrap();
+        let parameters = scenario.problem.model.parameters();
+        assert!((parameters[1].1 - 0.40921).abs() < 1e-5 && parameters[0].1 > 0.0, "{parameters:?}");
+    }
+
+    #[test]
+    fn a_file_names_the_forces_that_act_with_a_parameter_each_or_the_satellite() {
+        let orbit = "radiation = 0.15\noblateness = 0.40921\n";
+        let with = |forces: &str, parameters: &str| {
+            let model =
+                load_with("[orbit]\n", &format!("[model]\nforces = {forces}\n[orbit]\n{parameters}"))?.problem.model;
+            let values: Vec<f64> = model.parameters().into_iter().map(|(_, value)| value).collect();
+            Ok::<_, InputError>((model.name(), values))
+        };
+        assert_eq!(with("[\"j2\", \"srp\"]", "").unwrap(), ("planar", vec![0.15, 0.40921]));
+        let all = "[\"srp\", \"j2\", \"sun\", \"moon\"]";
+        let (name, values) = with(all, "sun = 4.76e-4\nmoon = 1.037e-3\n").unwrap();
+        assert_eq!((name, values), ("planar-sun-moon", vec![0.15, 0.40921, 4.76e-4, 1.037e-3]));
+        let (name, values) = with("[\"srp\", \"j2\", \"sun\"]", "sun = 4.76e-4\n").unwrap();
+        assert_eq!((name, values[3]), ("planar-sun-moon", 0.0));
+        let satellite = GOOD.replace(orbit, "semi_major_axis = 2.5\narea_to_mass = 10.0\nreflectivity = 1.2\n");
+        let sun = satellite.replace("[orbit]", "[model]\nforces = [\"j2\", \"sun\"]\n[orbit]");
+        let values: Vec<f64> =
+            load(&sun).unwrap().problem.model.parameters().into_iter().map(|(_, value)| value).collect();
+        assert!(values[0] == 0.0 && (values[2] - 4.76224e-4).abs() < 1e-8 && values[3] == 0.0, "{values:?}");
+        let told = |forces: &str, parameters: &str| with(forces, parameters).unwrap_err().to_string();
+        let refused = |forces: &str, parameters: &str, words: &str| {
+            let told = told(forces, parameters);
+            assert!(told.contains(words), "{told}");
+        };
+        refused(
+            "[\"drag\"]",
+            "",
+            "s.toml:3: model.forces: \"drag\" is no force, there are \"srp\", \"j2\", \"sun\", \"moon\"",
+        );
+        refused("[\"srp\", \"srp\"]", "", "for the second time");
+        refused("[]", "", "names no force");
+        refused(all, "", "s.toml:4: orbit: must have either radiation, oblateness, sun and moon, or semi_major_axis");
+        refused(
+            "[\"srp\", \"j2\"]",
+            "sun = 1e-4\n",
+            "s.toml:5: orbit.sun: has no effect: its force \"sun\" is not in model.forces",
+        );
+        refused(all, "sun = 2.0\nmoon = 0.0\n", "orbit.sun: 2 is not allowed, it must be 0 or greater, at most 1");
+        let mixed = satellite.replace("[orbit]", "[orbit]\nradiation = 0.1");
+        assert!(load(&mixed).unwrap_err().to_string().contains("orbit.radiation: follows from semi_major_axis"));
+    }
+
+    #[test]
+    fn every_mistake_is_told_with_line_and_key() {
+        let cases = [
+            ("delta_e = 0.05", "delta_e = 0.0", 9, "initial.delta_e", "at least 1e-9"),
+            ("e = 0.145", "e = 1.0", 7, "initial.e", "between 0 and 1"),
+            ("step = 0.5", "step = 0.3", 12, "times.step", "does not divide end = 2"),
+            ("step = 0.5", "step = 1e-4", 12, "times.step", "more than a message holds"),
+            ("step = 0.5", "", 10, "times", "either end and step, or at"),
+            ("end = 2.0\nstep = 0.5", "at = [0.0, 2.0, 1.0]", 11, "times.at", "ascend"),
+            (
+                "step = 0.5",
+                "step = 1e-300",
+                12,
+                "times.step",
+                "1e-300 is not allowed, it must be at least 1e-6 yr and at most end",
+            ),
+            (
+                "end = 2.0\nstep = 0.5",
+                "at = [0, 1e-300]",
+                11,
+                "times.at",
+                "0 and 1e-300 are too close, times must be at least 1e-6 yr",
+            ),
+            ("end = 2.0\nstep = 0.5", "at = [0, 1.0, 1.0000001]", 11, "times.at", "1 and 1.0000001 are too close"),
+            ("phi = 2.2069", "phi = \"x\"", 6, "initial.phi", "\"x\" is not allowed, it must be a number"),
+            ("phi = 2.2069", "phi = 1e300", 6, "initial.phi", "1e300 is not allowed"),
+            ("phi = 2.2069", "phi = nan", 6, "initial.phi", "an angle in radians"),
+            ("phi = 2.2069", "phi = 100", 6, "initial.phi", "if 100 degrees are meant, write 1.7453293"),
+            (
+                "phi = 2.2069",
+                "phi = 7.0",
+                6,
+                "initial.phi",
+                "between -2π and 2π; if 7 degrees are meant, write 0.1221730",
+            ),
+            ("phi = 2.2069", "phi = 1e9", 6, "initial.phi", "between -2π and 2π"),
+            ("delta_phi = 0.39", "delta_phi = 20", 8, "initial.delta_phi", "if 20 degrees are meant, write 0.3490659"),
+            (
+                "critical_e",
+                "critical_q",
+                14,
+                "disposal.critical_q",
+                "is unknown, did you mean `critical_e`? There may be `critical_e`",
+            ),
+            ("radiation = 0.15", "area_to_mass = 1.0", 2, "orbit", "either radiation and oblateness"),
+            ("mine", "../mine", 1, "name", "letters, digits"),
+            ("[times]", "[times", 10, "times", ""),
+        ];
+        for (from, to, line, key, words) in cases {
+            let error = load_with(from, to).unwrap_err();
+            assert_eq!((error.line, error.key.as_str()), (line, key), "{error}");
+            assert!(error.to_string().contains(words), "{error}");
+        }
+    }
+}

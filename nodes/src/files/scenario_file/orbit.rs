@@ -1,0 +1,173 @@
+//! What moves the satellite, as a scenario file says it: the forces, and the parameters of the model in which they act.
+
+use density::model::parameter::Parameter;
+use density::model::registry::{self, DEFAULT_FORCES, ModelError, Planar};
+use density::problem_error::Field;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::in_words;
+use crate::files::input::{InputError, InputFile};
+
+/// The table `[model]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Model {
+    forces: Spanned<Vec<Spanned<String>>>,
+}
+
+/// The table `[orbit]`: either a parameter for every force, or the satellite from which all of them follow.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Orbit {
+    radiation: Option<Spanned<f64>>,
+    oblateness: Option<Spanned<f64>>,
+    sun: Option<Spanned<f64>>,
+    moon: Option<Spanned<f64>>,
+    semi_major_axis: Option<Spanned<f64>>,
+    area_to_mass: Option<Spanned<f64>>,
+    reflectivity: Option<Spanned<f64>>,
+}
+
+impl Orbit {
+    /// Everything that may stand in the table, by its key.
+    fn values(&self) -> [(&'static str, &Option<Spanned<f64>>); 7] {
+        [
+            ("radiation", &self.radiation),
+            ("oblateness", &self.oblateness),
+            ("sun", &self.sun),
+            ("moon", &self.moon),
+            ("semi_major_axis", &self.semi_major_axis),
+            ("area_to_mass", &self.area_to_mass),
+            ("reflectivity", &self.reflectivity),
+        ]
+    }
+
+    fn value(&self, key: &str) -> Option<&Spanned<f64>> {
+        self.values().into_iter().find(|(known, _)| *known == key).and_then(|(_, value)| value.as_ref())
+    }
+
+    /// The line and key of what is wrong with the parameter `name`; of the whole table if it follows from others.
+    pub(super) fn locate(table: &Spanned<Self>, file: &InputFile, name: &str, problem: &str) -> InputError {
+        match table.get_ref().value(name) {
+            Some(value) => file.error(value, problem),
+            None => file.error(table, &format!("gives {name}: {problem}")),
+        }
+    }
+}
+
+/// The model that a file asks for.
+pub(super) fn read(file: &InputFile, model: Option<&Model>, orbit: &Spanned<Orbit>) -> Result<Planar, InputError> {
+    let forces = forces(file, model)?;
+    let name = registry::with_forces(&forces).ok_or_else(|| {
+        let problem = format!("no model has the forces {} together", forces.join(", "));
+        model.map_or_else(|| file.error(orbit, &problem), |model| file.error(&model.forces, &problem))
+    })?;
+    let of_satellite = ["semi_major_axis", "area_to_mass", "reflectivity"].map(|key| orbit.get_ref().value(key));
+    let whole = match of_satellite {
+        [None, None, None] => parameters(file, name, &forces, orbit)?,
+        [Some(axis), Some(ratio), Some(reflectivity)] => {
+            refuse_parameters(file, name, orbit)?;
+            let [axis, ratio, reflectivity] = [axis, ratio, reflectivity].map(|value| *value.get_ref());
+            match Planar::of_satellite(name, axis, ratio, reflectivity) {
+                Some(Ok(model)) => model,
+                Some(Err(error)) => return Err(locate(file, orbit, error.field, &in_words(&error))),
+                None => return Err(file.error(orbit, &format!("there is no model \"{name}\""))),
+            }
+        }
+        _ => return Err(file.error(orbit, &what_is_needed(name, &forces))),
+    };
+    // Of a satellite all forces of the model are known; those that do not act are taken out.
+    let values: Vec<_> = density::model::PlanarHamiltonian::parameters(&whole)
+        .into_iter()
+        .map(|(parameter, value)| (parameter.name, if forces.contains(&parameter.force) { value } else { 0.0 }))
+        .collect();
+    Planar::by_name(name, &values).map_err(|error| file.error(orbit, &error.to_string()))
+}
+
+/// The forces that act.
+fn forces<'a>(file: &InputFile, model: Option<&'a Model>) -> Result<Vec<&'a str>, InputError> {
+    let Some(Model { forces }) = model else { return Ok(DEFAULT_FORCES.to_vec()) };
+    let known = registry::forces();
+    let mut acting: Vec<&str> = Vec::new();
+    for force in forces.get_ref() {
+        let name = force.get_ref().as_str();
+        if !known.contains(&name) {
+            return Err(file.error(force, &format!("\"{name}\" is no force, there are {}", quoted(&known))));
+        }
+        if acting.contains(&name) {
+            return Err(file.error(force, &format!("\"{name}\" stands in the list for the second time, leave it out")));
+        }
+        acting.push(name);
+    }
+    match acting.is_empty() {
+        true => Err(file.error(forces, &format!("names no force, there are {}", quoted(&known)))),
+        false => Ok(acting),
+    }
+}
+
+/// The model with a parameter for every force that acts.
+fn parameters(file: &InputFile, name: &str, forces: &[&str], orbit: &Spanned<Orbit>) -> Result<Planar, InputError> {
+    let mut given = Vec::new();
+    for parameter in all_parameters() {
+        let (acts, value) = (forces.contains(&parameter.force), orbit.get_ref().value(parameter.name));
+        match (acts, value) {
+            (true, Some(value)) => given.push((parameter.name, *value.get_ref())),
+            (true, None) => return Err(file.error(orbit, &what_is_needed(name, forces))),
+            (false, Some(value)) => return Err(file.error(value, &no_such_force(parameter))),
+            (false, None) if registry::parameters(name).contains(parameter) => given.push((parameter.name, 0.0)),
+            (false, None) => {}
+        }
+    }
+    Planar::by_name(name, &given).map_err(|error: ModelError| file.error(orbit, &error.to_string()))
+}
+
+/// A satellite says it all: no parameter stands beside it.
+fn refuse_parameters(file: &InputFile, name: &str, orbit: &Spanned<Orbit>) -> Result<(), InputError> {
+    let given = all_parameters().find_map(|parameter| Some((parameter, orbit.get_ref().value(parameter.name)?)));
+    match given {
+        Some((parameter, value)) => {
+            let acts = registry::parameters(name).contains(parameter);
+            let problem = match acts {
+                true => "follows from semi_major_axis, area_to_mass and reflectivity, leave it out".into(),
+                false => no_such_force(parameter),
+            };
+            Err(file.error(value, &problem))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The parameters of all models, each once.
+fn all_parameters() -> impl Iterator<Item = &'static Parameter> {
+    let of_all = || Planar::ALL.iter().flat_map(|(_, parameters)| *parameters);
+    of_all()
+        .enumerate()
+        .filter(move |(k, parameter)| of_all().take(*k).all(|other| other != *parameter))
+        .map(|(_, p)| p)
+}
+
+fn no_such_force(Parameter { force, .. }: &Parameter) -> String {
+    format!("has no effect: its force \"{force}\" is not in model.forces; add it there, or leave this out")
+}
+
+fn what_is_needed(name: &str, forces: &[&str]) -> String {
+    let acting = registry::parameters(name).iter().filter(|parameter| forces.contains(&parameter.force));
+    let names: Vec<&str> = acting.map(|parameter| parameter.name).collect();
+    let names = match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        _ => names.concat(),
+    };
+    format!("must have either {names}, or semi_major_axis, area_to_mass and reflectivity")
+}
+
+fn locate(file: &InputFile, orbit: &Spanned<Orbit>, field: Field, problem: &str) -> InputError {
+    match field {
+        Field::Parameter(name) => Orbit::locate(orbit, file, name, problem),
+        _ => file.error(orbit, problem),
+    }
+}
+
+fn quoted(names: &[&str]) -> String {
+    names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,102 @@
+//! When snapshots are taken, as a scenario file says it.
+
+use density::problem::MOST_YEARS;
+use messages::scenario::MOST_SNAPSHOTS;
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::files::input::{InputError, InputFile};
+use crate::files::plain_number::plain;
+
+/// The table `[times]`: either the end and a step, or the times themselves.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Times {
+    end: Option<Spanned<f64>>,
+    step: Option<Spanned<f64>>,
+    at: Option<Spanned<Vec<f64>>>,
+}
+
+impl Times {
+    /// Where the times stand that are wrong.
+    pub(super) fn locate(table: &Spanned<Self>, file: &InputFile, problem: &str) -> InputError {
+        match table.get_ref() {
+            Self { at: Some(at), .. } => file.error(at, problem),
+            Self { end: Some(end), .. } => file.error(end, problem),
+            _ => file.error(table, problem),
+        }
+    }
+}
+
+fn number(
+    file: &InputFile,
+    value: &Spanned<f64>,
+    range: &str,
+    is_right: impl Fn(f64) -> bool,
+) -> Result<f64, InputError> {
+    let x = *value.get_ref();
+    if x.is_finite() && is_right(x) {
+        Ok(x)
+    } else {
+        Err(file.error(value, &format!("{} is not allowed, it must be {range}", plain(x))))
+    }
+}
+
+/// The times \[yr\] that the table says.
+pub(super) fn read(file: &InputFile, times: &Spanned<Times>) -> Result<Vec<f64>, InputError> {
+    match times.get_ref() {
+        Times { end: Some(end), step: Some(step), at: None } => stepped_times(file, end, step),
+        Times { end: None, step: None, at: Some(at) } => listed_times(file, at),
+        _ => Err(file.error(times, "must have either end and step, or at")),
+    }
+}
+
+/// How many snapshots a scenario may have: as many as a message holds.
+pub fn is_right_number_of_times(times: usize) -> bool {
+    (2..=MOST_SNAPSHOTS).contains(&times)
+}
+
+fn listed_times(file: &InputFile, at: &Spanned<Vec<f64>>) -> Result<Vec<f64>, InputError> {
+    if !is_right_number_of_times(at.get_ref().len()) {
+        return Err(file.error(at, &format!("must be 2 to {MOST_SNAPSHOTS} times")));
+    }
+    let list = at.get_ref();
+    let is_close = |gap: f64| gap > 0.0 && gap < LEAST_GAP * (1.0 - ROUNDING);
+    if let Some(close) = list.windows(2).find(|pair| is_close(pair[1] - pair[0])) {
+        let [before, after] = [close[0], close[1]].map(plain);
+        return Err(
+            file.error(at, &format!("{before} and {after} are too close, times must be at least 1e-6 yr apart"))
+        );
+    }
+    Ok(list.clone())
+}
+
+/// Least time between two snapshots \[yr\].
+const LEAST_GAP: f64 = 1e-6;
+/// What times that were written with few digits may miss that by.
+const ROUNDING: f64 = 1e-6;
+
+fn stepped_times(file: &InputFile, end_at: &Spanned<f64>, every: &Spanned<f64>) -> Result<Vec<f64>, InputError> {
+    let end = number(file, end_at, "at least 1e-6 and at most 1000 yr", |x| (LEAST_GAP..=MOST_YEARS).contains(&x))?;
+    let step = number(file, every, "at least 1e-6 yr and at most end", |x| (LEAST_GAP..=end).contains(&x))?;
+    let steps = (end / step).round();
+    if (steps * step - end).abs() > 1e-9 * end {
+        let nearest = end / steps;
+        return Err(file.error(every, &format!("{step} does not divide end = {end}; {nearest} would")));
+    }
+    let most = MOST_SNAPSHOTS as f64 - 1.0;
+    if steps > most {
+        let problem = format!(
+            "{} snapshots are more than a message holds, {MOST_SNAPSHOTS}; step must be at least {}",
+            steps + 1.0,
+            end / most
+        );
+        return Err(file.error(every, &problem));
+    }
+    Ok((0..=steps as u32).map(|k| if f64::from(k) == steps { end } else { as_meant(f64::from(k) * step) }).collect())
+}
+
+/// A multiple of a step as a person would write it: six times 0.2 is 1.2, not 1.2000000000000002.
+fn as_meant(multiple: f64) -> f64 {
+    format!("{multiple:.11e}").parse().unwrap_or(multiple)
+}

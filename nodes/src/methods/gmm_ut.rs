@@ -1,0 +1,331 @@
+//! GMM-UT: a Gaussian mixture whose components are moved by the unscented transform (Sect. 3.3).
+
+use density::mixture::library::{self, Variance};
+use density::mixture::merge::merge;
+use density::mixture::plan::{Adaptive, LEAST_POINTS};
+use density::mixture::split::Direction;
+use density::mixture::unscented::Unscented;
+use density::mixture::{self, Mixture, Split};
+use density::model::registry::Planar;
+use messages::content::{self, Content};
+use serde::{Deserialize, Serialize};
+
+use crate::files::input::{Mode, positive_option};
+use crate::files::toml_words::{choice, choice_option};
+use crate::methods::accuracy::AccuracySetting;
+use crate::methods::{Method, Misfit};
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::{Form, Passage, Propagator};
+
+/// How the initial Gaussian is split.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SplitChoice {
+    /// On a lattice planned for the problem.
+    #[default]
+    Adaptive,
+    /// Along the solar angle, as the paper's text says.
+    SolarAngle,
+    /// Along the eccentricity, as the paper's numbers say.
+    Eccentricity,
+    /// Along both: `components` along `e` times `across` along `phi`.
+    Both,
+    /// Along the direction in which the flow is most nonlinear.
+    StrongestNonlinearity,
+}
+
+/// Settings of a GMM-UT case.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// How the initial Gaussian is split; as printed: along the eccentricity unless said otherwise.
+    #[serde(deserialize_with = "choice_option", skip_serializing_if = "Option::is_none")]
+    pub split: Option<SplitChoice>,
+    /// Components along the direction of a split that is not adaptive; odd, 39 unless set.
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub components: Option<usize>,
+    /// Components across it; odd, 1 unless set.
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub across: Option<usize>,
+    /// Whether the library of a split that is not adaptive keeps the variance exactly; it does not unless set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keep_variance: Option<bool>,
+    /// Most sigma points of an adaptive split.
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub sigma_points: Option<usize>,
+    /// Most components that are published: more are merged, keeping mean and covariance (slow).
+    #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
+    pub merge_to: Option<usize>,
+    /// Corrected, or as the paper printed it.
+    #[serde(deserialize_with = "choice")]
+    pub mode: Mode,
+    /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySetting>,
+}
+
+impl Settings {
+    fn components(&self) -> usize {
+        self.components.unwrap_or(39)
+    }
+
+    fn across(&self) -> usize {
+        self.across.unwrap_or(1)
+    }
+
+    fn keeps_variance(&self) -> bool {
+        self.keep_variance.unwrap_or(false)
+    }
+
+    fn sigma_points(&self) -> usize {
+        self.sigma_points.unwrap_or(Adaptive::default().sigma_points)
+    }
+
+    /// The most components that a mixture can have.
+    pub fn most_components(&self) -> usize {
+        match self.split() {
+            SplitChoice::Adaptive => self.sigma_points(),
+            _ => self.components().saturating_mul(self.across()),
+        }
+    }
+
+    fn split(&self) -> SplitChoice {
+        self.split.unwrap_or(match self.mode {
+            Mode::Corrected => SplitChoice::Adaptive,
+            Mode::AsPrinted => SplitChoice::Eccentricity,
+        })
+    }
+
+    /// The same in the terms of science.
+    fn for_mixture(&self) -> mixture::Settings {
+        let variance = if self.keeps_variance() { Variance::Kept } else { Variance::Free };
+        let library = |along, across| Split::Library { along, components: self.components(), across, variance };
+        let split = match self.split() {
+            SplitChoice::Adaptive => {
+                Split::Adaptive(Adaptive { sigma_points: self.sigma_points(), ..Adaptive::default() })
+            }
+            SplitChoice::SolarAngle => library(Direction::SolarAngle, self.across()),
+            SplitChoice::Eccentricity | SplitChoice::Both => library(Direction::Eccentricity, self.across()),
+            SplitChoice::StrongestNonlinearity => library(Direction::StrongestNonlinearity, self.across()),
+        };
+        let unscented = match self.mode {
+            Mode::AsPrinted => Unscented::PAPER,
+            Mode::Corrected => Unscented::default(),
+        };
+        mixture::Settings { split, unscented }
+    }
+}
+
+impl Method for Settings {
+    const NAME: &'static str = "gmm-ut";
+    type Propagator = GaussianMixture;
+
+    fn propagator(self) -> GaussianMixture {
+        GaussianMixture::new(self)
+    }
+
+    fn check(&self) -> Result<(), Misfit> {
+        let adaptive = self.split() == SplitChoice::Adaptive;
+        let of_library = [
+            ("components", self.components.is_some()),
+            ("across", self.across.is_some()),
+            ("keep_variance", self.keep_variance.is_some()),
+        ];
+        if let Some((key, _)) = of_library.into_iter().find(|(_, is_set)| adaptive && *is_set) {
+            let because =
+                "beside split = \"adaptive\", which plans its components itself; set sigma_points, or another split";
+            return Err(Misfit::no_effect(key, because));
+        }
+        if self.split() == SplitChoice::Both && self.across() == 1 {
+            let problem = "is needed beside split = \"both\": how many components along phi, 3 or more; with one of them \
+                           the split is \"eccentricity\"";
+            return Err(Misfit::new("across", problem));
+        }
+        if self.sigma_points.is_some() && !adaptive {
+            return Err(Misfit::no_effect("sigma_points", "on a split that is not adaptive; set components"));
+        }
+        for (key, count) in [("components", self.components()), ("across", self.across())] {
+            if count % 2 == 0 || count > library::MOST {
+                let problem = format!("{count} is not allowed, it must be an odd number up to {}", library::MOST);
+                return Err(Misfit::new(key, problem));
+            }
+        }
+        if adaptive && self.sigma_points() < LEAST_POINTS {
+            let problem =
+                format!("{} are too few to plan a split with, it must be at least {LEAST_POINTS}", self.sigma_points());
+            return Err(Misfit::new("sigma_points", problem));
+        }
+        let most = self.most_components();
+        if self.merge_to.is_some_and(|merge_to| merge_to >= most) {
+            let because = format!("where the mixture has at most {most} components, none of which are merged");
+            return Err(Misfit::no_effect("merge_to", &because));
+        }
+        if self.keep_variance.is_some() && most == 1 {
+            return Err(Misfit::no_effect("keep_variance", "on a single component, whose variance is kept anyway"));
+        }
+        Ok(())
+    }
+
+    fn resolved(&self) -> Self {
+        let adaptive = self.split() == SplitChoice::Adaptive;
+        let of_library = !adaptive;
+        Self {
+            split: Some(self.split()),
+            components: of_library.then(|| self.components()),
+            across: of_library.then(|| self.across()),
+            keep_variance: (of_library && self.most_components() > 1).then(|| self.keeps_variance()),
+            sigma_points: adaptive.then(|| self.sigma_points()),
+            ..self.clone()
+        }
+    }
+
+    fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting> {
+        &mut self.accuracy
+    }
+
+    fn most_numbers(&self, _: (usize, usize)) -> usize {
+        self.most_components().saturating_mul(6)
+    }
+
+    fn rows_to_share(&self) -> Result<usize, String> {
+        Err("a mixture is planned, judged and read out as a whole, and neighbours share their sigma points; gmm-ut cannot be split".into())
+    }
+}
+
+/// The GMM-UT propagator.
+#[derive(Debug)]
+pub struct GaussianMixture {
+    settings: Settings,
+    course: Option<Course>,
+}
+
+/// A mixture on its way.
+#[derive(Debug)]
+struct Course {
+    propagator: mixture::Propagator<Planar>,
+    times: Vec<f64>,
+    mixture: Option<Mixture>,
+    disagreement: f64,
+}
+
+impl GaussianMixture {
+    /// A propagator with these settings.
+    pub fn new(settings: Settings) -> Self {
+        Self { settings, course: None }
+    }
+
+    fn mixture(&self) -> Option<&Mixture> {
+        self.course.as_ref()?.mixture.as_ref()
+    }
+}
+
+impl Propagator for GaussianMixture {
+    fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
+        let problem = &assignment.plane()?.problem;
+        let flow = AccuracySetting::flow(self.settings.accuracy, problem.model);
+        let propagator = mixture::Propagator::new(problem, &flow, &self.settings.for_mixture())?;
+        let form = Form::whole(content::Mixture::UNJUDGED, propagator.components());
+        self.course = Some(Course { propagator, times: problem.times.clone(), mixture: None, disagreement: f64::NAN });
+        Ok(form)
+    }
+
+    fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+        let course = self.course.as_mut().ok_or_else(Failure::no_scenario)?;
+        course.propagator.advance_to(course.times[index])?;
+        let mut mixture = course.propagator.mixture();
+        course.disagreement = mixture.disagreement(); // of the components as propagated
+        if let Some(most) = self.settings.merge_to {
+            mixture.components = merge(&mixture.components, most)?;
+        }
+        let rows = mixture.components.len();
+        course.mixture = Some(mixture);
+        Ok(rows)
+    }
+
+    fn content(&self, planned: Content) -> Content {
+        let judged = |course: &Course| content::Mixture { disagreement: course.disagreement }.into();
+        self.course.as_ref().map_or(planned, judged)
+    }
+
+    /// The five sigma points of each component; those that neighbours share are counted for each.
+    fn trajectories(&self) -> u64 {
+        self.course.as_ref().map_or(0, |course| 5 * course.propagator.components() as u64)
+    }
+
+    fn first_passage(&mut self, _times: &[f64]) -> Result<Passage, Failure> {
+        let reason = "a mixture says where orbits are at a time, not where each has been; take mc, dee or exact";
+        Ok(Passage::Cannot(reason.into()))
+    }
+
+    fn write(&self, columns: &mut [f64]) {
+        let Some(mixture) = self.mixture() else { return };
+        for (row, component) in mixture.components.iter().enumerate() {
+            content::Mixture::write_row(columns, row, component.to_array());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(text: &str) -> Settings {
+        toml::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn a_setting_that_changes_nothing_is_refused_by_name() {
+        for (text, key) in [
+            ("components = 39", "components"),
+            ("split = \"adaptive\"\nacross = 3", "across"),
+            ("keep_variance = false", "keep_variance"),
+            ("mode = \"as-printed\"\nsigma_points = 100", "sigma_points"),
+            ("split = \"both\"\nacross = 3\nsigma_points = 100", "sigma_points"),
+            ("merge_to = 5000", "merge_to"),
+            ("sigma_points = 600\nmerge_to = 601", "merge_to"),
+            ("split = \"both\"\ncomponents = 5\nacross = 3\nmerge_to = 15", "merge_to"),
+            ("mode = \"as-printed\"\ncomponents = 1\nkeep_variance = true", "keep_variance"),
+        ] {
+            let misfit = settings(text).check().unwrap_err();
+            assert!(misfit.key == key && misfit.problem.contains("has no effect"), "{text}: {misfit}");
+        }
+        for good in [
+            "sigma_points = 600",
+            "mode = \"as-printed\"\ncomponents = 39",
+            "split = \"both\"\nacross = 3\nkeep_variance = true",
+            "sigma_points = 600\nmerge_to = 599",
+        ] {
+            settings(good).check().unwrap();
+        }
+        for (text, key) in [
+            ("split = \"both\"\nacross = 4", "across"),
+            ("split = \"both\"", "across"),
+            ("sigma_points = 599", "sigma_points"),
+        ] {
+            assert_eq!(settings(text).check().unwrap_err().key, key);
+        }
+    }
+
+    #[test]
+    fn what_is_recorded_is_what_has_an_effect() {
+        let most = Adaptive::default().sigma_points;
+        for (text, lines) in [
+            ("", format!("split = \"adaptive\"\nsigma_points = {most}\nmode = \"corrected\"\n")),
+            (
+                "mode = \"as-printed\"",
+                "split = \"eccentricity\"\ncomponents = 39\nacross = 1\nkeep_variance = false\nmode = \"as-printed\"\n"
+                    .into(),
+            ),
+            (
+                "split = \"solar-angle\"\ncomponents = 1",
+                "split = \"solar-angle\"\ncomponents = 1\nacross = 1\nmode = \"corrected\"\n".into(),
+            ),
+        ] {
+            let resolved = settings(text).resolved();
+            assert_eq!(toml::to_string(&resolved).unwrap(), lines);
+            resolved.check().unwrap();
+            assert_eq!(settings(&lines).for_mixture(), settings(text).for_mixture());
+        }
+    }
+}

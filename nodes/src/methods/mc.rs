@@ -1,0 +1,193 @@
+//! Monte Carlo: random draws from the initial Gaussian, each propagated on its own (Sect. 3.1).
+
+use std::num::NonZeroUsize;
+
+use density::first_passage::empirical::{EmpiricalCurve, curve_of_points, point};
+use density::flow::Passages;
+use density::model::registry::Planar;
+use density::orbits::Orbits;
+use density::problem::Problem;
+use density::sampling::{Draws, Plan};
+use messages::content::Samples;
+use messages::layout::PASSAGE_TIMES;
+use serde::{Deserialize, Serialize};
+
+use crate::files::input::{natural, positive};
+use crate::files::toml_words::choice;
+use crate::methods::accuracy::AccuracySetting;
+use crate::methods::{Method, Misfit};
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::shard::Shard;
+use kit::{Form, Passage, Propagator};
+
+/// How draws depend on one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DrawsChoice {
+    /// Not at all.
+    Independent,
+    /// In pairs of opposites.
+    Antithetic,
+    /// As points of a scrambled Sobol sequence.
+    Sobol,
+}
+
+/// Settings of a Monte Carlo case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Number of samples.
+    #[serde(deserialize_with = "positive")]
+    pub samples: usize,
+    /// Seed of the draws.
+    #[serde(deserialize_with = "natural")]
+    pub seed: u64,
+    /// How draws depend on one another: independent, antithetic pairs, or a scrambled Sobol sequence.
+    #[serde(deserialize_with = "choice")]
+    pub draws: DrawsChoice,
+    /// Independent groups, from whose spread the standard errors follow; 1 only for independent draws.
+    #[serde(deserialize_with = "positive")]
+    pub replicates: usize,
+    /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySetting>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { samples: 100_000, seed: 1, draws: DrawsChoice::Independent, replicates: 1, accuracy: None }
+    }
+}
+
+impl Settings {
+    fn plan(&self) -> Plan {
+        let draws = match self.draws {
+            DrawsChoice::Independent => Draws::Independent,
+            DrawsChoice::Antithetic => Draws::Antithetic,
+            DrawsChoice::Sobol => Draws::Sobol,
+        };
+        Plan { draws, seed: self.seed, replicates: NonZeroUsize::new(self.replicates).unwrap_or(NonZeroUsize::MIN) }
+    }
+}
+
+impl Method for Settings {
+    const NAME: &'static str = "mc";
+    type Propagator = MonteCarlo;
+
+    fn propagator(self) -> MonteCarlo {
+        MonteCarlo::new(self)
+    }
+
+    fn check(&self) -> Result<(), Misfit> {
+        if self.draws != DrawsChoice::Independent && self.replicates < 2 {
+            let problem = "draws that depend on one another need replicates = 2 or more to have standard errors";
+            return Err(Misfit::new("draws", problem));
+        }
+        if self.samples / 2 < self.replicates {
+            let Self { samples, replicates, .. } = self;
+            let least = replicates.saturating_mul(2);
+            let problem = format!("{samples} is not enough for replicates = {replicates}, it must be at least {least}");
+            return Err(Misfit::new("samples", problem));
+        }
+        Ok(())
+    }
+
+    fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting> {
+        &mut self.accuracy
+    }
+
+    fn most_numbers(&self, _: (usize, usize)) -> usize {
+        self.samples.saturating_mul(2)
+    }
+
+    fn rows_to_share(&self) -> Result<usize, String> {
+        Ok(self.samples)
+    }
+
+    fn check_reduce(&self) -> Result<(), String> {
+        match self.replicates {
+            1 => Ok(()),
+            _ => Err("the standard errors of replicates need the samples of each; leave out one".into()),
+        }
+    }
+}
+
+/// The Monte Carlo propagator.
+#[derive(Debug)]
+pub struct MonteCarlo {
+    settings: Settings,
+    shard: Shard,
+    sample: Option<Sample>,
+}
+
+/// Orbits on their way, and when each first had the critical eccentricity.
+#[derive(Debug)]
+struct Sample {
+    /// Number of the first.
+    first: usize,
+    orbits: Orbits<Planar>,
+    /// At which time of the curve each orbit had passed, or [`PENDING`]: a byte an orbit, of which there may be many.
+    points: Vec<u8>,
+    curve_times: Vec<f64>,
+    problem: Problem<Planar>,
+}
+
+/// The orbit has not passed. No time of the curve has this number.
+const PENDING: u8 = u8::MAX;
+const _: () = assert!(PASSAGE_TIMES < PENDING as usize);
+
+impl MonteCarlo {
+    /// A propagator with these settings.
+    pub fn new(settings: Settings) -> Self {
+        Self { settings, shard: Shard::WHOLE, sample: None }
+    }
+}
+
+impl Propagator for MonteCarlo {
+    fn take_shard(&mut self, shard: Shard) -> Result<(), Failure> {
+        self.shard = shard;
+        Ok(())
+    }
+
+    fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
+        let problem = &assignment.plane()?.problem;
+        let Settings { samples, replicates, accuracy, .. } = self.settings;
+        let range = self.shard.part(samples)?;
+        let (first, most_rows) = (range.start, range.len());
+        let (x1, x2) = self.settings.plan().draw_range(&problem.initial, range);
+        let orbits = Orbits::new(AccuracySetting::flow(accuracy, problem.model), x1, x2);
+        let (points, curve_times) = (vec![PENDING; most_rows], assignment.passage_times());
+        self.sample = Some(Sample { first, orbits, points, curve_times, problem: problem.clone() });
+        let replicates = if replicates > 1 { replicates as u32 } else { 0 };
+        Ok(Form { content: Samples { replicates }.into(), most_rows, total_rows: samples })
+    }
+
+    fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+        let Sample { first, orbits, points, curve_times, problem } =
+            self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
+        let note = |time| point(time, curve_times) as u8;
+        let passages = Passages { passages: points, pending: PENDING, note: &note };
+        let moved = orbits.advance_watching(problem.times[index], problem.critical_e, passages);
+        moved.map_err(|lost| lost.counted_from(*first))?;
+        Ok(orbits.len())
+    }
+
+    fn write(&self, columns: &mut [f64]) {
+        if let Some(Sample { orbits, .. }) = &self.sample {
+            let [phi, e] = Samples::columns(columns);
+            orbits.read_out(phi, e);
+        }
+    }
+
+    /// Of the same orbits, noted on their way: an interval holds for independent draws only.
+    fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
+        let sample = self.sample.as_ref().ok_or_else(Failure::no_scenario)?;
+        if times != sample.curve_times {
+            return Err(Failure::Refused("passages are asked for at other times than they were noted for".into()));
+        }
+        let curve = curve_of_points(sample.points.iter().map(|&point| point.into()), times);
+        let interval = curve.interval.filter(|_| self.settings.draws == DrawsChoice::Independent);
+        Ok(Passage::Counted(Passage::rows(&EmpiricalCurve { interval, ..curve }), sample.points.len() as u64))
+    }
+}

@@ -1,0 +1,43 @@
+//! The estimation of a case, snapshot after snapshot, each by the method of its kind.
+
+pub use kit::kind::Estimated;
+
+use kit::assignment::Assignment;
+use kit::kind::{self, Memory, Place, Snapshot};
+
+/// What the estimator remembers of a case between its snapshots.
+#[derive(Debug, Default)]
+pub struct Case {
+    done: usize,
+    memory: Memory,
+}
+
+impl Case {
+    /// How many snapshots have been estimated.
+    pub fn snapshots_done(&self) -> usize {
+        self.done
+    }
+
+    /// Estimates the next snapshot from its columns.
+    ///
+    /// # Errors
+    /// What makes the numbers impossible.
+    pub fn estimate(&mut self, snapshot: &Snapshot, assignment: &Assignment) -> Result<Estimated, String> {
+        let kind = kind::of(&snapshot.content);
+        let at = Place { assignment, index: self.done };
+        let estimated = kind.estimate(snapshot, &mut self.memory, &at)?;
+        check_finite(&estimated, kind.may_withhold())?;
+        self.done += 1;
+        Ok(estimated)
+    }
+}
+
+/// Numbers that are fine one by one may still lead nowhere, such as `phi` = 1e308. NaN is what a method withholds that `may` do so.
+fn check_finite(Estimated { values, densities, .. }: &Estimated, may: bool) -> Result<(), String> {
+    let is_good = |number: &f64| number.is_finite() || (may && number.is_nan());
+    let is_withheld = may && densities[0].iter().all(|density| density.is_nan());
+    match (is_withheld || densities.iter().flatten().all(|density| density.is_finite())) && values.iter().all(is_good) {
+        true => Ok(()),
+        false => Err("its density or moments are not finite".into()),
+    }
+}

@@ -1,0 +1,83 @@
+//! One results folder out of the folders of its scenarios.
+
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::mem::ManuallyDrop;
+use std::path::{Path, PathBuf};
+
+use zip::{ZipArchive, ZipWriter};
+
+use super::{SCENARIO, part};
+use kit::failure::Failure;
+
+/// Moves what the recorder has written of scenarios `0..scenarios` up into `folder`: tables one after the other, archives
+/// entry by entry. The scenarios themselves are there already, as their authors wrote them.
+///
+/// # Errors
+/// [`Failure::File`] if something cannot be read or written.
+pub fn join(folder: &Path, scenarios: u32) -> Result<(), Failure> {
+    let parts: Vec<PathBuf> = (0..scenarios).map(|scenario| part(folder, scenario)).collect();
+    for name in file_names(&parts)?.into_iter().filter(|name| name != SCENARIO) {
+        let files: Vec<PathBuf> = parts.iter().map(|part| part.join(&name)).collect();
+        let whole = folder.join(&name);
+        let joined = match (&files[..], whole.extension().and_then(|e| e.to_str())) {
+            ([only], _) => fs::rename(only, &whole),
+            (several, Some("npz")) => join_archives(several, &whole),
+            (several, _) => join_tables(several, &whole),
+        };
+        joined.map_err(|e| Failure::file(&whole, e))?;
+    }
+    for part in &parts {
+        fs::remove_dir_all(part).map_err(|e| Failure::file(part, e))?;
+    }
+    Ok(())
+}
+
+/// Writes into `folder` the tables of all `parts`, one after the other.
+///
+/// # Errors
+/// [`Failure::File`] if something cannot be read or written.
+pub fn join_all_tables(parts: &[PathBuf], folder: &Path) -> Result<(), Failure> {
+    for name in file_names(parts)?.into_iter().filter(|name| name.ends_with(".csv")) {
+        let tables: Vec<PathBuf> = parts.iter().map(|part| part.join(&name)).collect();
+        let whole = folder.join(&name);
+        join_tables(&tables, &whole).map_err(|e| Failure::file(&whole, e))?;
+    }
+    Ok(())
+}
+
+/// The names of the files that every part has.
+fn file_names(parts: &[PathBuf]) -> Result<Vec<String>, Failure> {
+    let Some(first) = parts.first() else { return Ok(Vec::new()) };
+    let entries = fs::read_dir(first).map_err(|e| Failure::file(first, e))?;
+    let names = entries.map(|entry| entry.map(|entry| entry.file_name().to_string_lossy().into_owned()));
+    names.collect::<Result<_, _>>().map_err(|e| Failure::file(first, e))
+}
+
+/// Rows of all tables under the head of the first.
+fn join_tables(tables: &[PathBuf], whole: &Path) -> io::Result<()> {
+    let mut joined = BufWriter::new(File::create(whole)?);
+    for (position, table) in tables.iter().enumerate() {
+        let mut rows = BufReader::new(File::open(table)?);
+        let mut head = Vec::new();
+        rows.read_until(b'\n', &mut head)?;
+        if position == 0 {
+            joined.write_all(&head)?;
+        }
+        io::copy(&mut rows, &mut joined)?;
+    }
+    joined.flush()
+}
+
+/// All entries of all archives.
+fn join_archives(archives: &[PathBuf], whole: &Path) -> io::Result<()> {
+    // Left open where an entry cannot be copied: dropped then, it would write its own words to standard error.
+    let mut joined = ManuallyDrop::new(ZipWriter::new(BufWriter::new(File::create(whole)?)));
+    for archive in archives {
+        let mut entries = ZipArchive::new(BufReader::new(File::open(archive)?))?;
+        for index in 0..entries.len() {
+            joined.raw_copy_file(entries.by_index_raw(index)?)?;
+        }
+    }
+    ManuallyDrop::into_inner(joined).finish()?.flush()
+}

@@ -1,0 +1,69 @@
+//! All that is to be said about the results of a scenario before they are written: in words, and which curves can be used.
+
+use std::collections::BTreeMap;
+
+use super::agreement::{Contradiction, Said, contradictions};
+use super::notes::{Note, of_density, of_passage, severity};
+use super::verdicts::{self, VerdictRow};
+use super::{RecordedPassage, Recording, curves, fallbacks};
+use crate::services::passage_rules::{breach, doubts, without_rounding};
+use crate::services::roster::Roster;
+
+/// What is said.
+pub(super) struct Judgement {
+    /// The rows of `notes.csv`: fallbacks first, then errors, warnings and remarks.
+    pub(super) notes: Vec<Note>,
+    /// The rows of `verdicts.csv`.
+    pub(super) verdicts: Vec<VerdictRow>,
+    /// The first-passage curves that can be right, by label.
+    pub(super) passages: BTreeMap<String, RecordedPassage>,
+}
+
+/// Judges the cases of a scenario that have not failed.
+pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judgement {
+    let assignment = &recording.assignment;
+    let scenario = &assignment.said.name;
+    let note =
+        |method: &str, t_yr: f64, note: String| Note { scenario: scenario.clone(), method: method.into(), t_yr, note };
+    let mut notes = Vec::new();
+    for (label, _) in roster.cases.iter().filter(|(_, failed)| *failed) {
+        notes.extend(roster.reason(label).map(|why| note(label, f64::NAN, format!("lost: {why}"))));
+    }
+    let (mut cases, mut passages) = (Vec::new(), BTreeMap::new());
+    for (label, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
+        let Some(snapshots) = recording.case(label) else { continue };
+        for snapshot in &snapshots {
+            let said = of_density(snapshot);
+            notes.extend(said.into_iter().map(|text| note(label, snapshot.header.time, text)));
+        }
+        let mut said = Said { label, snapshots, passage: Vec::new(), counted: 0 };
+        if let Some(mut passage) = recording.passage(label) {
+            if let Some(what) = breach(&passage.values) {
+                let text = format!("error: its first-passage curve is not used, it cannot be right: {what}");
+                notes.push(note(label, f64::NAN, text));
+            } else {
+                passage.values = without_rounding(&passage.values);
+                let doubts = doubts(&passage.values, passage.header.samples, assignment, &said.snapshots);
+                notes.extend(doubts.into_iter().map(|doubt| note(label, f64::NAN, format!("warning: {doubt}"))));
+                notes.extend(of_passage(&passage).map(|text| note(label, f64::NAN, text)));
+                (said.passage, said.counted) = (passage.values.clone(), passage.header.samples);
+                passages.insert(label.clone(), passage);
+            }
+        }
+        cases.push(said);
+    }
+    notes.extend(fallbacks::of(recording, roster, &passages));
+    notes.extend(
+        curves::off_the_reference(&cases, roster)
+            .into_iter()
+            .map(|Contradiction { label, time, what }| note(&label, time, format!("warning: {what}"))),
+    );
+    let contradictions = contradictions(&cases, assignment.said.critical, assignment.said.scenarios);
+    notes.extend(
+        contradictions
+            .into_iter()
+            .map(|Contradiction { label, time, what }| note(&label, time, format!("error: {what}"))),
+    );
+    notes.sort_by_key(|note| severity(&note.note));
+    Judgement { notes, verdicts: verdicts::of(recording, roster, tolerance), passages }
+}

@@ -1,0 +1,234 @@
+//! The recorder: keeps what estimator and comparator publish as plain files, a folder a scenario.
+//!
+//! A scenario's folder is complete when the recorder says that it is done with the scenario, and not touched again: a recorder
+//! that was restarted goes on with the scenario under work. [`join`] makes one results folder of them.
+
+mod agreement;
+mod cloud;
+mod curves;
+mod densities;
+mod fallbacks;
+pub mod join;
+mod judgement;
+pub mod notes;
+mod passages;
+mod rows;
+mod tables;
+mod tape;
+mod verdicts;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, comparison};
+use messages::text::unpack;
+use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
+use messages::wait::Awaited;
+
+use crate::services::reading::Reading;
+use crate::services::roster::Roster;
+use judgement::Judgement;
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::newest::Newest;
+use kit::screen::{receive, refuse};
+use kit::session::Session;
+pub(crate) use tables::write;
+use tape::Tape;
+
+/// A comparison as it was published.
+#[derive(Debug)]
+struct RecordedComparison {
+    header: ComparisonHeader,
+    values: Vec<f64>,
+}
+
+/// A first-passage curve as it was published, or why there is none.
+#[derive(Debug, Clone)]
+struct RecordedPassage {
+    header: PassageHeader,
+    values: Vec<f64>,
+}
+
+/// What has arrived of a scenario.
+#[derive(Debug)]
+pub(crate) struct Recording {
+    assignment: Assignment,
+    densities: BTreeMap<(String, u32), Reading>,
+    /// By label, kind, snapshot and reference: a restarted comparator says everything once more.
+    comparisons: BTreeMap<(String, u32, u32, String), RecordedComparison>,
+    /// By label and shard.
+    passages: BTreeMap<(String, u32), RecordedPassage>,
+}
+
+impl Recording {
+    pub(crate) fn new(assignment: Assignment) -> Self {
+        Self { assignment, densities: BTreeMap::new(), comparisons: BTreeMap::new(), passages: BTreeMap::new() }
+    }
+
+    /// Takes in a density that passed the screen, if it is of this scenario and fits to it.
+    pub(crate) fn take_density(&mut self, header: DensityHeader, numbers: &[f64]) {
+        let fitting = Reading::new(header, numbers, &self.assignment).ok();
+        if let Some(reading) = fitting.filter(|_| header.scenario == self.assignment.scenario()) {
+            self.densities.insert((unpack(&header.label), header.index), reading);
+        }
+    }
+
+    pub(crate) fn take_passage(&mut self, header: PassageHeader, values: &[f64]) {
+        if header.scenario == self.assignment.scenario() {
+            let passage = RecordedPassage { header, values: values.to_vec() };
+            self.passages.insert((unpack(&header.label), header.shard), passage);
+        }
+    }
+
+    pub(crate) fn take_comparison(&mut self, header: ComparisonHeader, values: &[f64]) {
+        if header.scenario == self.assignment.scenario() {
+            let place = (unpack(&header.label), header.kind, header.index, unpack(&header.reference));
+            self.comparisons.insert(place, RecordedComparison { header, values: values.to_vec() });
+        }
+    }
+
+    /// All snapshots of a case, if they are all there.
+    fn case(&self, label: &str) -> Option<Vec<&Reading>> {
+        let snapshots: Vec<_> = (0..self.assignment.times.len() as u32)
+            .map_while(|index| self.densities.get(&(label.into(), index)))
+            .collect();
+        (snapshots.len() == self.assignment.times.len()).then_some(snapshots)
+    }
+
+    /// The first-passage curve of a case, if one has been sent.
+    fn passage(&self, label: &str) -> Option<RecordedPassage> {
+        let parts = self.passages.iter().filter(|((of, _), _)| of == label).map(|(_, part)| part);
+        passages::merged(&parts.collect::<Vec<_>>())
+    }
+
+    /// Labels of the cases that the comparator has finished.
+    fn compared(&self) -> impl Iterator<Item = String> {
+        let of_effort = self.comparisons.values().filter(|c| c.header.kind == comparison::EFFORT);
+        of_effort.map(|c| unpack(&c.header.label))
+    }
+
+    /// Whether the comparator has finished and every density that it compared has arrived here too.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.comparisons.values().any(|c| c.header.kind == comparison::END)
+            && self.compared().all(|label| self.case(&label).is_some())
+    }
+
+    /// The first case that was compared, has not failed, and has not said what it knows of first passages. It did before its last
+    /// snapshot, but a message dies with its publisher, and no publisher hears at once of a reader that comes late.
+    fn without_passage(&self, roster: &Roster) -> Option<String> {
+        self.compared().find(|label| !roster.has_failed(label) && !self.has_passage(label))
+    }
+
+    /// Whether every process of a case has said what it knows of first passages.
+    fn has_passage(&self, label: &str) -> bool {
+        let mut parts = self.passages.iter().filter(|((of, _), _)| of == label).map(|(_, part)| part);
+        parts.next().is_some_and(|part| parts.count() + 1 >= part.header.shards as usize)
+    }
+}
+
+/// The file in a scenario's folder that says what was run.
+pub const SCENARIO: &str = "scenario.toml";
+
+/// The folder of a scenario's files, in the folder that the recorder writes to.
+pub fn part(folder: &Path, scenario: u32) -> PathBuf {
+    folder.join(format!("part-{scenario:06}"))
+}
+
+/// Whether a path is that of a scenario's files, or of a beginning of them.
+pub fn is_part(path: &Path) -> bool {
+    path.is_dir() && path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("part-"))
+}
+
+/// Records scenario after scenario, each into its [`part`] of `folder`, which exists, and every message onto `tape`, a
+/// recording that has been begun, if there is one. Methods are judged against `tolerance`.
+///
+/// # Errors
+/// [`Failure::Stopped`] is the normal end; [`Failure::File`] if something cannot be written.
+pub fn run(session: &Session, folder: &Path, tape: Option<&Path>, tolerance: f64) -> Result<(), Failure> {
+    let scenarios = session.domain.inlet::<Scenario>()?;
+    let densities = session.domain.inlet::<Density>()?;
+    let comparisons = session.domain.inlet::<Comparison>()?;
+    let passages = session.domain.inlet::<Passage>()?;
+    let rosters = session.domain.inlet::<RosterTopic>()?;
+    let mut tape = tape.map(|path| Tape::open(session, path)).transpose()?;
+    session.ready()?;
+    let mut roster = Roster::default();
+    let mut newest = Newest::default();
+    let mut current: Option<Recording> = None;
+    let mut awaited: Option<String> = None;
+    loop {
+        roster.update(session, &rosters)?;
+        while let Some(message) = receive(session, &scenarios)? {
+            if newest.is_news(message.header().scenario) {
+                current = Some(Recording::new(Assignment::read(&message)?));
+            }
+        }
+        if let Some(tape) = &mut tape {
+            tape.take_all()?;
+        }
+        if let Some(recording) = &mut current {
+            let before = recording.densities.len();
+            while let Some(message) = receive(session, &densities)? {
+                let label = unpack(&message.header().label);
+                if roster.is_known() && !roster.takes_part(&label) {
+                    let why = "it publishes results, but the launch file has no such label";
+                    refuse::<Density>(session, message.header().scenario, &label, why)?;
+                }
+                recording.take_density(*message.header(), message.items());
+            }
+            if roster.is_known() && recording.densities.len() > before {
+                let assignment = &recording.assignment;
+                let expected = roster.alive() * assignment.times.len();
+                session.working(assignment.scenario(), recording.densities.len(), expected)?;
+            }
+            while let Some(message) = receive(session, &comparisons)? {
+                recording.take_comparison(*message.header(), message.items());
+            }
+            while let Some(message) = receive(session, &passages)? {
+                recording.take_passage(*message.header(), message.items());
+            }
+            let (scenario, count) = (recording.assignment.said.scenario, recording.assignment.said.scenarios);
+            if roster.is_known() && roster.scenario == scenario && recording.is_complete() {
+                let missing = recording.without_passage(&roster);
+                if let Some(label) = missing.as_ref().filter(|_| missing != awaited) {
+                    let what = "its message on phasecloud/passage, due before its last snapshot";
+                    session.waits_for(scenario, label, what, recording.densities.len())?;
+                }
+                awaited = missing;
+                if awaited.is_none() && tape.as_ref().is_none_or(|tape| tape.has_all(recording, &roster)) {
+                    write(recording, &roster, &part(folder, scenario), tolerance)?;
+                    if scenario + 1 == count {
+                        tape.take().map_or(Ok(()), Tape::finish)?;
+                    }
+                    session.done(scenario)?;
+                    current = None;
+                    continue;
+                }
+            }
+        }
+        let mut ports: Vec<&dyn Awaited> = vec![&scenarios, &densities, &comparisons, &passages, &rosters];
+        ports.extend(tape.iter().flat_map(Tape::ports));
+        session.wait(&ports)?;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use messages::text::pack;
+
+    use super::*;
+
+    #[test]
+    fn a_passage_that_died_with_its_sender_is_waited_for_unless_the_case_has_failed() {
+        let mut recording = Recording::new(kit::example::assignment());
+        let roster = |failed| Roster { cases: vec![("mc".into(), failed)], ..Roster::default() };
+        assert_eq!(recording.without_passage(&roster(false)), None, "nothing is compared yet");
+        let effort = ComparisonHeader { kind: comparison::EFFORT, label: pack("mc"), ..ComparisonHeader::default() };
+        recording.take_comparison(effort, &[0.0; 4]);
+        assert_eq!(recording.without_passage(&roster(false)), Some("mc".into()));
+        assert_eq!(recording.without_passage(&roster(true)), None);
+        recording.take_passage(PassageHeader { label: pack("mc"), ..PassageHeader::default() }, &[]);
+        assert_eq!(recording.without_passage(&roster(false)), None);
+    }
+}

@@ -1,0 +1,399 @@
+//! What a user should know about a result, in words.
+
+use density::angle::nearest;
+use density::grid::Axis;
+use density::mesh::MeshDiagnostics;
+use density::mixture::linearity;
+use messages::layout::{DensityHeader, diagnostic};
+use messages::scenario::Variable;
+use messages::text::unpack;
+use serde::Serialize;
+
+use super::RecordedPassage;
+use crate::services::passage_rules::{Row, rows};
+use crate::services::reading::Reading;
+use crate::services::yardstick::Figure;
+use kit::space::Quantity;
+
+/// An exact density whose own error estimate is above this, in standard deviations, is told.
+const MOMENT_ERROR: f64 = 1e-6;
+/// Likewise for the resultant vector.
+const CIRCULAR_ERROR: f64 = 1e-6;
+/// Likewise for the probability above the critical eccentricity.
+const PROBABILITY_ERROR: f64 = 1e-6;
+/// Likewise for the L1 error of its joint density.
+const JOINT_ERROR: f64 = 1e-3;
+/// Densities that characteristics carry along are told if they are off by more than this on average.
+const CARRIED_DENSITY_ERROR: f64 = 1e-3;
+/// The comparison grid holds the image of the 4-sigma ellipse, 0.9997 of the probability: less than this is told.
+const LEAST_MASS: f64 = 0.95;
+/// And more than this.
+const MOST_MASS: f64 = 1.001;
+
+/// A mixture with more of its probability below `e = 0` is told.
+const MASS_BELOW_ZERO: f64 = 0.005;
+/// An initial Gaussian with more of its probability beyond `e = 1` is told of a mixture.
+const MASS_BEYOND_ONE: f64 = 5e-4;
+/// An error estimate, in standard deviations or of a probability, that says nothing any more.
+const NOTHING_KNOWN: f64 = 100.0;
+/// Weights of a mixture that add up to something farther from 1 are told.
+const WEIGHTS: f64 = 1e-3;
+/// A cloud of a mean resultant length below this is said to reach round the circle.
+const ROUND_THE_CIRCLE: f64 = 0.3;
+
+/// How grave a note is: the words that it begins with in `notes.csv`, the gravest first.
+pub const SEVERITIES: [&str; 4] = ["fallback: ", "lost: ", "error: ", "warning: "];
+
+/// The place of a note in the order of gravity; plain remarks come last.
+pub fn severity(note: &str) -> usize {
+    SEVERITIES.iter().position(|word| note.starts_with(word)).unwrap_or(SEVERITIES.len())
+}
+
+/// A row of `notes.csv`; `t_yr` is NaN if the note is about the whole scenario.
+#[derive(Debug, Clone, Default, Serialize)]
+pub(super) struct Note {
+    pub(super) scenario: String,
+    pub(super) method: String,
+    pub(super) t_yr: f64,
+    pub(super) note: String,
+}
+
+/// Remarks and warnings that a density's own diagnostics and its mass call for.
+pub(super) fn of_density(reading: &Reading) -> Vec<String> {
+    let header = &reading.header;
+    let said = match header.diagnostic {
+        diagnostic::MESH => of_mesh(header),
+        diagnostic::MIXTURE => of_mixture(header),
+        diagnostic::NUMERICAL => of_estimates(reading),
+        _ => Vec::new(),
+    };
+    said.into_iter().chain(of_mass(reading)).chain(of_spread(reading)).collect()
+}
+
+fn of_mesh(header: &DensityHeader) -> Vec<String> {
+    let (defect, carried_error) = (header.diagnostics[0], header.carried_density_error);
+    let limit = MeshDiagnostics::LARGEST_DEFECT;
+    let mut said = Vec::new();
+    if !is_within(defect, limit) {
+        said.push(format!(
+            "warning: the mesh is too coarse for the flow here (measure defect {defect:.2}, above {limit}); take more points"
+        ));
+    }
+    let misplaced = header.diagnostics[3];
+    if misplaced > 2.0 * limit {
+        said.push(format!(
+            "warning: the cloud winds too much for the mesh: about {:.1} % of the joint density is in wrong bins; take more \
+             points or fewer bins",
+            100.0 * misplaced
+        ));
+    }
+    if carried_error > CARRIED_DENSITY_ERROR {
+        let percent = 100.0 * carried_error;
+        said.push(format!(
+            "warning: the densities n that came with its points are off by {percent:.2} % on average from what the points \
+             imply; the carried mesh does not use them, but something in the propagator is wrong"
+        ));
+    }
+    said
+}
+
+fn of_mixture(header: &DensityHeader) -> Vec<String> {
+    let [disagreement, below_zero, weights, beyond_one] = header.diagnostics;
+    let mut said = Vec::new();
+    if disagreement.is_nan() {
+        said.push("how far the flow over its components is from linear is not known".into());
+    } else if !is_within(disagreement, linearity::DISTRUST) {
+        said.push(format!(
+            "warning: components are too wide for the flow here (disagreement {disagreement:.2}, above {}); \
+             do not trust the density, split more finely",
+            linearity::DISTRUST
+        ));
+    }
+    if below_zero > MASS_BELOW_ZERO {
+        said.push(format!(
+            "warning: {:.1} % of the mixture's probability lies below e = 0, where there are no orbits, and is left out; \
+             components are poor pictures of a cloud that reaches across e = 0",
+            100.0 * below_zero
+        ));
+    }
+    if beyond_one > MASS_BEYOND_ONE {
+        said.push(format!(
+            "warning: {:.1} % of the uncut initial Gaussian lies beyond e = 1, where there are no orbits; a mixture has no edge \
+             there, its moments and probabilities are off by a few times as much",
+            100.0 * beyond_one
+        ));
+    }
+    if (weights - 1.0).abs() > WEIGHTS {
+        said.push(format!(
+            "warning: its weights add up to {weights:.4}, those of a mixture to 1; moments and density are those of the weights \
+             divided by that"
+        ));
+    }
+    said
+}
+
+/// What a cloud that reaches round a circle does to the moments of its angle.
+fn of_spread(reading: &Reading) -> Vec<String> {
+    let space = &reading.space;
+    let round = |k: usize| (k, reading.value(Quantity::ResultantLength(k)));
+    let circles = (0..space.variables.len()).filter(|&k| space.is_circle(k)).map(round);
+    let said = circles.filter(|(_, length)| *length < ROUND_THE_CIRCLE).map(|(k, length)| {
+        format!(
+            "the cloud reaches round the circle (mean resultant length {length:.3}): mean and deviation of {} depend on where its \
+             branch is cut, opposite to the circular mean",
+            space.symbol(k)
+        )
+    });
+    said.collect()
+}
+
+/// What an exact density states in spite of a large error estimate, and what it withholds.
+fn of_estimates(reading: &Reading) -> Vec<String> {
+    let space = &reading.space;
+    let [moments, circular, probability, joint] = reading.header.diagnostics;
+    let is_circular = |q: &Quantity| matches!(q, Quantity::CircularMean(_) | Quantity::ResultantLength(_));
+    let is_moment = |q: &Quantity| !is_circular(q) && *q != Quantity::AboveCritical;
+    let is_stated = |is_meant: &dyn Fn(&Quantity) -> bool| {
+        space.quantities().into_iter().filter(|q| is_meant(q)).any(|q| Figure::Quantity(q).is_stated(reading))
+    };
+    let angles: Vec<&str> =
+        (0..space.variables.len()).filter(|&k| space.is_circle(k)).map(|k| space.symbol(k)).collect();
+    let limits = [
+        (moments, MOMENT_ERROR, "standard deviations in the moments".to_owned(), is_stated(&is_moment)),
+        (
+            circular,
+            CIRCULAR_ERROR,
+            format!("in the resultant vector of {}", angles.join(", ")),
+            is_stated(&is_circular),
+        ),
+        (
+            probability,
+            PROBABILITY_ERROR,
+            format!("in {}", space.in_words(Quantity::AboveCritical)),
+            is_stated(&|q: &Quantity| *q == Quantity::AboveCritical),
+        ),
+        (joint, JOINT_ERROR, "in the joint density in L1".to_owned(), Figure::Densities.is_stated(reading)),
+    ];
+    let large: Vec<String> = limits
+        .into_iter()
+        .filter(|(estimate, limit, _, is_stated)| *is_stated && !is_within(*estimate, *limit))
+        .map(|(estimate, _, of, _)| format!("{estimate:.1e} {of}"))
+        .collect();
+    let large = (!large.is_empty())
+        .then(|| format!("warning: the exact density reached an error estimate of {}", large.join(" and ")));
+    let withheld = withheld(reading);
+    let withheld = (!withheld.is_empty()).then(|| format!("withheld: {}", in_a_row(&withheld)));
+    large.into_iter().chain(withheld).collect()
+}
+
+/// What a snapshot withholds, each with the error estimate that was reached.
+pub(super) fn withheld(reading: &Reading) -> Vec<String> {
+    let all = Figure::all(&reading.space).filter(|figure| !figure.is_stated(reading));
+    all.map(|figure| with_estimate(figure, reading)).collect()
+}
+
+/// A figure that is withheld, and why.
+pub(super) fn with_estimate(figure: Figure, reading: &Reading) -> String {
+    let words = figure.in_words(&reading.space);
+    match figure.error_estimate(reading) {
+        estimate if estimate < NOTHING_KNOWN => format!("{words} (error estimate {estimate:.1e})"),
+        _ => format!("{words} (error unknown)"),
+    }
+}
+
+fn of_mass(reading: &Reading) -> Option<String> {
+    let mass = reading.header.mass_on_grid;
+    if mass < LEAST_MASS {
+        return Some(format!(
+            "warning: only {:.1} % of its probability is on the comparison grid, which holds 99.97 % of the true cloud; {}",
+            100.0 * mass,
+            off_the_grid(reading)
+        ));
+    }
+    // A density that withholds its joint has no mass to judge.
+    (mass > MOST_MASS)
+        .then(|| format!("warning: its density has a mass of {mass:.4} on the comparison grid; a density has 1"))
+}
+
+/// In which direction a cloud is off its grid: numbers are looked at before angles.
+fn off_the_grid(reading: &Reading) -> String {
+    let count = reading.space.variables.len();
+    let is_circle = |k: &usize| reading.space.is_circle(*k);
+    let order: Vec<usize> = (0..count).filter(|k| !is_circle(k)).chain((0..count).filter(is_circle)).collect();
+    let outside = order.iter().find_map(|&k| Spread::of(reading, k)?.outside());
+    outside.or_else(|| order.iter().find_map(|&k| Spread::of(reading, k)?.reaching_beyond())).unwrap_or(
+        "its moments lie well on the grid: its density is not that of its moments, or too narrow to be told".into(),
+    )
+}
+
+/// Where a cloud lies along an axis of the grid.
+struct Spread<'a> {
+    variable: &'a Variable,
+    axis: Axis,
+    /// On the branch of the axis, and as it was said.
+    mean: (f64, f64),
+    deviation: f64,
+    is_circle: bool,
+}
+
+impl<'a> Spread<'a> {
+    /// `None` of a variable that no density is compared in.
+    fn of(reading: &'a Reading, k: usize) -> Option<Self> {
+        let (axis, is_circle, said) = (reading.axes[k], reading.space.is_circle(k), reading.value(Quantity::Mean(k)));
+        let mean = if is_circle { nearest(said, 0.5 * (axis.low + axis.high)) } else { said };
+        let (variable, deviation) = (&reading.space.variables[k], reading.value(Quantity::Deviation(k)));
+        (axis.bins > 0).then_some(Self { variable, axis, mean: (mean, said), deviation, is_circle })
+    }
+
+    fn is_off(&self, value: f64) -> bool {
+        value.is_finite() && !(self.axis.low..=self.axis.high).contains(&value)
+    }
+
+    fn axis_in_words(&self) -> String {
+        let unit = if self.variable.unit.is_empty() { String::new() } else { format!(" {}", self.variable.unit) };
+        format!("{:.5} to {:.5}{unit}", self.axis.low, self.axis.high)
+    }
+
+    fn outside(&self) -> Option<String> {
+        let hint = if self.is_circle { "; are its angles in radians?" } else { "" };
+        self.is_off(self.mean.0).then(|| {
+            let name = &self.variable.name;
+            format!("its mean {name} {:.5} is outside the grid, which is {}{hint}", self.mean.1, self.axis_in_words())
+        })
+    }
+
+    fn reaching_beyond(&self) -> Option<String> {
+        let (low, high) = (self.mean.0 - 2.0 * self.deviation, self.mean.0 + 2.0 * self.deviation);
+        (self.is_off(low) || self.is_off(high)).then(|| {
+            format!(
+                "two deviations about its mean {}, {low:.5} to {high:.5}, reach beyond the grid, which is {}",
+                self.variable.name,
+                self.axis_in_words()
+            )
+        })
+    }
+}
+
+/// Whether a number is known, and not above a limit.
+fn is_within(number: f64, limit: f64) -> bool {
+    number <= limit
+}
+
+/// Why a method has no first-passage curve, or what it withholds of it.
+pub(super) fn of_passage(passage: &RecordedPassage) -> Option<String> {
+    if passage.values.is_empty() {
+        return Some(format!("no first-passage curve: {}", unpack(&passage.header.reason)));
+    }
+    withheld_passages(&passage.values).map(|withheld| format!("withheld: {withheld}"))
+}
+
+/// What a curve withholds: at which times, and between which bounds the probability lies at the last of them.
+pub(super) fn withheld_passages(values: &[f64]) -> Option<String> {
+    let rows = rows(values);
+    let withheld: Vec<&Row> = rows.iter().filter(|row| row.is_withheld()).collect();
+    let (first, last) = (withheld.first()?, withheld.last()?);
+    let when = match withheld.len() {
+        1 => format!("at {} yr", first.time),
+        some => format!("at {some} of {} times from {} to {} yr", rows.len(), first.time, last.time),
+    };
+    let bounds = format!("between {:.5} and {:.5}", last.low, last.high);
+    Some(format!("the probability of having reached the critical eccentricity {when} (in the end strictly {bounds})"))
+}
+
+/// `a, b and c`.
+pub(super) fn in_a_row(words: &[String]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A snapshot of the plane with these moments, on a grid of phi from 0 to 6 and e from 0 to 0.9.
+    fn reading(moments: [f64; 6], header: DensityHeader) -> Reading {
+        let assignment = kit::example::assignment();
+        let mut numbers = vec![0.5; Reading::numbers_of(&assignment)];
+        numbers[..6].copy_from_slice(&moments);
+        numbers[6..8].copy_from_slice(&[0.5, 0.9]);
+        Reading::new(DensityHeader { quantities: 8, ..header }, &numbers, &assignment).unwrap()
+    }
+
+    fn exact(moments: [f64; 6], mass_on_grid: f64, diagnostics: [f64; 4]) -> Reading {
+        let diagnostic = diagnostic::NUMERICAL;
+        reading(moments, DensityHeader { mass_on_grid, diagnostics, diagnostic, ..DensityHeader::default() })
+    }
+
+    #[test]
+    fn each_of_the_four_error_estimates_is_looked_at_and_infinity_or_nan_is_never_good_enough() {
+        let good = [1e-9, 1e-9, 1e-9, 1e-5];
+        assert!(of_density(&exact([0.5; 6], 1.0, good)).is_empty());
+        let names = ["in the moments", "resultant vector", "critical eccentricity", "in L1"];
+        for (k, name) in names.iter().enumerate() {
+            for bad in [0.1, f64::INFINITY, f64::NAN] {
+                let mut estimates = good;
+                estimates[k] = bad;
+                let said = of_density(&exact([0.5; 6], 1.0, estimates));
+                assert!(said.len() == 1 && said[0].starts_with("warning: ") && said[0].contains(name), "{said:?}");
+            }
+        }
+        for bad in [0.5, f64::NAN] {
+            let mesh = DensityHeader {
+                diagnostic: diagnostic::MESH,
+                diagnostics: [bad, 0.0, 0.0, f64::NAN],
+                mass_on_grid: 1.0,
+                ..DensityHeader::default()
+            };
+            assert_eq!(of_density(&reading([0.5; 6], mesh)).len(), 1);
+        }
+    }
+
+    #[test]
+    fn what_is_withheld_is_named_with_what_was_reached_and_is_no_warning_about_a_number() {
+        let said = of_density(&exact([0.5, 0.5, f64::NAN, 0.5, 0.5, 0.5], f64::NAN, [0.2, 0.0, 0.0, f64::INFINITY]));
+        assert!(said[0].contains("2.0e-1 standard deviations in the moments"), "{said:?}");
+        assert!(!said[0].contains("L1"), "nothing is stated of the joint density: {said:?}");
+        assert_eq!(said[1], "withheld: the mean of e (error estimate 2.0e-1) and the joint density (error unknown)");
+        assert_eq!(said.len(), 2);
+    }
+
+    #[test]
+    fn a_cloud_that_is_off_the_grid_and_densities_that_do_not_fit_their_points_draw_a_word() {
+        let off = |phi: f64, e: f64| {
+            let moments = [phi, 0.1, e, 0.01, 0.0, 0.0];
+            let header = DensityHeader { mass_on_grid: 0.4, ..DensityHeader::default() };
+            let mut reading = reading(moments, header);
+            reading.axes = vec![Axis { low: 6.0, high: 7.0, bins: 4 }, Axis { low: 0.1, high: 0.3, bins: 3 }];
+            of_density(&reading)[0].clone()
+        };
+        assert!(off(372.4, 0.2).contains("only 40.0 % of its probability is on the comparison grid"));
+        assert!(off(372.4, 0.2).contains("are its angles in radians?"), "{}", off(372.4, 0.2));
+        assert!(
+            off(0.2, 0.5).contains("its mean eccentricity 0.50000 is outside the grid, which is 0.10000 to 0.30000")
+        );
+        assert!(off(0.2, 0.2).contains("lie well on the grid"), "the same angle on another branch: {}", off(0.2, 0.2));
+        assert!(off(0.2, 0.29).contains("mean eccentricity, 0.27000 to 0.31000, reach beyond"), "{}", off(0.2, 0.29));
+        assert!(off(6.9, 0.2).contains("mean solar angle, 6.70000 to 7.10000, reach beyond"), "{}", off(6.9, 0.2));
+        let header = DensityHeader { mass_on_grid: 1.05, ..DensityHeader::default() };
+        assert!(of_density(&reading([0.5; 6], header))[0].contains("a mass of 1.0500"));
+        let header = DensityHeader {
+            diagnostic: diagnostic::MESH,
+            diagnostics: [0.0; 4],
+            carried_density_error: 0.5,
+            mass_on_grid: 1.0,
+            ..DensityHeader::default()
+        };
+        assert!(of_density(&reading([0.5; 6], header))[0].contains("off by 50.00 % on average"));
+    }
+
+    #[test]
+    fn errors_come_before_warnings_and_warnings_before_remarks() {
+        let notes = ["no curve", "warning: coarse", "lost: too slow", "error: wrong", "fallback: mc"];
+        let mut sorted = notes;
+        sorted.sort_by_key(|note| severity(note));
+        assert_eq!(sorted, ["fallback: mc", "lost: too slow", "error: wrong", "warning: coarse", "no curve"]);
+    }
+}

@@ -1,0 +1,194 @@
+//! The files of a results folder: CSV tables with full precision, and the densities.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use messages::layout::comparison;
+use messages::text::unpack;
+use serde::Serialize;
+
+use super::densities::Densities;
+use super::{Judgement, RecordedComparison, Recording, SCENARIO, judgement, rows};
+use crate::files::scenario_file;
+use crate::services::roster::Roster;
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::space::Space;
+
+/// An open CSV file with its head, which is there also without rows.
+struct Table {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+}
+
+impl Table {
+    /// A table of rows like `R`'s.
+    fn create<R: Default + Serialize>(folder: &Path, name: &str) -> Result<Self, Failure> {
+        let head = head(&R::default()).map_err(|e| Failure::file(&folder.join(name), e))?;
+        Self::with_head(folder, name, &head)
+    }
+
+    /// A table of these columns.
+    fn with_head(folder: &Path, name: &str, head: &csv::StringRecord) -> Result<Self, Failure> {
+        let path = folder.join(name);
+        let failed = |e: csv::Error| Failure::file(&path, e);
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_path(&path).map_err(failed)?;
+        writer.write_record(head).map_err(failed)?;
+        Ok(Self { path, writer })
+    }
+
+    fn write(&mut self, rows: impl IntoIterator<Item = impl Serialize>) -> Result<(), Failure> {
+        for row in rows {
+            self.writer.serialize(row).map_err(|e| Failure::file(&self.path, e))?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<(), Failure> {
+        self.writer.flush().map_err(|e| Failure::file(&self.path, e))
+    }
+}
+
+/// The columns of a row.
+fn head(row: &impl Serialize) -> csv::Result<csv::StringRecord> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.serialize(row)?;
+    let text = writer.into_inner().map_err(|e| std::io::Error::other(e.to_string()))?;
+    csv::Reader::from_reader(&text[..]).headers().cloned()
+}
+
+/// Writes the files of a scenario into `folder`. It is there whole or not at all, and one that is there stays as it is.
+pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path, tolerance: f64) -> Result<(), Failure> {
+    if folder.exists() {
+        return Ok(());
+    }
+    let draft = folder.with_extension("partial");
+    let failed = |e| Failure::file(&draft, e);
+    if draft.exists() {
+        fs::remove_dir_all(&draft).map_err(failed)?;
+    }
+    fs::create_dir(&draft).map_err(failed)?;
+    let mut tables = Tables::create(&draft, &recording.assignment.space)?;
+    tables.write(recording, roster, tolerance)?;
+    tables.finish()?;
+    fs::write(draft.join(SCENARIO), scenario_text(&recording.assignment)).map_err(failed)?;
+    fs::rename(&draft, folder).map_err(failed)
+}
+
+/// The scenario as a file says it; one of a model that no file can ask for in the words of its message.
+fn scenario_text(assignment: &Assignment) -> String {
+    let said = &assignment.said;
+    if let Some(plane) = &assignment.plane {
+        return scenario_file::to_text(&said.name, &plane.problem);
+    }
+    let parameters: String = said.parameters.iter().map(|p| format!("{} = {:?}\n", p.name, p.value)).collect();
+    let symbols: Vec<&str> = said.variables.iter().map(|variable| variable.symbol.as_str()).collect();
+    format!(
+        "name = \"{}\"\n\n[model]\nname = \"{}\"\nvariables = {symbols:?}\n\n[parameters]\n{parameters}\n[initial]\nmean = {:?}\n\
+         covariance = {:?} # upper triangle, row by row\n\n[times]\nat = {:?}\n\n[disposal]\nvariable = \"{}\"\ncritical = {:?}\n",
+        said.name, said.model, said.mean, said.covariance, assignment.times, symbols[said.reentry], said.critical,
+    )
+}
+
+/// The open files of a scenario.
+struct Tables {
+    moments: Table,
+    errors: Table,
+    distances: Table,
+    effort: Table,
+    first_passage: Table,
+    diagnostics: Table,
+    notes: Table,
+    verdicts: Table,
+    densities: Densities,
+}
+
+impl Tables {
+    fn create(folder: &Path, space: &Space) -> Result<Self, Failure> {
+        Ok(Self {
+            moments: Table::with_head(folder, "moments.csv", &rows::moments_head(space).into())?,
+            errors: Table::create::<rows::ErrorRow<'_>>(folder, "errors.csv")?,
+            distances: Table::create::<rows::DistanceRow<'_>>(folder, "distances.csv")?,
+            effort: Table::create::<rows::EffortRow<'_>>(folder, "effort.csv")?,
+            first_passage: Table::create::<rows::PassageRow<'_>>(folder, "first_passage.csv")?,
+            diagnostics: Table::create::<rows::DiagnosticRow<'_>>(folder, "diagnostics.csv")?,
+            notes: Table::create::<super::notes::Note>(folder, "notes.csv")?,
+            verdicts: Table::create::<super::verdicts::VerdictRow>(folder, "verdicts.csv")?,
+            densities: Densities::create(folder)?,
+        })
+    }
+
+    /// Writes a scenario, case by case in the roster's order.
+    fn write(&mut self, recording: &Recording, roster: &Roster, tolerance: f64) -> Result<(), Failure> {
+        let Judgement { notes, verdicts, mut passages } = judgement::of(recording, roster, tolerance);
+        self.notes.write(notes)?;
+        self.verdicts.write(verdicts)?;
+        let (scenario, space) = (&recording.assignment.said.name, &recording.assignment.space);
+        for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
+            let Some(case) = recording.case(method) else { continue };
+            // Mixtures may have other numbers of components later; what was propagated are those of the first snapshot.
+            let trajectories = case.first().map_or(0, |first| first.header.trajectories);
+            let trajectories = if trajectories > 0 { trajectories as f64 } else { f64::NAN };
+            for reading in case {
+                self.moments.write([rows::moments(scenario, method, reading)])?;
+                self.diagnostics.write(rows::diagnostics(scenario, method, &reading.header))?;
+                self.densities.write(scenario, method, reading)?;
+            }
+            if let Some(passage) = passages.remove(method) {
+                self.first_passage.write(rows::passages(scenario, method, &passage))?;
+            }
+            let is_standing = |c: &RecordedComparison| !roster.has_failed(&unpack(&c.header.reference));
+            let of_method = |c: &&RecordedComparison| {
+                unpack(&c.header.label) == *method && (c.header.kind == comparison::EFFORT || is_standing(c))
+            };
+            for recorded in recording.comparisons.values().filter(of_method) {
+                match recorded.header.kind {
+                    comparison::MOMENTS => self.errors.write(rows::errors(scenario, method, recorded, space))?,
+                    comparison::DISTANCES => {
+                        self.distances.write(rows::distances(scenario, method, recorded, space))?
+                    }
+                    comparison::EFFORT => self.effort.write(rows::effort(scenario, method, recorded, trajectories))?,
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Closes all files.
+    fn finish(self) -> Result<(), Failure> {
+        let Self { moments, errors, distances, effort, first_passage, diagnostics, notes, verdicts, densities } = self;
+        for table in [moments, errors, distances, effort, first_passage, diagnostics, notes, verdicts] {
+            table.finish()?;
+        }
+        densities.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scenario_without_any_result_has_every_table_with_its_head() {
+        let folder = tempfile::tempdir().unwrap();
+        let part = folder.path().join("part");
+        let recording = Recording::new(kit::example::assignment());
+        write(&recording, &Roster::default(), &part, 0.01).unwrap();
+        for (name, head) in [
+            (
+                "moments.csv",
+                "scenario,method,t_yr,mean_phi_rad,std_phi_rad,mean_e,std_e,cov_phi_e,prob_above_critical_e,",
+            ),
+            ("errors.csv", "scenario,method,reference,t_yr,quantity,value,reference_value,abs_error,rel_error\n"),
+            ("distances.csv", "scenario,method,reference,t_yr,density,measure,value\n"),
+            ("effort.csv", "scenario,method,t_prop_s,t_int_s,t_cal_s,ratio_to_mc,trajectories\n"),
+            ("first_passage.csv", "scenario,method,t_yr,prob_reached_critical_e,low,high,interval\n"),
+            ("diagnostics.csv", "scenario,method,t_yr,diagnostic,value\n"),
+            ("notes.csv", "scenario,method,t_yr,note\n"),
+        ] {
+            let text = fs::read_to_string(part.join(name)).unwrap();
+            assert!(text.starts_with(head) && text.matches('\n').count() == 1, "{name}: {text}");
+        }
+    }
+}

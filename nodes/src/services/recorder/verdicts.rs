@@ -1,0 +1,314 @@
+//! What each method is good for at a tolerance: the rows of `verdicts.csv`.
+//!
+//! Where a reference states a quantity, a method is judged by its distance from that; the reference itself, and a method where
+//! no reference states the quantity, by what it knows of its own errors (`density/src/trust.rs`). Two standard errors of the
+//! method and of the reference are the noise of a distance: what does not exceed it is as good as sampling allows.
+
+use density::trust::{self, Kind, Verdict};
+use messages::layout::diagnostic;
+use serde::Serialize;
+
+use super::Recording;
+use crate::services::comparator::{difference, distances_on};
+use crate::services::reading::Reading;
+use crate::services::roster::Roster;
+use crate::services::yardstick::{Figure, stand_for};
+use kit::kind::counted_samples;
+use kit::space::{Quantity, Space};
+
+/// The quantities that are judged: means, deviations and the probability above the critical value.
+fn judged_quantities(space: &Space) -> Vec<Quantity> {
+    let is_judged = |q: &Quantity| matches!(q, Quantity::Mean(_) | Quantity::Deviation(_) | Quantity::AboveCritical);
+    space.quantities().into_iter().filter(is_judged).collect()
+}
+
+/// A distance above so many times its noise is more than noise.
+const BEYOND_NOISE: f64 = 2.0;
+
+/// A row of `verdicts.csv`.
+#[derive(Debug, Clone, Default, Serialize)]
+pub(super) struct VerdictRow {
+    scenario: String,
+    method: String,
+    verdict: String,
+    tolerance: f64,
+    moments_error: f64,
+    moments_noise: f64,
+    moments_quantity: String,
+    moments_t_yr: f64,
+    moments_judged_by: String,
+    density_error: f64,
+    density_noise: f64,
+    density_t_yr: f64,
+    density_judged_by: String,
+}
+
+/// How good one quantity is at one snapshot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Grade {
+    Good,
+    /// Not told apart from sampling error, which is above the tolerance.
+    AsSampled,
+    /// The method does not judge itself, and nobody else does.
+    Unknown,
+    Bad,
+    Withheld,
+}
+
+/// A quantity at a snapshot, judged.
+#[derive(Debug, Clone)]
+struct Judged {
+    grade: Grade,
+    error: f64,
+    noise: f64,
+    quantity: String,
+    time: f64,
+    by: String,
+}
+
+/// Judges all cases of a scenario that have not failed.
+pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Vec<VerdictRow> {
+    let alive = roster.cases.iter().filter(|(_, failed)| !failed);
+    alive.filter_map(|(method, _)| Some(row(recording, roster, method, &recording.case(method)?, tolerance))).collect()
+}
+
+fn row(recording: &Recording, roster: &Roster, method: &str, case: &[&Reading], tolerance: f64) -> VerdictRow {
+    let references: Vec<_> =
+        roster.standing_references().filter_map(|label| Some((label, recording.case(label)?))).collect();
+    let (mut moments, mut density) = (Vec::new(), Vec::new());
+    for (index, own) in case.iter().enumerate() {
+        let there: Vec<(&str, &Reading)> =
+            references.iter().filter_map(|(label, all)| Some((*label, *all.get(index)?))).collect();
+        for quantity in judged_quantities(&own.space) {
+            moments.push(judge_moment(method, own, &there, quantity, tolerance));
+        }
+        density.push(judge_density(method, own, &there, tolerance));
+    }
+    let (moments, density) = (worst(moments), worst(density));
+    let verdict = in_words(moments.as_ref(), density.as_ref());
+    let none = || Judged {
+        grade: Grade::Unknown,
+        error: f64::NAN,
+        noise: f64::NAN,
+        quantity: String::new(),
+        time: f64::NAN,
+        by: "".into(),
+    };
+    let (m, d) = (moments.unwrap_or_else(none), density.unwrap_or_else(none));
+    VerdictRow {
+        scenario: recording.assignment.said.name.clone(),
+        method: method.into(),
+        verdict,
+        tolerance,
+        moments_error: m.error,
+        moments_noise: m.noise,
+        moments_quantity: m.quantity,
+        moments_t_yr: m.time,
+        moments_judged_by: m.by,
+        density_error: d.error,
+        density_noise: d.noise,
+        density_t_yr: d.time,
+        density_judged_by: d.by,
+    }
+}
+
+/// The one with the worst grade, of those the one with the largest error or noise.
+fn worst(judged: Vec<Judged>) -> Option<Judged> {
+    let size = |j: &Judged| if j.error.is_nan() { j.noise } else { j.error.max(j.noise) };
+    judged.into_iter().max_by(|a, b| a.grade.cmp(&b.grade).then(size(a).total_cmp(&size(b))))
+}
+
+fn in_words(moments: Option<&Judged>, density: Option<&Judged>) -> String {
+    let grade = |judged: Option<&Judged>| judged.map_or(Grade::Unknown, |judged| judged.grade);
+    let percent = |judged: Option<&Judged>| judged.map_or(f64::NAN, |j| 100.0 * j.error.max(j.noise));
+    match (grade(moments), grade(density)) {
+        (Grade::AsSampled, Grade::AsSampled) => format!(
+            "as good as the sampling error of {:.1} % in the moments and {:.1} % in the density",
+            percent(moments),
+            percent(density)
+        ),
+        (Grade::AsSampled, other) => {
+            let density = if other == Grade::Good { "good for the density, " } else { "" };
+            format!("{density}in the moments as good as the sampling error of {:.1} %", percent(moments))
+        }
+        (Grade::Good, Grade::AsSampled) => {
+            format!("good for moments, in the density as good as the sampling error of {:.1} %", percent(density))
+        }
+        (_, Grade::AsSampled) => {
+            format!("not good for moments, in the density as good as the sampling error of {:.1} %", percent(density))
+        }
+        (Grade::Unknown, Grade::Unknown) => Verdict::Unknown.words().into(),
+        (moments, density) => Verdict::new(moments == Grade::Good, density == Grade::Good).words().into(),
+    }
+}
+
+fn judge_moment(
+    method: &str,
+    own: &Reading,
+    references: &[(&str, &Reading)],
+    quantity: Quantity,
+    tolerance: f64,
+) -> Judged {
+    let judged = |grade, error, noise, by: &str| {
+        let (quantity, time, by) = (own.space.name(quantity), own.header.time, by.to_owned());
+        Judged { grade, error, noise, quantity, time, by }
+    };
+    if !Figure::Quantity(quantity).is_stated(own) {
+        return judged(Grade::Withheld, f64::NAN, f64::NAN, "withheld");
+    }
+    let chosen = stand_for(references.iter().copied(), Figure::Quantity(quantity)).filter(|label| *label != method);
+    let Some((label, reference)) = references.iter().find(|(label, _)| Some(*label) == chosen) else {
+        return own_moment(own, quantity, tolerance, judged);
+    };
+    let unit = unit(reference, quantity);
+    let error = difference(&own.space, quantity, own.value(quantity), reference.value(quantity)).abs() / unit;
+    let noise = 2.0 * noise_of(own, quantity).hypot(noise_of(reference, quantity)) / unit;
+    judged(graded(error, noise, tolerance), error, noise, label)
+}
+
+/// What a method knows of a moment itself.
+fn own_moment(
+    own: &Reading,
+    quantity: Quantity,
+    tolerance: f64,
+    judged: impl Fn(Grade, f64, f64, &str) -> Judged,
+) -> Judged {
+    const ITSELF: &str = "its own diagnostics";
+    if own.header.diagnostic == diagnostic::NUMERICAL {
+        let estimate = Figure::Quantity(quantity).error_estimate(own);
+        return judged(graded(estimate, 0.0, tolerance), estimate, 0.0, ITSELF);
+    }
+    let noise = 2.0 * own.error(quantity) / unit(own, quantity);
+    if own.error(quantity).is_finite() {
+        return judged(
+            if noise <= tolerance { Grade::Good } else { Grade::AsSampled },
+            f64::NAN,
+            noise,
+            "its standard errors",
+        );
+    }
+    let grade = match trusted(own, tolerance) {
+        Verdict::Unknown => Grade::Unknown,
+        verdict if verdict.moments() => Grade::Good,
+        _ => Grade::Bad,
+    };
+    judged(grade, f64::NAN, f64::NAN, ITSELF)
+}
+
+fn judge_density(method: &str, own: &Reading, references: &[(&str, &Reading)], tolerance: f64) -> Judged {
+    const ITSELF: &str = "its own diagnostics";
+    let header = &own.header;
+    let judged = |grade, error, noise, by: &str| {
+        let (quantity, time, by) = ("total_variation".to_owned(), header.time, by.to_owned());
+        Judged { grade, error, noise, quantity, time, by }
+    };
+    if !Figure::Densities.is_stated(own) {
+        return judged(Grade::Withheld, f64::NAN, f64::NAN, "withheld");
+    }
+    let chosen = stand_for(references.iter().copied(), Figure::Densities).filter(|label| *label != method);
+    if let Some((label, reference)) = references.iter().find(|(label, _)| Some(*label) == chosen) {
+        let error = distances_on(own, reference, 0).total_variation;
+        let noise = counting_noise(own).hypot(counting_noise(reference));
+        return judged(graded(error, noise, tolerance), error, noise, label);
+    }
+    if header.diagnostic == diagnostic::NUMERICAL {
+        let estimate = 0.5 * Figure::Densities.error_estimate(own);
+        return judged(graded(estimate, 0.0, tolerance), estimate, 0.0, ITSELF);
+    }
+    if counted_samples(header).is_some() {
+        let noise = counting_noise(own);
+        return judged(
+            if noise <= tolerance { Grade::Good } else { Grade::AsSampled },
+            f64::NAN,
+            noise,
+            "its counting noise",
+        );
+    }
+    let grade = match trusted(own, tolerance) {
+        Verdict::Unknown => Grade::Unknown,
+        verdict if verdict.density() => Grade::Good,
+        _ => Grade::Bad,
+    };
+    judged(grade, f64::NAN, f64::NAN, ITSELF)
+}
+
+/// A distance and its noise against a tolerance. A distance that is no number is not good.
+fn graded(error: f64, noise: f64, tolerance: f64) -> Grade {
+    let is_noise = noise > 0.0 && error <= BEYOND_NOISE * noise;
+    match () {
+        () if error <= tolerance && noise <= tolerance => Grade::Good,
+        () if is_noise => Grade::AsSampled,
+        () if error <= tolerance => Grade::Good,
+        () => Grade::Bad,
+    }
+}
+
+fn trusted(reading: &Reading, tolerance: f64) -> Verdict {
+    let (header, space) = (&reading.header, &reading.space);
+    let lengths = (0..space.variables.len()).map(|k| reading.value(Quantity::ResultantLength(k)));
+    // Variables that are no angles have none.
+    let shortest = lengths.filter(|length| !length.is_nan()).fold(1.0, f64::min);
+    trust::trust(Kind::of_code(header.diagnostic), header.diagnostics, shortest, tolerance)
+}
+
+/// What the error of a quantity is measured in: the deviation of its variable, or 1 for a probability.
+fn unit(reading: &Reading, quantity: Quantity) -> f64 {
+    match quantity {
+        Quantity::Mean(k) | Quantity::Deviation(k) => reading.value(Quantity::Deviation(k)),
+        _ => 1.0,
+    }
+}
+
+/// The standard error of a quantity, 0 of methods that have none.
+fn noise_of(reading: &Reading, quantity: Quantity) -> f64 {
+    let error = reading.error(quantity);
+    if error.is_finite() { error } else { 0.0 }
+}
+
+/// Expected total variation that counting causes, 0 of what was not counted.
+fn counting_noise(reading: &Reading) -> f64 {
+    counted_samples(&reading.header)
+        .map_or(0.0, |samples| trust::counting_noise(reading.joint(), reading.cell(0), f64::from(samples)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_distance_within_its_noise_is_as_good_as_sampling_and_one_that_is_unknown_is_not_good() {
+        assert_eq!(graded(0.005, 0.0, 0.01), Grade::Good);
+        assert_eq!(graded(0.02, 0.0, 0.01), Grade::Bad);
+        assert_eq!(graded(0.02, 0.03, 0.01), Grade::AsSampled);
+        assert_eq!(graded(0.005, 0.03, 0.01), Grade::AsSampled, "it could be off by 3 %");
+        assert_eq!(graded(0.02, 0.005, 0.01), Grade::Bad, "four times its noise");
+        assert_eq!(graded(f64::NAN, 0.0, 0.01), Grade::Bad);
+        assert_eq!(graded(f64::INFINITY, 0.0, 0.01), Grade::Bad);
+    }
+
+    #[test]
+    fn a_verdict_says_what_a_method_is_good_for_and_what_its_samples_allow() {
+        let judged = |grade, error, noise| Judged {
+            grade,
+            error,
+            noise,
+            quantity: "mean_e".into(),
+            time: 1.0,
+            by: "exact".into(),
+        };
+        let good = judged(Grade::Good, 0.001, 0.0);
+        let bad = judged(Grade::Bad, 0.3, 0.0);
+        let sampled = judged(Grade::AsSampled, 0.02, 0.031);
+        assert_eq!(in_words(Some(&good), Some(&good)), "good for moments and density");
+        assert!(in_words(Some(&good), Some(&bad)).starts_with("good for moments"));
+        assert!(in_words(Some(&bad), Some(&bad)).starts_with("good for neither"));
+        assert_eq!(
+            in_words(Some(&good), Some(&sampled)),
+            "good for moments, in the density as good as the sampling error of 3.1 %"
+        );
+        let withheld = judged(Grade::Withheld, f64::NAN, f64::NAN);
+        assert!(in_words(Some(&good), Some(&withheld)).starts_with("good for moments"));
+        assert_eq!(worst(vec![good.clone(), withheld, sampled]).unwrap().grade, Grade::Withheld);
+        assert_eq!(worst(vec![good, judged(Grade::Good, 0.002, 0.0)]).unwrap().error, 0.002);
+    }
+}

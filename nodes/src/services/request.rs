@@ -1,0 +1,79 @@
+//! A request to work on a scenario, as it travels to the scenario node of a service.
+
+use kit::assignment::{described, problem};
+use kit::failure::Failure;
+use messages::scenario::{Description, MOST_SNAPSHOTS, ScenarioHeader};
+
+use crate::files::input::{PLAIN_NAME, is_plain_name};
+use crate::files::scenario_file::{self, ScenarioFile};
+
+/// The problem that a request is about.
+///
+/// # Errors
+/// [`Failure::Refused`] says what is wrong.
+pub fn read_request(header: &ScenarioHeader, items: &[f64]) -> Result<ScenarioFile, Failure> {
+    let name = messages::text::unpack(&header.name);
+    if !is_plain_name(&name) {
+        return Err(Failure::Refused(format!("a request's name must be plain: {PLAIN_NAME}")));
+    }
+    let refused = |why: &str| Failure::Refused(format!("request {name}: {why}"));
+    if !scenario_file::is_right_number_of_times(header.snapshots as usize) {
+        return Err(refused(&format!("times.at: must be 2 to {MOST_SNAPSHOTS} times")));
+    }
+    let said = Description::decode(header, items).map_err(|why| refused(&why))?;
+    if !said.projections.is_empty() {
+        return Err(refused("projections: a request has none, the service chooses them"));
+    }
+    let problem = problem(&said).map_err(|why| refused(&why))?;
+    Ok(ScenarioFile { name, problem })
+}
+
+/// The header and the numbers of a request to work on a scenario; `number` is what the answer will carry.
+///
+/// # Errors
+/// If there is more of something than a message holds.
+pub fn request(
+    ScenarioFile { name, problem }: &ScenarioFile,
+    number: u32,
+) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
+    let said = Description { scenario: number, ..described(name, problem, |_| Vec::new()) };
+    said.encode().map_err(Failure::Refused)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kit::assignment::Plane;
+    use messages::text::pack;
+
+    #[test]
+    fn a_request_is_checked_as_a_file_is() {
+        let Plane { problem, .. } = kit::example::assignment().plane.unwrap();
+        let scenario = ScenarioFile { name: "scenario-1".into(), problem };
+        let (header, items) = request(&scenario, 3).unwrap();
+        assert_eq!(read_request(&header, &items).unwrap(), scenario);
+        let refused = |header: ScenarioHeader, items: &[f64], words: &str| {
+            let error = read_request(&header, items).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        let with = |index: usize, value: f64| {
+            let mut items = items.clone();
+            items[index] = value;
+            items
+        };
+        refused(header, &with(1, 1.5), "initial.e");
+        refused(header, &with(1, f64::NAN), "not finite");
+        refused(header, &with(3, 1e-4), "covariance of phi and e");
+        let mut unset = header;
+        unset.parameters[0].value = f64::NAN;
+        refused(unset, &items, "radiation");
+        unset.parameters[0].value = -1.0;
+        refused(unset, &items, "orbit.radiation");
+        unset.parameters[0].name = pack("drag");
+        refused(unset, &items, "has no parameter \"drag\"");
+        refused(ScenarioHeader { model: pack("kepler"), ..header }, &items, "no planar model \"kepler\"");
+        refused(ScenarioHeader { reentry: 0, ..header }, &items, "variables");
+        refused(ScenarioHeader { name: pack("../x"), ..header }, &items, "plain");
+        refused(ScenarioHeader { snapshots: 1, ..header }, &items, "times.at");
+    }
+}

@@ -1,0 +1,188 @@
+//! The scenario node: publishes one problem after the other, the next when the recorder has finished the last.
+
+use std::path::PathBuf;
+
+use density::flow::Flow;
+use density::grid::comparison_grids;
+use messages::port::Inlet;
+use messages::report::{Event, Report};
+use messages::text::unpack;
+use messages::topic::{Request, Scenario, Status};
+
+use crate::files::scenario_file::{self, ScenarioFile};
+use crate::files::sweep::Sweep;
+use crate::services::request::read_request;
+use crate::services::roomy::Roomy;
+use kit::assignment::{Assignment, Plane};
+use kit::failure::Failure;
+use kit::session::Session;
+
+/// What the scenario node publishes.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Where the scenarios come from.
+    pub source: Source,
+    /// Position in the run of the first one to publish; those before it are done.
+    pub first: u32,
+    /// Bins of the comparison grid, in `phi` and `e`.
+    pub bins: (usize, usize),
+    /// Most snapshots of a scenario that the run has room for.
+    pub most_snapshots: usize,
+}
+
+/// Where scenarios come from.
+#[derive(Debug, Clone)]
+pub enum Source {
+    /// These files, in order. One that cannot be done ends the run.
+    Files(Vec<PathBuf>),
+    /// A sweep file. A scenario that cannot be done is reported and left out.
+    Sweep(PathBuf),
+    /// Whoever sends requests. One that cannot be done is reported.
+    Requests,
+}
+
+/// Publishes all scenarios, then stays until asked to stop.
+///
+/// # Errors
+/// [`Failure::Stopped`] is the normal end.
+pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
+    let mut desk = Desk {
+        session,
+        reports: session.domain.inlet()?,
+        scenarios: None,
+        bins: settings.bins,
+        most_snapshots: settings.most_snapshots,
+        first: settings.first,
+        position: 0,
+        count: 0,
+    };
+    match &settings.source {
+        Source::Files(files) => {
+            desk.count = files.len() as u32;
+            session.ready()?;
+            for file in files {
+                let scenario = scenario_file::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
+                desk.publish(&scenario, None)?;
+            }
+        }
+        Source::Sweep(file) => {
+            let sweep = Sweep::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
+            session.ready()?;
+            for index in 0..sweep.len() {
+                let scenario = sweep.scenario(index).map_err(|e| Failure::Refused(e.to_string()));
+                let published = scenario.and_then(|scenario| {
+                    let combination = |why: Failure| why.about(&sweep.combination(index));
+                    desk.publish(&scenario, None).map_err(combination)
+                });
+                desk.report_refusal(published, &combination_name(index), None)?;
+            }
+        }
+        Source::Requests => desk.serve_requests()?,
+    }
+    session.report(desk.position, Event::Total)?;
+    desk.stay()
+}
+
+/// What a combination of a sweep is called where it is refused.
+pub fn combination_name(index: usize) -> String {
+    format!("scenario {index} of the sweep")
+}
+
+struct Desk<'a> {
+    session: &'a Session,
+    reports: Inlet<Status>,
+    scenarios: Option<Roomy<Scenario>>,
+    bins: (usize, usize),
+    most_snapshots: usize,
+    first: u32,
+    /// Position of the next scenario.
+    position: u32,
+    /// Scenarios in the run; 0 if nobody knows.
+    count: u32,
+}
+
+impl Desk<'_> {
+    /// Publishes a scenario, which the request of that number may have asked for, unless that is done already, and waits until
+    /// it is recorded.
+    fn publish(&mut self, ScenarioFile { name, problem }: &ScenarioFile, request: Option<u32>) -> Result<(), Failure> {
+        if problem.times.len() > self.most_snapshots {
+            return Err(Failure::Refused(format!(
+                "it has {} snapshots, there is room for {}; start the service with a larger --most-snapshots",
+                problem.times.len(),
+                self.most_snapshots
+            )));
+        }
+        let (phi_bins, e_bins) = self.bins;
+        let grids = comparison_grids(problem, &Flow::new(problem.model), phi_bins, e_bins)?;
+        let position = self.position;
+        self.position += 1;
+        if position < self.first {
+            return Ok(());
+        }
+        let plane = Plane { problem: problem.clone(), grids };
+        let assignment = Assignment::in_plane(self.session.run_id, name, (position, self.count), plane);
+        let (header, items) = assignment.to_parts()?;
+        let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
+        outlet.send_items(header, &items)?;
+        let of = (self.count > 0).then_some(self.count);
+        self.session.report(position, Event::Accepted { name: name.clone(), of, request })?;
+        while !is_recorded(&self.reports, position)? {
+            self.session.wait(&[&self.reports, outlet])?;
+        }
+        Ok(())
+    }
+
+    /// Reports that the scenario `name` cannot be done, if so; then it is the next one's turn.
+    fn report_refusal(&self, published: Result<(), Failure>, name: &str, request: Option<u32>) -> Result<(), Failure> {
+        match published {
+            Err(failure @ (Failure::Stopped | Failure::Port(_))) => Err(failure),
+            Err(failure) => {
+                let refused = Event::Refused { name: name.into(), why: failure.to_string(), request };
+                self.session.report(self.position, refused)
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
+    fn serve_requests(&mut self) -> Result<(), Failure> {
+        let requests = self.session.domain.inlet::<Request>()?;
+        self.session.ready()?;
+        self.position = self.first;
+        loop {
+            while let Some(request) = requests.receive()? {
+                let (name, number) = (unpack(&request.header().name), Some(request.header().scenario));
+                let scenario = read_request(request.header(), request.items());
+                drop(request);
+                let published = scenario.and_then(|scenario| self.publish(&scenario, number));
+                self.report_refusal(published, &name, number)?;
+            }
+            while self.reports.receive()?.is_some() {}
+            match &self.scenarios {
+                Some(scenarios) => self.session.wait(&[&requests, &self.reports, &scenarios.outlet])?,
+                None => self.session.wait(&[&requests, &self.reports])?,
+            }
+        }
+    }
+
+    /// Holds the last scenario for late readers.
+    fn stay(self) -> Result<(), Failure> {
+        loop {
+            while self.reports.receive()?.is_some() {}
+            match &self.scenarios {
+                Some(scenarios) => self.session.wait(&[&self.reports, &scenarios.outlet])?,
+                None => self.session.wait(&[&self.reports])?,
+            }
+        }
+    }
+}
+
+/// Whether the recorder has reported that it is done with `scenario`.
+fn is_recorded(reports: &Inlet<Status>, scenario: u32) -> Result<bool, Failure> {
+    while let Some(report) = reports.receive()? {
+        let report = Report::from_parts(report.header(), report.items());
+        if report.is_ok_and(|report| report.is_end_of(scenario)) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
