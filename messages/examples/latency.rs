@@ -1,8 +1,8 @@
-//! Measures how long a snapshot takes from its sender's last write to its reader's first read, in two processes, and beside
-//! it the least that this machine takes to wake a process.
+//! Measures how long a snapshot takes from its sender's last write to its reader's first read, in two processes, and
+//! for comparison the shortest time in which this machine wakes a process.
 //!
-//! `cargo run --release -p phasecloud-messages --example latency [MESSAGES]` prints median and 99th percentile. A copy would
-//! grow with the size: 240 MB take 20 ms and more to copy once.
+//! `cargo run --release -p phasecloud-messages --example latency [MESSAGES]` prints median and 99th percentile. The
+//! time of a copy would grow with the size: to copy 240 MB once takes 20 ms and more.
 
 use std::io::{Read, Write};
 use std::process::{Child, Command, Stdio};
@@ -16,7 +16,7 @@ use messages::topic::{Capacity, Snapshot};
 use messages::wait::Signals;
 use rustix::time::{ClockId, clock_gettime};
 
-/// Numbers in a message: 24 B, a scenario's snapshot of 1e5, of 1e6 and of 1e7 samples with three columns.
+/// Numbers in a message: 24 bytes, and snapshots of 1e5, 1e6 and 1e7 samples with three columns.
 const SIZES: [usize; 4] = [3, 300_000, 3_000_000, 30_000_000];
 const MESSAGES: usize = 300;
 /// Rest between two messages: after the long one the machine sleeps, after the short one it is still awake.
@@ -102,7 +102,7 @@ fn report(place: &Place, task: Task, read: &mut dyn FnMut(&mut Child) -> Outcome
     }
     drop(ask);
     sender.wait()?;
-    // The first few touch their memory for the first time.
+    // The first few messages are slow because they use their memory for the first time.
     let mut delays = delays.split_off(messages.min(10));
     delays.sort_by(f64::total_cmp);
     let at = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize] / 1e3;
@@ -110,7 +110,7 @@ fn report(place: &Place, task: Task, read: &mut dyn FnMut(&mut Child) -> Outcome
     Ok(())
 }
 
-/// The sender: as often as it is asked, rests, writes the time into the last number, and sends at once.
+/// The sender: each time it is asked, it rests, writes the time into the last number, and sends at once.
 fn send(task: &str) -> Outcome {
     let [way, size, rest] = task.split(' ').collect::<Vec<_>>()[..] else { return Err("no task".into()) };
     let (size, rest): (usize, u64) = (size.parse()?, rest.parse()?);

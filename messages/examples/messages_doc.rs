@@ -1,6 +1,6 @@
 //! Writes `docs/messages.md` from the layouts themselves: `cargo run -p phasecloud-messages --example messages_doc`.
 //!
-//! What cannot be read off a layout, who waits for whom and why, stands in `messages_doc.md` beside this file.
+//! What cannot be read off a layout, such as who waits for whom and why, is in `messages_doc.md` beside this file.
 
 use std::fmt::Write;
 

@@ -4,7 +4,8 @@ use crate::describe::Described;
 use crate::payload::Item;
 use crate::topic::{Topic, Visitor, for_each};
 
-/// The names of all headers and items, with their versions. Who has the same names understands every message.
+/// The names of all headers and items, with their versions. Two programs with the same names understand all of each
+/// other's messages.
 pub fn names() -> Vec<&'static str> {
     struct Names;
     impl Visitor for Names {

@@ -1,6 +1,6 @@
-//! What a layout says of itself: fields, offsets, codes and their meaning, taken from the doc comments in [`layout`].
+//! Tables of the layouts: fields, offsets, codes and their meaning, taken from the doc comments in [`layout`].
 //!
-//! The contract's document, `phasecloud echo` and recordings all read these tables, so that nothing is written down twice.
+//! `docs/messages.md`, `phasecloud echo` and recordings all read these tables, so that nothing is written down twice.
 //!
 //! [`layout`]: crate::layout
 
@@ -40,13 +40,13 @@ pub enum FieldKind {
     U32,
     /// 64-bit floating-point number.
     F64,
-    /// So many 64-bit floating-point numbers.
+    /// The given number of 64-bit floating-point numbers.
     F64s(usize),
-    /// So many bytes of NUL-padded UTF-8.
+    /// NUL-padded UTF-8 of the given number of bytes.
     Text(usize),
-    /// So many 64-bit words, whose meaning depends on another field.
+    /// The given number of 64-bit words, whose meaning depends on another field.
     Words(usize),
-    /// So many structures of one kind, of which the first are in use.
+    /// A list of structures of one type, of which only the first ones are in use.
     Entries(Entries),
 }
 
@@ -125,8 +125,8 @@ pub enum Value {
 }
 
 impl Field {
-    /// The field's value in a header of these bytes; `None` if they are too few, or if the field is
-    /// a list or words, which have fields of their own.
+    /// The field's value in a header with these bytes; `None` if there are too few bytes, or if the field is a list
+    /// or words, which have fields of their own.
     pub fn value(&self, header: &[u8]) -> Option<Value> {
         let bytes = header.get(self.offset..)?;
         let real = |chunk: &[u8]| chunk.try_into().ok().map(f64::from_ne_bytes);
@@ -140,7 +140,8 @@ impl Field {
         })
     }
 
-    /// The unit of a number, if the doc comment names one; numbers without are pure, lists explain themselves in words.
+    /// The unit of a number, if the doc comment names one. Numbers without a unit are pure; the doc comments of lists
+    /// give the units in words.
     pub fn unit(&self) -> Option<String> {
         if self.kind != FieldKind::F64 {
             return None;
@@ -149,7 +150,7 @@ impl Field {
         text.split_once('[')?.1.split(']').next().map(str::to_owned)
     }
 
-    /// The codes that the field's values are, if the doc comment refers to some.
+    /// The codes that are the values of the field, if the doc comment refers to some.
     pub fn codes(&self) -> Option<&'static Codes> {
         let text = self.doc.concat();
         let named = |codes: &&&Codes| text.contains(&format!("ee [`{}`]", codes.name));
@@ -157,10 +158,10 @@ impl Field {
     }
 }
 
-/// Numbers that stand for something.
+/// A group of numeric codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Codes {
-    /// What they are called together.
+    /// The name of the group.
     pub name: &'static str,
     /// The doc comment, line by line.
     pub doc: &'static [&'static str],
@@ -168,7 +169,7 @@ pub struct Codes {
     pub codes: &'static [Code],
 }
 
-/// A number that stands for something.
+/// A numeric code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Code {
     /// Its name.
@@ -204,7 +205,7 @@ pub fn plain(doc: &[&str]) -> String {
     text.replace('{', "[").replace('}', "]")
 }
 
-/// Defines a header: the structure itself, and what it says of itself.
+/// Defines a header: the structure itself, and the table of its fields.
 macro_rules! header {
     (
         $(#[doc = $doc:literal])*
@@ -244,7 +245,7 @@ macro_rules! header {
     };
 }
 
-/// Defines a module of codes, and what they say of themselves.
+/// Defines a module of codes: the codes themselves, and their table.
 macro_rules! codes {
     (
         $(#[doc = $doc:literal])*
@@ -258,7 +259,7 @@ macro_rules! codes {
 
             $( $(#[doc = $code_doc])* pub const $code: u32 = $value; )*
 
-            /// What the codes say of themselves.
+            /// The table of these codes.
             pub const CODES: Codes = Codes {
                 name: stringify!($name),
                 doc: &[$($doc),*],

@@ -1,7 +1,7 @@
-//! The corner of shared memory that belongs to one run: a root folder and a prefix of names.
+//! The part of shared memory that belongs to one run: a root folder and a prefix of names.
 //!
-//! Two domains never see each other. The launcher makes a fresh one a run, holds every topic open while the run lasts,
-//! alone cleans up after dead nodes, and removes the domain at the end.
+//! Two domains never see each other. The launcher makes a new domain for each run and holds every topic open while
+//! the run lasts. Only the launcher cleans up after dead nodes, and it removes the domain at the end.
 
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
@@ -22,11 +22,11 @@ pub const PREFIX_VARIABLE: &str = "PHASECLOUD_PREFIX";
 pub const MOST_HELD: usize = 4;
 /// Messages that a publisher may write at once.
 pub(crate) const MOST_DRAFTS: usize = 2;
-/// What iceoryx2 puts before a message, at most \[bytes\].
+/// Upper bound of what iceoryx2 puts before a message \[bytes\].
 const MESSAGE_OVERHEAD: u64 = 256;
 
-/// Longest root and prefix together: with a slash, a number of 39 digits and `.event` they make the name of a Unix socket,
-/// which has at most 107 bytes.
+/// Greatest length of root and prefix together \[bytes\]. With a slash, a number of 39 digits and `.event` they form
+/// the name of a Unix socket, which has at most 107 bytes.
 const LONGEST: usize = 107 - 1 - 39 - 6;
 
 /// Where a domain lies.
@@ -72,8 +72,8 @@ impl Place {
         Err(std::io::Error::new(std::io::ErrorKind::PermissionDenied, problem))
     }
 
-    /// Takes the memory of everything that the domain has so far, so that using it later cannot fail for want of memory: a
-    /// full /dev/shm kills a process by SIGBUS at its first touch of a page.
+    /// Reserves the memory of everything that the domain has so far, so that its later use cannot fail for lack of
+    /// memory: when /dev/shm is full, the first access to a page kills the process by SIGBUS.
     ///
     /// # Errors
     /// If there is not enough.
@@ -88,7 +88,8 @@ impl Place {
         Ok(())
     }
 
-    /// Takes from all others what iceoryx2 lets them do: one of its files, a counter, is open to everybody.
+    /// Removes the access of other users to the domain's files: iceoryx2 leaves one of them, a counter, open to
+    /// everybody.
     fn close_to_others(&self) -> std::io::Result<()> {
         for path in self.files_in_shared_memory()? {
             let mode = path.metadata()?.mode();
@@ -106,7 +107,8 @@ impl Place {
         Ok(own.map(|entry| entry.path()).collect())
     }
 
-    /// Removes everything that the domain's processes may have left. Only for whoever created it, after all have ended.
+    /// Removes everything that the domain's processes may have left. Only the process that created the domain may do
+    /// so, after all others have ended.
     ///
     /// # Errors
     /// The first file that cannot be removed.
@@ -187,8 +189,8 @@ impl Domain {
         Self { patience, ..self }
     }
 
-    /// Removes what dead nodes have left behind, their places on the topics included. For the launcher alone: messages of a
-    /// dead publisher that a reader has not yet connected to are lost with it.
+    /// Removes what dead nodes have left behind, including their ports on the topics. Only the launcher may do so:
+    /// messages of a dead publisher to which a reader has not yet connected are lost with that publisher.
     pub fn clean_up_after_the_dead(&self) {
         let _ = self.node.try_cleanup_dead_nodes();
     }
@@ -254,14 +256,15 @@ impl Domain {
     }
 }
 
-/// Messages of a topic that are kept for readers to come.
+/// Number of messages of a topic that are kept for later readers.
 fn history<T: Topic>(capacity: &Capacity) -> usize {
     if T::LATCHED { 1 } else { T::depth(capacity) }
 }
 
-/// About how long the file in shared memory is that holds all messages of one publisher, if each has at most so many items \[bytes\]. It has
-/// room for what every reader may leave waiting or hold, for what is kept for readers to come, and for what is being written;
-/// memory is taken by what is written alone.
+/// Approximate length of the file in shared memory that holds all messages of one publisher \[bytes\], if each has at
+/// most `most_items` items. The file has room for the messages that every reader may leave waiting or hold, for those
+/// that are kept for later readers, and for those that are being written. Only messages that are written take up
+/// memory.
 pub fn segment_bytes<T: Topic>(capacity: &Capacity, most_items: u64) -> u64 {
     let waiting = capacity.nodes() * (T::depth(capacity) + MOST_HELD);
     let messages = (waiting + history::<T>(capacity) + MOST_DRAFTS) as u64;
@@ -288,7 +291,7 @@ impl HeldDomain {
     /// Creates the domain at `place` and all topics in it.
     ///
     /// # Errors
-    /// [`PortError`] if that fails; what was created is then still to be removed with [`Place::remove`].
+    /// [`PortError`] if that fails. What was created until then must still be removed with [`Place::remove`].
     pub fn create(place: &Place, capacity: &Capacity) -> Result<Self, PortError> {
         place.create().map_err(|e| PortError::new("create", &place.root.display().to_string(), &e))?;
         let domain = Domain::enter(place, "launcher")?;

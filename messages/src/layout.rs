@@ -28,10 +28,11 @@ header! {
         pub time: f64,
         /// CPU time that the propagator spent on this snapshot \[s\].
         pub seconds: f64,
-        /// Rows of all shards together, of reduced samples all samples; 0 if the snapshot is whole.
+        /// Rows of all shards together; for reduced samples, the number of samples of all shards; 0 if the case has
+        /// no shards.
         pub total: u64,
-        /// Trajectories that were followed for it, as its propagator counts them; 0 if it does not say: then those of samples and
-        /// characteristics are their rows.
+        /// Trajectories that the propagator followed for this snapshot; 0 if it does not say. In that case each row
+        /// of samples or characteristics counts as one.
         pub trajectories: u64,
         /// Position of the scenario in the run.
         pub scenario: u32,
@@ -45,19 +46,20 @@ header! {
         pub rows: u32,
         /// Number of columns.
         pub columns: u32,
-        /// How often the propagator had been restarted: a higher number begins the scenario anew and replaces all lower ones, of
-        /// a shard those of that shard.
+        /// How often the propagator had been restarted. A snapshot with a higher number begins the scenario anew and
+        /// replaces all those with lower numbers; if the case has shards, only those of the same shard.
         pub attempt: u32,
-        /// Which shard of the case it is of, from 0.
+        /// Which shard of the case sent it, from 0.
         pub shard: u32,
-        /// Shards of the case; 0 or 1 if the snapshot is whole. Shard `k` of `n` has the rows from `total * k / n` up to
-        /// `total * (k + 1) / n`.
+        /// Shards of the case; 0 or 1 if the case is not split. Shard `k` of `n` has the rows from `total * k / n` up
+        /// to `total * (k + 1) / n`.
         pub shards: u32,
-        /// The most rows that a snapshot of this process can have in the scenario; 0 if it is `rows` for all.
+        /// The most rows that a snapshot of this process can have in the scenario; 0 if all its snapshots have `rows`
+        /// rows.
         pub most_rows: u32,
         /// The propagator's label.
         pub label: Label,
-        /// What snapshots of this kind say beyond all that: the fields of the kind's details, then zeros.
+        /// The further fields that snapshots of this kind have (their details), then zeros.
         pub details: Details,
     }
 }
@@ -65,26 +67,29 @@ header! {
 codes! {
     /// What the numbers of [`DensityHeader::diagnostics`] are.
     pub mod diagnostic {
-        /// Nothing.
+        /// No diagnostics.
         pub const NONE: u32 = 0;
-        /// Of a carried mesh: defect of the invariant measure, probability of flipped elements, probability outside the mesh,
-        /// estimated total variation by which triangles and interpolation misplace the joint density.
+        /// Of a carried mesh: defect of the invariant measure, probability of flipped elements, probability outside
+        /// the mesh, estimate of the total variation by which the triangles and the interpolation misplace the joint
+        /// density.
         pub const MESH: u32 = 1;
-        /// Of a mixture: disagreement of the unscented and the linear prediction, probability below `e = 0` that is left out, what
-        /// the weights add up to (the density is that of weights that add up to 1), share of the initial Gaussian beyond `e = 1`.
+        /// Of a mixture: disagreement of the unscented and the linear prediction, probability below `e = 0` that is
+        /// left out, sum of the weights (the density is computed with weights scaled to the sum 1), share of the
+        /// initial Gaussian beyond `e = 1`.
         pub const MIXTURE: u32 = 2;
-        /// Of an exact density, error estimates: moments (in standard deviations), resultant vector, probability above the
-        /// critical eccentricity, joint density in L1.
+        /// Of an exact density: error estimates of the moments (in standard deviations), of the resultant vector, of
+        /// the probability above the critical eccentricity, and of the joint density in L1.
         pub const NUMERICAL: u32 = 3;
     }
 }
 
 header! {
-    /// A density estimated from a snapshot, in the space of the scenario. Payload: what is said of the cloud, `quantities` numbers (mean and
-    /// standard deviation of each variable, the covariances of all pairs, the probability that the re-entry variable exceeds its
-    /// critical value at this instant, and of each angle its circular mean in `[0, 2π)` and its mean resultant length); their standard
-    /// errors, NaN where the method has none; then the density on every projection of the scenario, first variable outermost. NaN stands for
-    /// what the method withholds: any of the quantities, or all densities and with them `mass_on_grid`.
+    /// A density estimated from a snapshot, in the space of the scenario. Payload: `quantities` numbers that describe
+    /// the cloud (mean and standard deviation of each variable, the covariances of all pairs, the probability that
+    /// the re-entry variable exceeds its critical value at this instant, and for each angle its circular mean in `[0,
+    /// 2π)` and its mean resultant length); their standard errors, NaN where the method has none; then the density on
+    /// every projection of the scenario, first variable outermost. NaN stands for what the method withholds: any of
+    /// the quantities, or all densities and with them `mass_on_grid`.
     #[type_name("phasecloud/DensityHeader/3")]
     pub struct DensityHeader {
         /// Names the run.
@@ -95,14 +100,14 @@ header! {
         pub propagation_seconds: f64,
         /// CPU time that the estimator spent on it \[s\].
         pub estimation_seconds: f64,
-        /// Probability on the grid of the first projection; what is missing to 1 lies outside or was lost.
+        /// Probability on the grid of the first projection; the rest, up to 1, lies outside the grid or was lost.
         pub mass_on_grid: f64,
-        /// What the method says of its own reliability, see [`diagnostic`]; NaN where there is nothing to say.
+        /// Figures on the reliability of the method, see [`diagnostic`]; NaN where there are none.
         pub diagnostics: [f64; 4],
-        /// Carried meshes only: mean relative error of the densities `n` that came with the points, against what the points
-        /// themselves imply; else NaN.
+        /// Carried meshes only: mean relative error of the densities `n` that came with the points, compared with the
+        /// densities that follow from the points alone; else NaN.
         pub carried_density_error: f64,
-        /// Trajectories behind it; 0 of a method that follows none or does not say.
+        /// Trajectories that were followed for it; 0 if the method follows none or does not say.
         pub trajectories: u64,
         /// Position of the scenario in the run.
         pub scenario: u32,
@@ -112,7 +117,7 @@ header! {
         pub count: u32,
         /// Rows of the snapshot.
         pub rows: u32,
-        /// Numbers that are said of the cloud.
+        /// Number of quantities that describe the cloud.
         pub quantities: u32,
         /// What the snapshot's columns were, see [`kind`].
         pub kind: u32,
@@ -126,24 +131,25 @@ header! {
 }
 
 header! {
-    /// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row a time,
-    /// [`PASSAGE_COLUMNS`] numbers each; none if the method cannot say. Curves that the shards of a case have counted are added
-    /// up; else that of shard 0 is the case's.
+    /// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row of
+    /// [`PASSAGE_COLUMNS`] numbers per time; no rows if the method has no curve. If the shards of a case count their
+    /// curves from samples, these counts are added up; otherwise the curve of shard 0 is the curve of the case.
     #[type_name("phasecloud/PassageHeader/2")]
     pub struct PassageHeader {
         /// Names the run.
         pub run_id: u64,
         /// CPU time spent on it \[s\].
         pub seconds: f64,
-        /// Equal samples that the curve was counted from: each of its probabilities is a count of them; 0 if it was not counted.
+        /// Equally weighted samples from which the curve was counted: each of its probabilities is a count divided by
+        /// this number; 0 if the curve was not counted.
         pub samples: u64,
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Rows of the payload.
         pub rows: u32,
-        /// Which shard of the case it is of, from 0.
+        /// Which shard of the case sent it, from 0.
         pub shard: u32,
-        /// Shards of the case; 0 or 1 if the curve is of all of it.
+        /// Shards of the case; 0 or 1 if the case is not split.
         pub shards: u32,
         /// The propagator's label.
         pub label: Label,
@@ -152,9 +158,10 @@ header! {
     }
 }
 
-/// Numbers in a row of a first-passage curve: time \[yr\], probability, lower and upper end of its 95 % interval or, for an
-/// exact method, of its error estimate; both NaN where a method has neither. `0 <= low <= probability <= high <= 1`, and
-/// probabilities do not fall. One that is NaN between a lower and an upper end is withheld: the truth lies between them.
+/// Numbers in a row of a first-passage curve: time \[yr\], probability, lower and upper end of its 95 % interval or,
+/// for an exact method, of its error estimate; both ends are NaN where a method has neither. `0 <= low <= probability
+/// <= high <= 1`, and probabilities do not fall. A probability that is NaN between a lower and an upper end is
+/// withheld: the true value lies between the ends.
 pub const PASSAGE_COLUMNS: usize = payload::PASSAGE.len();
 /// Times of a first-passage curve.
 pub const PASSAGE_TIMES: usize = 65;
@@ -162,13 +169,15 @@ pub const PASSAGE_TIMES: usize = 65;
 codes! {
     /// What a comparison says.
     pub mod comparison {
-        /// Errors of what is said of the cloud at one snapshot, a row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS) per quantity; NaN in the
-        /// rows of quantities that are not compared with this reference. One message for each reference that is used.
+        /// Errors of the quantities of the cloud at one snapshot: one row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS)
+        /// numbers per quantity, NaN in the rows of quantities that are not compared with this reference. There is
+        /// one message per reference that is used.
         pub const MOMENTS: u32 = 1;
         /// Effort over the whole scenario: [`EFFORT_COLUMNS`](super::EFFORT_COLUMNS) numbers.
         pub const EFFORT: u32 = 2;
-        /// Distances of the densities at one snapshot: a row of [`DISTANCE_COLUMNS`](super::DISTANCE_COLUMNS) per projection of the
-        /// scenario, then the probability that each of the two densities on the first of them is short of 1.
+        /// Distances of the densities at one snapshot: one row of [`DISTANCE_COLUMNS`](super::DISTANCE_COLUMNS)
+        /// numbers per projection of the scenario; then, for each of the two densities on the first projection, by
+        /// how much its probability falls short of 1.
         pub const DISTANCES: u32 = 3;
         /// Nothing more comes for this scenario.
         pub const END: u32 = 4;
@@ -179,7 +188,8 @@ codes! {
 pub const ERROR_COLUMNS: usize = payload::ERRORS.len();
 /// Numbers in a row of distances: total variation, L2, Hellinger, Kullback-Leibler, Kolmogorov.
 pub const DISTANCE_COLUMNS: usize = payload::DISTANCES.len();
-/// Numbers in a comparison of effort: seconds of propagation, of estimation, their sum, its ratio to that of `mc`.
+/// Numbers in a comparison of effort: seconds of propagation, of estimation, their sum, and the ratio of this sum to
+/// that of the baseline.
 pub const EFFORT_COLUMNS: usize = payload::EFFORT.len();
 
 header! {
@@ -194,13 +204,13 @@ header! {
         pub scenario: u32,
         /// Position of the snapshot in the scenario.
         pub index: u32,
-        /// What is said, see [`comparison`].
+        /// What the comparison contains, see [`comparison`].
         pub kind: u32,
         /// Numbers in the payload.
         pub length: u32,
-        /// Whose results are compared.
+        /// Label of the case that is compared.
         pub label: Label,
-        /// With whose.
+        /// Label of the reference with which it is compared.
         pub reference: Label,
     }
 }
@@ -208,31 +218,34 @@ header! {
 codes! {
     /// What a node reports.
     pub mod event {
-        /// It has opened its topics and waits for work.
+        /// The node has opened its topics and waits for work.
         pub const READY: u32 = 1;
-        /// It works; the payload says how many units of work are done, and how many there are in all (0 if it does not know).
+        /// The node works. The payload has the units of work done and the units in total (0 if the node does not
+        /// know).
         pub const PROGRESS: u32 = 2;
-        /// It has finished the scenario.
+        /// The node has finished the scenario.
         pub const DONE: u32 = 3;
         /// The case named by the subject cannot be completed; the text says why.
         pub const FAILED: u32 = 4;
-        /// From the scenario node: the scenario named by the subject has been published. The payload is the number of the request
-        /// that asked for it, 0 if none did, and how many scenarios the run has, 0 if nobody knows.
+        /// From the scenario node: the scenario named by the subject has been published. The payload is the number of
+        /// the request that asked for it, 0 if none did, and the total number of scenarios in the run, 0 if it is not
+        /// known.
         pub const ACCEPTED: u32 = 5;
         /// From the scenario node: the scenario named by the subject cannot be published; the text says why. The payload's first
         /// number is that of the request that asked for it, 0 if none did.
         pub const REFUSED: u32 = 6;
-        /// It cannot go on before the case named by the subject has sent what the text says.
+        /// The node cannot go on before the case named by the subject has sent what the text says.
         pub const WAITS_FOR: u32 = 7;
         /// From the bridge: the host named by the subject takes part from now on.
         pub const JOINED: u32 = 8;
-        /// From the scenario node: `scenario` is the number of all scenarios of the run.
+        /// From the scenario node: the field `scenario` is the total number of scenarios in the run.
         pub const TOTAL: u32 = 9;
     }
 }
 
 header! {
-    /// A node's report to the launcher. Payload: two numbers, for most events the units of work done and the units in all.
+    /// A node's report to the launcher. Payload: two numbers, for most events the units of work done and the units in
+    /// total.
     #[type_name("phasecloud/StatusHeader/2")]
     pub struct StatusHeader {
         /// Names the run.
@@ -243,7 +256,7 @@ header! {
         pub scenario: u32,
         /// Who reports: a propagator's label, with `/` and its number if it is a shard, or the name of another node.
         pub node: Label,
-        /// Whom it is about: a case, a scenario or a host, as the event says; else the same as `node`.
+        /// What the report is about: a case, a scenario or a host, depending on the event; else the same as `node`.
         pub subject: Label,
         /// What went wrong, or what is waited for; empty where the event has no text.
         pub text: [u8; 384],
@@ -251,8 +264,8 @@ header! {
 }
 
 header! {
-    /// What the launcher tells about all cases of a scenario. Payload: one [`RosterEntry`] a propagator, in the launch file's
-    /// order.
+    /// What the launcher reports about all cases of a scenario. Payload: one [`RosterEntry`] per case, in the order
+    /// of the launch file.
     #[type_name("phasecloud/RosterHeader/3")]
     pub struct RosterHeader {
         /// Names the run.
@@ -270,16 +283,17 @@ header! {
     pub struct RosterEntry {
         /// The propagator's label.
         pub label: Label,
-        /// 1 once it has failed in this scenario and nothing more is to be waited for, else 0.
+        /// 1 once the case has failed in this scenario, so that nothing more is to be waited for; else 0.
         pub failed: u32,
-        /// Processes that share its work; 1 if it is not split, 0 if nobody knows.
+        /// Processes that share the work of the case; 1 if it is not split, 0 if the number is not known.
         pub shards: u32,
-        /// Its place among the references that all are compared with: 1 for the first, 2 for the one that stands in where the
-        /// first withholds a quantity or has failed, and so on; 0 if it is none.
+        /// The place of the case among the references, with which all cases are compared: 1 for the first, 2 for the
+        /// one that takes its place where the first withholds a quantity or has failed, and so on; 0 if it is no
+        /// reference.
         pub reference: u32,
-        /// 1 if its effort is that in which the effort of all is measured, else 0.
+        /// 1 if the effort of all cases is given as a multiple of the effort of this one, else 0.
         pub baseline: u32,
-        /// Why it has failed, if it has; the beginning of it if it is long.
+        /// Why the case has failed, if it has; a long text is cut.
         pub reason: [u8; 384],
     }
 }

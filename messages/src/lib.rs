@@ -7,20 +7,20 @@
 //! ```
 //!
 //! - [`layout`]: the headers, byte for byte, as any language sees them;
-//! - [`content`]: what a snapshot says of itself, kind by kind;
-//! - [`payload`]: what the numbers after a header are called;
-//! - [`describe`]: what layouts say of themselves, for documents and tools;
+//! - [`content`]: the kinds of snapshots, their columns and further fields;
+//! - [`payload`]: names and units of the numbers after a header;
+//! - [`describe`]: tables of all fields and codes, for documents and tools;
 //! - [`contract`]: the names of all messages, with their versions;
-//! - [`topic`]: the topics and how many of what they hold;
-//! - [`domain`]: the corner of shared memory that belongs to one run;
-//! - [`port`]: sending and receiving without losing anything in silence;
-//! - [`observe`]: looking on without ever holding up a run;
-//! - [`patience`]: time that passes while a process looks on;
+//! - [`topic`]: the topics and how many messages they hold;
+//! - [`domain`]: the part of shared memory that belongs to one run;
+//! - [`port`]: sending and receiving without silent loss of messages;
+//! - [`observe`]: readers that never delay a run;
+//! - [`patience`]: clocks that leave out the time in which their own process did not run;
 //! - [`recording`]: every message of a run in one file;
-//! - [`report`]: what a node reports of itself, as a value;
+//! - [`report`]: the report of a node, as a value;
 //! - [`service`]: the processes that a run has besides its propagators;
 //! - [`wait`]: sleeping until a message or a signal to stop arrives;
-//! - [`scenario`]: the problem, and what it says of its space;
+//! - [`scenario`]: the problem, with a description of its variables;
 //! - [`text`]: text in fixed fields.
 
 #![forbid(unsafe_code)]

@@ -1,8 +1,9 @@
-//! Looking on without ever holding up a run.
+//! Observers: readers that never delay a run.
 //!
-//! A publisher waits for a reader whose buffer is full, since overflow is off. An observer is a reader that it does not wait
-//! for: the name of its port says so, and it misses what its buffer cannot take. Its node is called `observer-...`; the
-//! remains of observers that were killed are removed by the next one.
+//! A publisher waits for a reader whose buffer is full, since overflow is off. It does not wait for an observer,
+//! which it recognizes by the name of its port; the observer misses the messages that do not fit into its buffer. The
+//! node of an observer is called `observer-...`; what observers that were killed leave behind is removed by the next
+//! observer.
 
 use iceoryx2::node::NodeView;
 use iceoryx2::prelude::*;
@@ -11,7 +12,7 @@ use crate::domain::{Domain, Place};
 use crate::port::{Inlet, OBSERVER, PortError};
 use crate::topic::Topic;
 
-/// What an observer's node is called, before its purpose and process id.
+/// The beginning of the name of an observer's node; its purpose and its process id follow.
 const NODE_PREFIX: &str = "observer-";
 
 /// An observer's access to a domain.
@@ -20,14 +21,14 @@ pub struct Observer {
     domain: Domain,
 }
 
-/// How many take part in a topic.
+/// How many ports a topic has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Census {
     /// Ports that send.
     pub publishers: usize,
-    /// Ports that receive and are waited for.
+    /// Ports that receive and for which publishers wait.
     pub readers: usize,
-    /// Ports that look on.
+    /// Ports of observers.
     pub observers: usize,
 }
 
@@ -42,7 +43,8 @@ impl Observer {
         Ok(Self { domain })
     }
 
-    /// A way to receive messages of a topic, what its publishers still keep and what follows; nobody waits for it.
+    /// A way to receive the messages of a topic, those that its publishers still keep and those that follow. No
+    /// publisher waits for it.
     ///
     /// # Errors
     /// [`PortError`] if the topic does not exist, is of another version, or has no room for another reader.
@@ -50,7 +52,7 @@ impl Observer {
         Inlet::create(self.domain.open::<T>()?, OBSERVER)
     }
 
-    /// How many take part in a topic at this moment.
+    /// How many ports a topic has at this moment.
     ///
     /// # Errors
     /// [`PortError`] if the topic does not exist or is of another version.
@@ -71,7 +73,7 @@ fn remove_dead_observers(place: &Place) -> Result<(), PortError> {
         if let NodeState::Dead(view) = node
             && view.details().as_ref().is_some_and(|details| details.name().as_str().starts_with(NODE_PREFIX))
         {
-            // Another observer may be quicker.
+            // Another observer may have removed them already.
             let _ = view.try_remove_stale_resources();
         }
         CallbackProgression::Continue

@@ -1,11 +1,14 @@
-//! Time that passes while a process looks on. Whoever was stopped himself, or got no turn, has no right to call others silent.
+//! Clocks that leave out the time in which their own process did not run.
+//!
+//! A process that was stopped, or got no CPU time, cannot say that others were silent in that time.
 
 use std::time::{Duration, Instant};
 
-/// Longest pause between two looks that counts in full; every process looks around at least once a second.
+/// Longest pause between two looks at the clock that counts in full; every process looks at least once per second.
 const LONGEST_GAP: Duration = Duration::from_millis(1500);
 
-/// Counts the time that passes while a process looks on: of a longer gap between two looks only its beginning.
+/// Counts the time in which a process looks at the clock regularly. A pause that is longer than `LONGEST_GAP` counts
+/// as `LONGEST_GAP`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Attention {
     seen: Duration,
@@ -13,8 +16,8 @@ pub struct Attention {
 }
 
 impl Attention {
-    /// Takes in how much time has passed since the beginning, less than at the last look if that is a new one. Returns how
-    /// much of it counts.
+    /// Takes the time that has passed since the beginning, and returns how much of it counts. A time that is less
+    /// than at the last look means that there is a new beginning.
     pub fn count(&mut self, passed: Duration) -> Duration {
         if passed < self.seen {
             *self = Self::default();
@@ -24,13 +27,13 @@ impl Attention {
         self.counted
     }
 
-    /// How much of the time taken in does not count.
+    /// How much of the time up to the last look does not count.
     fn missed(&self) -> Duration {
         self.seen - self.counted
     }
 }
 
-/// A clock that stands still while its process does.
+/// A clock that stands still while its process is stopped.
 #[derive(Debug, Clone, Copy)]
 pub struct Watch {
     begun: Instant,

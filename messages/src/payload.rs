@@ -1,10 +1,10 @@
-//! What the numbers of a payload are called, in order and with units.
+//! Names and units of the numbers of a payload, in order.
 
 use crate::content;
 use crate::describe::{Described, Field};
 use crate::layout::{ComparisonHeader, RosterEntry, SnapshotHeader, comparison};
 
-/// What a payload is a slice of.
+/// The type of the items of a payload.
 pub trait Item: bytemuck::Pod {
     /// Its name.
     const NAME: &'static str;
@@ -29,11 +29,11 @@ pub struct Shape {
     pub head: usize,
     /// Names of the columns, with units.
     pub columns: Vec<String>,
-    /// Whether a column lies in one piece, instead of a row.
+    /// Whether the numbers lie column by column, instead of row by row.
     pub by_column: bool,
 }
 
-/// Row by row.
+/// A table with these columns that lies row by row.
 pub fn rows(columns: &[&str]) -> Shape {
     table(columns, false)
 }
@@ -42,11 +42,11 @@ fn table(columns: &[&str], by_column: bool) -> Shape {
     Shape { head: 0, columns: columns.iter().map(|&column| column.to_owned()).collect(), by_column }
 }
 
-/// A first-passage curve: one row a time.
+/// A first-passage curve: one row per time.
 pub const PASSAGE: [&str; 4] = ["time [yr]", "probability", "low", "high"];
-/// Errors of the moments: one row a moment.
+/// Errors of the moments: one row per quantity.
 pub const ERRORS: [&str; 4] = ["value", "reference value", "absolute error", "relative error"];
-/// Distances of densities: one row a density.
+/// Distances of densities: one row per projection.
 pub const DISTANCES: [&str; 5] = ["total variation", "L2", "Hellinger", "Kullback-Leibler", "Kolmogorov"];
 /// Effort: one row.
 pub const EFFORT: [&str; 4] = ["propagation [s]", "estimation [s]", "sum [s]", "ratio to the baseline"];
@@ -60,11 +60,11 @@ pub fn snapshot(header: &SnapshotHeader) -> Shape {
     if columns == in_plane.len() {
         return table(in_plane, true);
     }
-    // What the variables of another space are called stands in the scenario.
+    // The names of the variables of another space are in the scenario message.
     Shape { head: 0, columns: (0..columns.min(64)).map(|k| format!("column {k}")).collect(), by_column: true }
 }
 
-/// A comparison: by its kind.
+/// A comparison: its kind decides on the columns.
 pub fn comparison(header: &ComparisonHeader) -> Shape {
     rows(match header.kind {
         comparison::MOMENTS => &ERRORS,

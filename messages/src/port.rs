@@ -1,4 +1,4 @@
-//! Sending and receiving without losing anything in silence.
+//! Sending and receiving without silent loss of messages.
 
 use std::fmt::{self, Debug};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,7 +20,7 @@ use crate::patience::Attention;
 use crate::topic::Topic;
 use crate::wait::Awaited;
 
-/// Event of a publisher: messages are there, or may be.
+/// Event of a publisher: there are messages, or there may be.
 pub const SENT: EventId = EventId::new(1);
 /// Event of a reader: it has joined and wants what was sent before.
 pub const JOINED: EventId = EventId::new(2);
@@ -30,7 +30,7 @@ pub const OBSERVER: &str = "observer";
 /// Port name of every other reader.
 pub const READER: &str = "reader";
 
-/// Name of a listener that only waits for readers to join: a message is nothing to wake it for.
+/// Name of a listener that only waits for readers to join: messages do not wake it.
 const EAR: &str = "ear";
 
 /// The transport refused something.
@@ -64,8 +64,8 @@ pub struct Outlet<T: Topic> {
     listener: Listener<ipc::Service>,
 }
 
-/// What a publisher does about a reader whose buffer is full: it waits a bounded time, but not at all for an observer,
-/// which misses the message. Time in which this process was stopped itself does not count.
+/// What a publisher does about a reader whose buffer is full: it waits a bounded time, but not at all for an
+/// observer, which misses the message. Time in which the publisher's own process was stopped does not count.
 fn when_full<P, H>(
     readers: &publish_subscribe::PortFactory<ipc::Service, P, H>,
     info: &BackpressureInfo,
@@ -135,7 +135,8 @@ impl<T: Topic> Outlet<T> {
         loan.map(|sample| Draft { sample }).map_err(|e| PortError::new("borrow memory on", T::NAME, &e))
     }
 
-    /// Sends a draft and wakes the readers. Readers that come later get it as history; all check counts and order.
+    /// Sends a draft and wakes the readers. Readers that come later get it as history; all readers check the count
+    /// and the order of messages.
     ///
     /// # Errors
     /// [`PortError`] if a reader has not taken its messages for the domain's patience.
@@ -157,7 +158,7 @@ impl<T: Topic> Outlet<T> {
         self.send(draft, header)
     }
 
-    /// Wakes all but those who send on the topic themselves.
+    /// Wakes all listeners on the topic except those of publishers.
     fn wake(&self) {
         self.notifier.for_each_listener(|one, details| {
             if details.listener_name != EAR {
@@ -211,13 +212,13 @@ impl<T: Topic> Inlet<T> {
 }
 
 impl<T: Topic> Inlet<T> {
-    /// Sleeps until something may have arrived, at most for `timeout`; for threads that look after one topic alone.
+    /// Sleeps until something may have arrived, at most for `timeout`; for threads that serve only one topic.
     ///
     /// # Errors
     /// [`PortError`] if the topic cannot be waited for.
     pub fn wait(&self, timeout: Duration) -> Result<(), PortError> {
         match self.listener.timed_wait(|_| (), timeout) {
-            // A signal is a reason to look up, not to fail.
+            // A signal ends the wait and is no error.
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
             Err(error) => Err(PortError::new("wait on", T::NAME, &error)),
         }
@@ -235,7 +236,8 @@ impl<T: Topic> Message<T> {
         self.sample.payload()
     }
 
-    /// The process that sent the message, as the transport knows it; nothing that the sender writes into a header changes it.
+    /// The id of the process that sent the message, according to the transport; nothing that the sender writes into a
+    /// header changes it.
     pub fn sender(&self) -> Option<u32> {
         let process = self.sample.header().node_id().pid::<ipc::Service>().ok()?;
         u32::try_from(process.value()).ok()
@@ -252,7 +254,7 @@ impl<T: Topic> Awaited for Inlet<T> {
         &self.listener
     }
 
-    /// Forgets the events: they only say "look", the messages wait in their buffer.
+    /// Discards the events: they only say that there may be messages; the messages wait in the buffer.
     fn attend(&self) {
         let _ = self.listener.try_wait(|_| ());
     }

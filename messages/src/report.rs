@@ -1,4 +1,4 @@
-//! What a node reports on `phasecloud/status`, as a value: written and read here alone.
+//! The report of a node on `phasecloud/status`, as a value. Only this file encodes and decodes it.
 
 use crate::layout::{StatusHeader, event};
 use crate::service::Service;
@@ -24,7 +24,7 @@ pub enum Event {
     Accepted {
         /// The scenario's name.
         name: String,
-        /// How many scenarios the run has; `None` if nobody knows, as in a service.
+        /// Number of scenarios in the run; `None` if it is not known, as in a service.
         of: Option<u32>,
         /// The number of the request that asked for it, if one did.
         request: Option<u32>,
@@ -42,7 +42,7 @@ pub enum Event {
     Progress {
         /// Units of work done.
         done: u64,
-        /// Units of work in all; 0 if the node does not know.
+        /// Units of work in total; 0 if the node does not know.
         of: u64,
     },
     /// The node cannot go on before a case has sent something.
@@ -58,7 +58,7 @@ pub enum Event {
     Done,
     /// A case cannot be completed.
     Failed {
-        /// The label of the case, or the node itself.
+        /// The label of the case, or the name of the node itself.
         case: String,
         /// Why.
         why: String,
@@ -68,7 +68,7 @@ pub enum Event {
         /// The host's name.
         host: String,
     },
-    /// The scenario before this one was the last of the run.
+    /// The scenario before the one that the report names was the last of the run.
     Total,
 }
 
@@ -93,7 +93,7 @@ impl Event {
         }
     }
 
-    /// Whom it is about, if that is somebody else than who reports it, and the text that goes with it.
+    /// The subject of the event, if it is not the node that reports it, and the text of the event.
     fn words(&self) -> (Option<&str>, &str) {
         match self {
             Self::Accepted { name, .. } => (Some(name), ""),
@@ -105,7 +105,7 @@ impl Event {
         }
     }
 
-    /// Units of work done, and in all.
+    /// The two numbers of the payload: for most events the units of work done and the units in total.
     fn units(&self) -> [f64; 2] {
         match self {
             Self::Progress { done, of } => [*done as f64, *of as f64],
@@ -118,7 +118,7 @@ impl Event {
 }
 
 impl Report {
-    /// Whether it says that a scenario is recorded, which ends it for everybody.
+    /// Whether it says that the recorder has written the scenario, which ends the scenario for all nodes.
     pub fn is_end_of(&self, scenario: u32) -> bool {
         self.event == Event::Done && self.scenario == scenario && Service::Recorder.is(&self.node)
     }
@@ -137,7 +137,7 @@ impl Report {
         (header, self.event.units())
     }
 
-    /// What a message says; units that are missing count as zero.
+    /// Decodes a message; units that are missing count as zero.
     ///
     /// # Errors
     /// [`UnknownEvent`].

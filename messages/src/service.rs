@@ -18,7 +18,7 @@ pub enum Service {
 impl Service {
     /// All services.
     pub const ALL: [Self; 5] = [Self::Scenario, Self::Estimator, Self::Comparator, Self::Recorder, Self::Bridge];
-    /// Those that every run needs, in the order in which they are started: readers before what they read.
+    /// Those that every run needs, in the order in which they are started: the scenario node is the last.
     pub const OF_EVERY_RUN: [Self; 4] = [Self::Estimator, Self::Comparator, Self::Recorder, Self::Scenario];
 
     /// The name of its node.

@@ -3,11 +3,11 @@
 /// A label, such as a propagator's.
 pub type Label = [u8; 32];
 
-/// Fields of more bytes than this hold sentences.
+/// Longest field that holds a name \[bytes\]; longer fields hold sentences.
 const LONGEST_NAME: usize = 64;
 
-/// Packs `text`. What does not fit is cut at the last character that does, in a field for sentences after the last word, with an
-/// ellipsis.
+/// Packs `text`. A text that is too long is cut after the last character that fits. In a field for sentences it is
+/// cut after the last word that fits, and an ellipsis follows.
 pub fn pack<const N: usize>(text: &str) -> [u8; N] {
     if N > LONGEST_NAME && text.len() > N {
         let fits = cut(text, N - "…".len());
@@ -20,7 +20,7 @@ pub fn pack<const N: usize>(text: &str) -> [u8; N] {
     field
 }
 
-/// The beginning of a text, of at most so many bytes.
+/// The beginning of a text, at most `most` bytes long.
 fn cut(text: &str, most: usize) -> &str {
     let end = (0..=text.len().min(most)).rev().find(|&end| text.is_char_boundary(end)).unwrap_or(0);
     &text[..end]
@@ -32,8 +32,9 @@ pub fn unpack(field: &[u8]) -> String {
     printable(&String::from_utf8_lossy(&field[..end]))
 }
 
-/// Text as it may be shown: what a terminal would obey instead of printing it (control characters of ASCII and of Latin 1, so
-/// also the one-byte CSI and OSC; marks that turn the direction of writing or end a line) is escaped.
+/// Text that is safe to print: characters that a terminal would obey instead of printing them (control characters of
+/// ASCII and of Latin 1, so also the one-byte CSI and OSC; marks that turn the direction of writing or end a line)
+/// are escaped.
 pub fn printable(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for character in text.chars() {

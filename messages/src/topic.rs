@@ -1,9 +1,9 @@
 //! The topics: which header and which items a message has, and how many messages a topic holds.
 //!
-//! iceoryx2 drops or loses data in silence in three default settings. Here every reader's buffer holds all messages that a
-//! scenario can bring, publishers keep them as history for readers that come late or are restarted, and a publisher that
-//! would have to wait waits a bounded time and then fails by name. Two topics are *latched* instead: of scenario and roster only
-//! the latest message counts, a reader that has missed earlier ones has missed nothing.
+//! Three default settings of iceoryx2 lose data silently. Here every reader's buffer holds all messages that a
+//! scenario can bring, publishers keep them as history for readers that come late or are restarted, and a publisher
+//! that would have to wait waits a bounded time and then fails with an error. Two topics are *latched* instead: only
+//! the latest scenario and the latest roster count, so a reader that has missed earlier ones has missed nothing.
 
 use std::fmt::Debug;
 
@@ -19,9 +19,9 @@ use crate::scenario::{self, ScenarioHeader};
 
 /// A topic of the contract.
 pub trait Topic: 'static {
-    /// Goes with every message.
+    /// The header of every message.
     type Header: Described + ZeroCopySend + Debug + Default + Copy + 'static;
-    /// What the payload is a slice of.
+    /// The type of the items of a payload.
     type Item: Item + ZeroCopySend + Debug + Default + Copy + 'static;
     /// Name of the topic's services: publish-subscribe for the messages, event to wake its readers.
     const NAME: &'static str;
@@ -29,7 +29,8 @@ pub trait Topic: 'static {
     const DOC: &'static [&'static str];
     /// How [`Topic::depth`] is computed.
     const DEPTH: &'static str;
-    /// Whether only the latest message counts: it is all that a later reader gets, and never waits for a reader.
+    /// Whether only the latest message counts: a later reader gets only that one, and a publisher never waits for a
+    /// reader.
     const LATCHED: bool;
     /// The run that a message belongs to.
     fn run_id(header: &Self::Header) -> u64;
@@ -37,12 +38,13 @@ pub trait Topic: 'static {
     fn scenario(header: &Self::Header) -> u32;
     /// The same header in run `run_id`.
     fn in_run(header: Self::Header, run_id: u64) -> Self::Header;
-    /// Messages of one publisher that wait for a reader's next look, and, unless latched, for readers to come.
+    /// Number of messages of one publisher that a reader's buffer holds. Unless the topic is latched, as many are
+    /// kept for later readers.
     fn depth(capacity: &Capacity) -> usize;
     /// How the payload forms a table; a topic of entries has none.
     fn shape(header: &Self::Header) -> Shape;
-    /// The fields that a header has because of what others say, its kind or the length of a list, by name and with offsets from its
-    /// beginning.
+    /// The fields that a header has depending on the value of another field, its kind or the length of a list: their
+    /// names, and their offsets from the beginning of the header.
     fn details(_header: &Self::Header) -> Vec<(String, Field)> {
         Vec::new()
     }
@@ -56,12 +58,12 @@ pub trait Topic: 'static {
     }
 }
 
-/// How much a run needs of its topics; the launcher creates them accordingly.
+/// The figures of a run that determine the sizes of its topics; the launcher creates the topics accordingly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Capacity {
     /// Processes that publish snapshots: every shard of a case is one.
     pub propagators: usize,
-    /// Cases, whose shards count as one.
+    /// Cases, each of which counts once however many shards it has.
     pub cases: usize,
     /// Snapshots of the longest scenario.
     pub snapshots: usize,
@@ -70,8 +72,8 @@ pub struct Capacity {
 }
 
 impl Capacity {
-    /// Processes and threads that may open the topics at once: the nodes, the launcher, for each other host those that carry its
-    /// messages, and a few onlookers.
+    /// Most processes and threads that may open the topics at once: the nodes, the launcher, the threads that carry
+    /// the messages of each other host, and a few observers.
     pub fn nodes(&self) -> usize {
         self.propagators + 4 * self.hosts + 16
     }
@@ -126,7 +128,7 @@ topic!(
     |capacity| capacity.snapshots, |header| payload::snapshot(header), details: content::fields
 );
 topic!(
-    /// From the estimator to comparator and recorder.
+    /// From the estimator to the comparator and the recorder.
     Density, "phasecloud/density", DensityHeader, [f64], latched: false,
     |capacity| 2 * capacity.snapshots * capacity.cases, |_header| rows(&["joint density [1/rad], marginals"])
 );
@@ -141,30 +143,31 @@ topic!(
     |capacity| 4 * (capacity.snapshots + 1) * capacity.cases + 1, |header| payload::comparison(header)
 );
 topic!(
-    /// From every node to launcher and scenario node.
+    /// From every node to the launcher and the scenario node.
     Status, "phasecloud/status", StatusHeader, [f64], latched: false,
     |_capacity| 256, |_header| rows(&payload::STATUS)
 );
 topic!(
-    /// From the launcher to comparator and recorder: who takes part and who has failed.
+    /// From the launcher to the comparator and the recorder: which cases take part and which have failed.
     Roster, "phasecloud/roster", RosterHeader, [RosterEntry], latched: true,
     |_capacity| 16, |_header| rows(&[])
 );
 topic!(
-    /// From whoever wants a problem worked on to the scenario node of a service, which gives it a position.
+    /// From any process that asks for a scenario to the scenario node of a service, which gives the scenario a
+    /// position in the run.
     Request, "phasecloud/request", ScenarioHeader, [f64], latched: false,
     |_capacity| 64, |header| scenario::shape(header), details: scenario::fields
 );
 
-/// Something done with a topic that is known only at run time.
+/// An operation on a topic that is chosen at run time.
 pub trait Visitor {
-    /// What comes out.
+    /// What the operation returns.
     type Out;
-    /// Does it.
+    /// Performs the operation.
     fn visit<T: Topic>(&mut self) -> Self::Out;
 }
 
-/// Does something with every topic, in the order of the flow.
+/// Performs an operation on every topic, in the order in which messages flow.
 pub fn for_each<V: Visitor>(visitor: &mut V) -> [V::Out; 8] {
     [
         visitor.visit::<Scenario>(),

@@ -1,4 +1,4 @@
-//! Sleeping until a message or a signal to stop arrives. Nobody spins.
+//! Sleeping until a message or a signal to stop arrives, without polling.
 
 use std::cell::RefCell;
 use std::io::Read;
@@ -19,12 +19,13 @@ use crate::port::PortError;
 /// Signals that ask a process to stop.
 const STOP: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 
-/// Signals to this process, caught from now on: a byte arrives on a socket for each, so that waiting can watch it.
+/// Signals to this process, caught from its creation on: for each signal a byte arrives on a socket, which a wait can
+/// watch.
 #[derive(Debug)]
 pub struct Signals {
     pipe: Wakeup,
     stop: Arc<AtomicBool>,
-    /// A byte for each request to stop.
+    /// Receives one byte per request to stop.
     requests: UnixStream,
     /// The signals that ask to stop.
     heeded: Vec<i32>,
@@ -46,8 +47,8 @@ impl FileDescriptorBased for Wakeup {
 impl SynchronousMultiplexing for Wakeup {}
 
 impl Signals {
-    /// Catches SIGINT, SIGTERM and SIGHUP, which ask the process to stop, and wakes up for `others` as well. SIGHUP stays
-    /// ignored where it is, by `nohup` say.
+    /// Catches SIGINT, SIGTERM and SIGHUP, which ask the process to stop, and wakes up for `others` as well. SIGHUP
+    /// stays ignored if the process was started that way, for example by `nohup`.
     ///
     /// # Errors
     /// If the operating system refuses.
@@ -56,7 +57,7 @@ impl Signals {
         Self::catch_only(heeded, others)
     }
 
-    /// The same, but the loss of the terminal, of which SIGHUP tells, is no request to stop.
+    /// As `catch`, but the loss of the terminal, which SIGHUP reports, is no request to stop.
     ///
     /// # Errors
     /// If the operating system refuses.
@@ -73,7 +74,7 @@ impl Signals {
         requests.set_nonblocking(true)?;
         let stop = Arc::<AtomicBool>::default();
         for &signal in &heeded {
-            // In this order: whoever sees the flag finds the byte.
+            // In this order, so that the byte is there once the flag is seen.
             signal_hook::low_level::pipe::register(signal, asker.try_clone()?)?;
             signal_hook::flag::register(signal, Arc::clone(&stop))?;
         }
@@ -85,7 +86,8 @@ impl Signals {
         Ok(Self { pipe: Wakeup { stream, descriptor }, stop, requests, heeded, watch: RefCell::default() })
     }
 
-    /// Ends the process `grace` after it has been asked to stop, should it still be there: deep in a computation, say.
+    /// Ends the process once `grace` has passed since it was asked to stop, for example if it is still deep in a
+    /// computation.
     ///
     /// # Errors
     /// If the operating system refuses.
@@ -108,14 +110,15 @@ impl Signals {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// How many requests to stop have come since the last call; from now on the process counts as not asked, until the next.
+    /// Returns how many requests to stop have come since the last call. After that the process counts as not asked to
+    /// stop, until the next request comes.
     pub fn take_requests(&self) -> usize {
         self.stop.store(false, Ordering::Relaxed);
         (&self.requests).read(&mut [0; 16]).unwrap_or(0)
     }
 
-    /// Sleeps until something arrives on one of the ports, a signal comes, or `timeout` has passed. May return early;
-    /// look at everything after each return.
+    /// Sleeps until something arrives on one of the ports, a signal comes, or `timeout` has passed. It may return
+    /// early, so check all ports after each return.
     ///
     /// # Errors
     /// [`PortError`] if the wait set cannot be made.
@@ -147,19 +150,19 @@ impl Signals {
     }
 }
 
-/// Whether a signal is ignored, as the kernel says; what a process ignores its children do too.
+/// Whether this process ignores a signal, according to the kernel. A child process inherits this from its parent.
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
-/// What has been watched last. It is kept, since most waits are for the same ports as the one before.
+/// The wait set of the last wait. It is kept, since most waits are for the same ports as the one before.
 #[derive(Debug)]
 struct Watch {
-    /// Boxed: the names tell sets apart by where they lie.
+    /// In a box, since the identifiers of its members contain the address of the set.
     set: Box<WaitSet<ipc::Service>>,
-    /// What the set calls each port, and the signals after them.
+    /// The set's identifier of each port, and after them that of the signals.
     names: Vec<WaitSetAttachmentId<ipc::Service>>,
     listeners: Vec<UniqueListenerId>,
 }
@@ -175,7 +178,8 @@ impl Watch {
         {
             let mut keep = |guard: WaitSetGuard<'_, '_, ipc::Service>| {
                 names.push(WaitSetAttachmentId::from_guard(&guard));
-                // The kernel detaches what is closed, and with the set everything: nothing is left for the guard to do.
+                // The kernel detaches a descriptor when the descriptor or the set is closed: nothing is left for the
+                // guard to do.
                 std::mem::forget(guard);
             };
             for port in ports {
@@ -190,7 +194,7 @@ impl Watch {
         self.listeners.iter().copied().eq(ports.iter().map(|port| port.listener().id()))
     }
 
-    /// Which of the ports something has arrived on; one beyond them for the signals.
+    /// The positions of the ports on which something has arrived; the number of ports stands for the signals.
     fn wait(&self, timeout: Duration) -> Result<Vec<usize>, WaitSetRunError> {
         let mut arrived = Vec::new();
         let note = |id| {
@@ -202,9 +206,9 @@ impl Watch {
     }
 }
 
-/// Something that events arrive for.
+/// A port for which events arrive.
 pub trait Awaited {
-    /// What to watch.
+    /// The listener to watch.
     fn listener(&self) -> &Listener<ipc::Service>;
 
     /// Takes the events that have arrived and does what they ask for.

@@ -1,4 +1,4 @@
-//! The contract's document says what the layouts say.
+//! `docs/messages.md` agrees with the layouts.
 #![allow(missing_docs)]
 
 #[path = "../examples/messages_doc.rs"]

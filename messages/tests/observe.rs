@@ -1,4 +1,4 @@
-//! Observers look on; nobody waits for them.
+//! Observers read along; nobody waits for them.
 #![allow(missing_docs)]
 
 use messages::domain::{HeldDomain, Place};
@@ -33,7 +33,7 @@ fn an_observer_that_never_looks_holds_nobody_up_and_readers_still_get_everything
     let observer = Observer::enter(&own.0, "test").unwrap();
     let asleep = observer.inlet::<Status>().unwrap();
     let outlet = held.domain.outlet::<Status>(2).unwrap();
-    // A publisher waits only for readers that have connected, which the first look does.
+    // A publisher waits only for readers that have connected, and a reader connects when it first looks for messages.
     assert!(asleep.receive().unwrap().is_none());
     let depth = Status::depth(&CAPACITY);
     let many = 4 * depth;
@@ -66,13 +66,14 @@ fn a_reader_that_never_looks_does_hold_up_its_publisher() {
                 outlet.send_items(StatusHeader::default(), &[number as f64, 0.0]).unwrap();
                 sender.send(number).unwrap();
             }
-            // Its messages die with it.
+            // The messages die with their publisher.
             while sender.send(usize::MAX).is_ok() {
                 std::thread::sleep(std::time::Duration::from_millis(5));
             }
         });
         assert_eq!(sent.recv().unwrap(), usize::MAX);
-        // A publisher waits only for readers that have connected, which the first look does.
+        // A publisher waits only for readers that have connected, and a reader connects when it first looks for
+        // messages.
         assert!(reader.receive().unwrap().is_none());
         connected.send(()).unwrap();
         for expected in 0..depth {

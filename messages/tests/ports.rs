@@ -1,4 +1,4 @@
-//! Nothing is lost in silence: late readers, slow readers, latched topics.
+//! No message is lost silently: late readers, slow readers, latched topics.
 #![allow(missing_docs)]
 
 use std::time::{Duration, Instant};
@@ -73,7 +73,7 @@ fn a_reader_that_does_not_read_holds_its_sender_up_for_a_while_and_then_the_send
     let error = outlet.send_items(header(99), &[0.0]).unwrap_err().to_string();
     assert!(begun.elapsed() >= patience);
     assert!(error.contains("cannot send on phasecloud/snapshot"), "{error}");
-    // What had been sent before is all there.
+    // Everything that had been sent before is there.
     let indices: Vec<u32> = std::iter::from_fn(|| inlet.receive().unwrap()).map(|m| m.header().index).collect();
     assert_eq!(indices, [0, 1, 2, 3]);
 }

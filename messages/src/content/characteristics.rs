@@ -1,4 +1,4 @@
-//! Points that carry a density along, and how a density is made of them.
+//! Points that carry a density along, and how the estimator computes the density from them.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -12,26 +12,26 @@ header! {
     pub struct CharacteristicsDetails {
         /// How to estimate the density, see [`treatment`].
         pub treatment: u32,
-        /// Hull meshes only: interpolation points an axis (the paper's Ngrid), at most 20,000.
+        /// Hull meshes only: interpolation points per axis (the paper's Ngrid), at most 20,000.
         pub resolution: u32,
-        /// Carried meshes only: points a side if the initial points form a square lattice, `phi` outermost; else 0.
+        /// Carried meshes only: points per side if the initial points form a square lattice, `phi` outermost; else 0.
         pub lattice: u32,
         /// Carried lattices only: degree to which the flow is interpolated between the points; 0 or 1 is linear.
         pub degree: u32,
     }
 }
 
-/// Points that carry a density along, and how the estimator makes a density of them.
+/// Points that carry a density along, and how the estimator computes the density from them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Characteristics {
     /// Triangles of the initial points, carried by the flow, each with its probability.
     CarriedMesh {
-        /// Points a side and degree of interpolation, if the initial points form a square lattice.
+        /// Points per side and degree of interpolation, if the initial points form a square lattice.
         lattice: Option<Lattice>,
     },
     /// Delaunay triangulation of the final points and linear interpolation of `n`.
     HullMesh {
-        /// Interpolation points an axis.
+        /// Interpolation points per axis.
         resolution: u32,
         /// Whether `phi` is cut open at 0, as the paper printed it.
         as_printed: bool,
@@ -41,13 +41,14 @@ pub enum Characteristics {
 /// A square lattice of initial points, `phi` outermost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Lattice {
-    /// Points a side.
+    /// Points per side.
     pub side: u32,
     /// Degree to which the flow is interpolated between the points; 1 is linear.
     pub degree: u32,
 }
 
-/// Most interpolation points an axis of a hull mesh: four times the paper's. Each triangle may cost as many steps.
+/// Most interpolation points per axis of a hull mesh: four times as many as in the paper. The interpolation may take
+/// that many steps for each triangle.
 pub const MOST_RESOLUTION: u32 = 20_000;
 
 impl Characteristics {

@@ -1,4 +1,4 @@
-//! Densities that come ready.
+//! Densities that the propagator itself has put on the comparison grid.
 
 use super::{Kind, NoDetails, kind};
 
@@ -10,7 +10,7 @@ pub const DENSITY_HEAD: usize = 12;
 pub struct Density;
 
 impl Density {
-    /// What is to be written: the head of [`DENSITY_HEAD`] numbers, and the joint density.
+    /// The parts to write: the head of [`DENSITY_HEAD`] numbers, and the joint density.
     pub fn parts(items: &mut [f64]) -> (&mut [f64], &mut [f64]) {
         items.split_at_mut(DENSITY_HEAD.min(items.len()))
     }

@@ -10,7 +10,8 @@ header! {
     /// The details of a mixture.
     #[type_name("phasecloud/SnapshotHeader/4/Mixture")]
     pub struct MixtureDetails {
-        /// How far the flow over a component is from linear, weighted mean; NaN if not known.
+        /// How far the flow over a component is from linear, as a weighted mean over the components; NaN if not
+        /// known.
         pub disagreement: f64,
     }
 }
@@ -18,16 +19,17 @@ header! {
 /// A Gaussian mixture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mixture {
-    /// How far the flow over a component is from linear, weighted mean; NaN if not known.
+    /// How far the flow over a component is from linear, as a weighted mean over the components; NaN if not known.
     pub disagreement: f64,
 }
 
 impl Mixture {
-    /// A mixture of which nobody knows how far the flow over a component is from linear.
+    /// A mixture for which it is not known how far the flow over a component is from linear.
     pub const UNJUDGED: Self = Self { disagreement: f64::NAN };
 
-    /// Writes a component into its row: its weight, its means, and the upper triangle of its covariance, row by row. In the plane that is
-    /// weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
+    /// Writes a component into its row: its weight, its means, and the upper triangle of its covariance, row by row.
+    /// In the plane these are weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\],
+    /// variance of `e`.
     pub fn write_row<const N: usize>(items: &mut [f64], row: usize, component: [f64; N]) {
         for (column, value) in split::<N>(items).into_iter().zip(component) {
             column[row] = value;

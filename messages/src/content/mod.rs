@@ -1,9 +1,10 @@
-//! What a snapshot says of itself, kind by kind.
+//! The kinds of snapshots: what their columns are, and which further fields their headers have.
 //!
-//! Every kind of snapshot has its code and a line of the registry here, and a file that says all else: the names of its columns,
-//! the fields that it has beyond those that all kinds share (its details), how these become a value and how a value becomes them,
-//! and how its columns are written. The details travel in an area of [`SnapshotHeader`] that is the same for all kinds; each kind has a `repr(C)`
-//! structure of its own at the beginning of that area. Who receives a snapshot decodes it once, to a [`Content`].
+//! Every kind of snapshot has a code and an entry in the registry in this file. All else about a kind is in a file of
+//! its own: the names of its columns, the fields that it has beyond those of all kinds (its details), the conversion
+//! between these fields and a value, and how its columns are written. The details are sent in an area of
+//! [`SnapshotHeader`] that is the same for all kinds; at the beginning of that area each kind has a `repr(C)`
+//! structure of its own. A receiver of a snapshot decodes it once, to a [`Content`].
 
 mod characteristics;
 mod density;
@@ -30,16 +31,18 @@ codes! {
         pub const SAMPLES: u32 = 1;
         /// Characteristics: `phi` \[rad\], `e`, density `n` \[1/rad\] carried along.
         pub const CHARACTERISTICS: u32 = 2;
-        /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers (the six moments, circular
-        /// mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard deviations, of the resultant
-        /// vector, of the probability and of the joint density in L1), then the joint density \[1/rad\], `phi` outermost. What
-        /// the method does not stand behind it withholds: NaN in place of any of the first eight numbers, or of the whole
-        /// joint density. The error estimates say what was reached: 0 or more, infinity if nobody knows, never NaN.
+        /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers (the six
+        /// moments, circular mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard
+        /// deviations, of the resultant vector, of the probability and of the joint density in L1), then the joint
+        /// density \[1/rad\], `phi` outermost. NaN in place of any of the first eight numbers, or of the whole joint
+        /// density, means that the method withholds it. The error estimates give the accuracy that was reached: 0 or
+        /// more, infinity if it is not known, never NaN.
         pub const DENSITY: u32 = 4;
-        /// Samples that were reduced where they are, in one column of whole numbers: how many samples, how many of them above the
-        /// critical eccentricity, how many sectors of the circle hold any; four sums over all; for each such sector its number, how
-        /// many samples it holds, and ten sums; how many samples each bin of the comparison grid holds, `phi` outermost. A sum is
-        /// two numbers, `high * 2^52 + low`, in units of 2^-60; `density/src/sample_sums/` says which sums.
+        /// Samples that their propagator has reduced to counts and sums, in one column of whole numbers: the number
+        /// of samples, how many of them are above the critical eccentricity, how many sectors of the circle hold any;
+        /// four sums over all samples; for each such sector its number, its number of samples, and ten sums; the
+        /// number of samples in each bin of the comparison grid, `phi` outermost. A sum is two numbers, `high * 2^52
+        /// + low`, in units of 2^-60; `density/src/sample_sums/` says which sums.
         pub const REDUCED: u32 = 5;
         /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
         pub const MIXTURE: u32 = 3;
@@ -53,7 +56,7 @@ codes! {
         pub const CARRIED_MESH: u32 = 0;
         /// Delaunay triangulation of the final points and linear interpolation of `n`.
         pub const HULL_MESH: u32 = 1;
-        /// The same with `phi` cut open at 0, as the paper printed it.
+        /// As `HULL_MESH`, but with `phi` cut open at 0, as the paper printed it.
         pub const HULL_MESH_AS_PRINTED: u32 = 2;
     }
 }
@@ -61,7 +64,7 @@ codes! {
 /// 64-bit words of the area that holds the details.
 pub const DETAIL_WORDS: usize = 8;
 
-/// The details of a snapshot as they travel: the structure of its kind, then zeros.
+/// The details of a snapshot as they are sent: the structure of its kind, then zeros.
 pub type Details = [u64; DETAIL_WORDS];
 
 /// A kind of snapshot.
@@ -70,23 +73,23 @@ pub trait Kind: Sized {
     const CODE: u32;
     /// The names of its columns in the plane, with units.
     const COLUMNS: &'static [&'static str];
-    /// The fields that it has beyond those of all snapshots.
+    /// Its fields beyond those of all snapshots.
     type Details: Described;
 
-    /// How many columns it has in a space of so many variables.
+    /// How many columns it has in a space of `variables` variables.
     fn column_count(variables: usize) -> usize;
 
-    /// Its fields as they travel.
+    /// Its fields as they are sent.
     fn to_details(self) -> Self::Details;
 
     /// The value that the fields stand for.
     ///
     /// # Errors
-    /// Which field cannot be right.
+    /// If a field has a value that is not allowed: which one.
     fn from_details(details: Self::Details) -> Result<Self, String>;
 }
 
-/// What is known of a kind without a snapshot of it.
+/// The properties of a kind that are the same for all its snapshots.
 #[derive(Debug, Clone, Copy)]
 pub struct KindTable {
     /// Its code, see [`kind`].
@@ -104,7 +107,7 @@ pub struct KindTable {
 /// The registry: an enumeration of all kinds.
 macro_rules! kinds {
     ($($(#[doc = $doc:literal])* $kind:ident),+ $(,)?) => {
-        /// What a snapshot is, with the fields that its kind has.
+        /// The kind of a snapshot, with the fields that this kind has.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub enum Content {
             $($(#[doc = $doc])* $kind($kind)),+
@@ -133,12 +136,12 @@ macro_rules! kinds {
                 match self { $(Self::$kind(_) => <$kind as Kind>::CODE),+ }
             }
 
-            /// How many columns it has in a space of so many variables.
+            /// How many columns it has in a space of `variables` variables.
             pub fn column_count(self, variables: usize) -> usize {
                 match self { $(Self::$kind(_) => <$kind as Kind>::column_count(variables)),+ }
             }
 
-            /// Its details as they travel.
+            /// Its details as they are sent.
             pub fn details(self) -> Details {
                 match self { $(Self::$kind(kind) => in_area(&kind.to_details())),+ }
             }
@@ -146,7 +149,7 @@ macro_rules! kinds {
             /// The content of kind `code` with these details.
             ///
             /// # Errors
-            /// If there is no such kind, or which of its fields cannot be right.
+            /// If there is no such kind, or a field has a value that is not allowed.
             pub fn decode(code: u32, details: &Details) -> Result<Self, String> {
                 match code {
                     $(<$kind as Kind>::CODE => {
@@ -168,7 +171,7 @@ kinds!(
     Mixture,
     /// A density on the comparison grid.
     Density,
-    /// Samples that were reduced where they are.
+    /// Samples that their propagator has reduced to counts and sums.
     Reduced,
 );
 
@@ -177,7 +180,7 @@ pub fn table(code: u32) -> Option<&'static KindTable> {
     KINDS.iter().find(|table| table.code == code)
 }
 
-/// The fields that a header has because of its kind, with offsets from its beginning.
+/// The fields that a header has in addition because of its kind, with offsets from the beginning of the header.
 pub(crate) fn fields(header: &SnapshotHeader) -> Vec<(String, Field)> {
     let area = std::mem::offset_of!(SnapshotHeader, details);
     let fields = table(header.kind).map_or(&[][..], |kind| kind.details);
@@ -194,13 +197,14 @@ impl SnapshotHeader {
         Content::decode(self.kind, &self.details)
     }
 
-    /// The same header on a snapshot of `content` in the plane: its kind, columns and details.
+    /// This header with the kind, the number of columns and the details of `content` in the plane.
     pub fn with(self, content: impl Into<Content>) -> Self {
         const PLANE: usize = 2;
         self.with_variables(content, PLANE)
     }
 
-    /// The same in a space of so many variables.
+    /// This header with the kind, the number of columns and the details of `content` in a space of `variables`
+    /// variables.
     pub fn with_variables(self, content: impl Into<Content>, variables: usize) -> Self {
         let content = content.into();
         let (kind, columns) = (content.code(), content.column_count(variables) as u32);
@@ -226,7 +230,7 @@ fn split<const N: usize>(items: &mut [f64]) -> [&mut [f64]; N] {
 }
 
 header! {
-    /// A kind without details of its own.
+    /// The details of a kind that has none of its own.
     #[type_name("phasecloud/SnapshotHeader/4/NoDetails")]
     pub struct NoDetails {
         /// 0.

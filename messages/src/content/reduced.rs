@@ -1,8 +1,8 @@
-//! Samples that were reduced where they are.
+//! Samples that their propagator has reduced to counts and sums.
 
 use super::{Kind, NoDetails, kind};
 
-/// Samples that were reduced where they are.
+/// Samples that their propagator has reduced to counts and sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reduced;
 

@@ -10,7 +10,8 @@ header! {
     /// The details of samples.
     #[type_name("phasecloud/SnapshotHeader/4/Samples")]
     pub struct SamplesDetails {
-        /// Independent groups the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
+        /// Number of independent groups in which the samples were drawn: consecutive pairs of samples belong to the
+        /// groups in turn; 0 or 1 if all samples are independent.
         pub replicates: u32,
         /// 0.
         pub reserved: u32,
@@ -20,7 +21,8 @@ header! {
 /// Equally weighted samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Samples {
-    /// Independent groups that the samples were drawn in, pair by pair in turn; 0 or 1 for independent samples.
+    /// Number of independent groups in which the samples were drawn: consecutive pairs of samples belong to the
+    /// groups in turn; 0 or 1 if all samples are independent.
     pub replicates: u32,
 }
 

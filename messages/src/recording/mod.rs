@@ -35,11 +35,12 @@ pub const MAGIC: [u8; 16] = *b"phasecloud tape1";
 pub mod frame {
     /// Payload: what was recorded, as the text that the recorder was given.
     pub const ABOUT: u32 = 1;
-    /// Payload: text, a line a topic: name, type name of the header, its bytes, type name of an item, its bytes.
+    /// Payload: text, one line per topic: its name, the type name of the header, the header's size in bytes, the type
+    /// name of an item, the item's size in bytes.
     pub const TOPICS: u32 = 2;
     /// A message.
     pub const MESSAGE: u32 = 3;
-    /// Payload: how many messages there are, as 8 bytes.
+    /// Payload: the number of messages, as 8 bytes.
     pub const END: u32 = 4;
 }
 
@@ -71,7 +72,7 @@ impl fmt::Display for RecordingError {
 
 impl std::error::Error for RecordingError {}
 
-/// The table of topics, a line each.
+/// The table of topics, one line per topic.
 fn topic_lines() -> [String; 8] {
     struct Line;
     impl Visitor for Line {

@@ -1,4 +1,4 @@
-//! Reading a recording. A file is checked from end to end before anything of it is used.
+//! Reading a recording. A file is checked from end to end before any part of it is used.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 use super::{FRAME_HEAD, MAGIC, RecordingError, frame, position, topic_lines};
 use crate::topic::Topic;
 
-/// Longest piece of a payload that is read at once.
+/// Longest piece of a payload that is read at once \[bytes\].
 const PIECE: usize = 1 << 20;
-/// Longest header and longest text that a recording may have; more is damage, not data.
+/// Longest header that a recording may have \[bytes\]; a longer one means that the file is damaged.
 const LONGEST_HEADER: u64 = 1 << 16;
-/// Likewise for what the recording says of itself.
+/// Longest text in which a recording describes itself \[bytes\]; a longer one means that the file is damaged.
 const LONGEST_TEXT: u64 = 1 << 26;
 
-/// A recording that has been found whole.
+/// A recording that has been checked and is complete.
 #[derive(Debug)]
 pub struct Recording {
     path: PathBuf,
@@ -67,7 +67,7 @@ impl Recording {
         }
     }
 
-    /// What was recorded, as the recorder was told.
+    /// The description of what was recorded, as the recorder was given it.
     pub fn about(&self) -> &str {
         &self.about
     }
@@ -102,7 +102,7 @@ fn check_topics(recorded: &str) -> Result<(), String> {
     }
 }
 
-/// A message whose sizes are those of its topic.
+/// Returns the message if its sizes fit its topic.
 fn checked(entry: Entry) -> Result<Entry, String> {
     let lines = topic_lines();
     let Some(line) = lines.get(entry.topic as usize) else {
@@ -162,7 +162,7 @@ impl<'a> Checker<'a> {
         Ok(())
     }
 
-    /// The text in the next frame, which must be of a kind.
+    /// The text in the next frame, which must be of kind `kind`.
     fn text(&mut self, kind: u32) -> Result<String, RecordingError> {
         let start = self.offset;
         let (head, _, payload) = self.frame()?;
@@ -170,7 +170,8 @@ impl<'a> Checker<'a> {
         text.ok_or_else(|| RecordingError::new(self.path, start, &"what it says of itself is damaged"))
     }
 
-    /// The next frame, checked: its head, where its payload lies, and the payload itself unless it is a message's.
+    /// Checks the next frame and returns its head, the place of its payload, and the payload itself unless it is that
+    /// of a message.
     fn frame(&mut self) -> Result<(FrameHead, Entry, Vec<u8>), RecordingError> {
         let start = self.offset;
         let wrong = |problem: &str| RecordingError::new(self.path, start, &problem);
@@ -212,7 +213,7 @@ impl<'a> Checker<'a> {
         Ok((head, entry, payload))
     }
 
-    /// Reads a payload piece by piece, and keeps it unless it is a message's.
+    /// Reads a payload piece by piece, and keeps it unless it is that of a message.
     fn payload(&mut self, head: &FrameHead, checksum: &mut crc32fast::Hasher) -> Result<Vec<u8>, RecordingError> {
         let mut kept = Vec::new();
         let mut left = head.payload_bytes;

@@ -30,7 +30,7 @@ pub fn start(path: &Path, about: &str) -> Result<(), RecordingError> {
 }
 
 impl Writer {
-    /// Goes on with a recording that [`start`] has begun.
+    /// Continues a recording that [`start`] has begun.
     ///
     /// # Errors
     /// [`RecordingError`] if the file cannot be written.

@@ -9,9 +9,9 @@ use crate::text::{pack, unpack};
 /// Which values a variable takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
-    /// An angle without a beginning \[rad\].
+    /// An angle on the full circle \[rad\].
     Circle,
-    /// Numbers between two bounds, which are not among them.
+    /// Numbers between two bounds, without the bounds themselves.
     Interval {
         /// The lower bound.
         low: f64,
@@ -20,12 +20,12 @@ pub enum Range {
     },
 }
 
-/// A variable in which orbits are given and read out.
+/// A variable in which initial orbits and snapshots are given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// What it is called: `solar angle`.
+    /// Its name, for example `solar angle`.
     pub name: String,
-    /// How it is written: `phi`.
+    /// Its symbol, for example `phi`.
     pub symbol: String,
     /// Its unit; empty for a pure number.
     pub unit: String,
@@ -36,20 +36,20 @@ pub struct Variable {
 /// A parameter of the model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// What a scenario file calls it: `radiation`.
+    /// Its key in a scenario file, for example `radiation`.
     pub name: String,
-    /// Its symbol in equations: `C`.
+    /// Its symbol in equations, for example `C`.
     pub symbol: String,
     /// Its value.
     pub value: f64,
 }
 
-/// Variables, one or two of them, in which densities are compared.
+/// One or two variables in which densities are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Projection {
-    /// The position of the first variable, and the bins of its axis.
+    /// The position of the first variable, and the number of bins of its axis.
     pub first: (usize, usize),
-    /// The same of the second, if there is one.
+    /// The same for the second variable, if there is one.
     pub second: Option<(usize, usize)>,
 }
 
@@ -60,7 +60,7 @@ impl Projection {
     }
 }
 
-/// A snapshot that is asked for.
+/// A snapshot that the scenario asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
     /// Its time \[yr\].
@@ -69,14 +69,14 @@ pub struct Moment {
     pub ends: Vec<[f64; 2]>,
 }
 
-/// A scenario message as a value: every number is finite, every position is one of a variable, and every text is whole.
+/// A scenario message as a value: every number is finite, and every position is that of an existing variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Description {
     /// Names the run.
     pub run_id: u64,
-    /// Position of the scenario in the run; of a request, its number.
+    /// Position of the scenario in the run; in a request, the number of the request.
     pub scenario: u32,
-    /// Scenarios in the run; 0 if nobody knows.
+    /// Scenarios in the run; 0 if the number is not known.
     pub scenarios: u32,
     /// The scenario's name.
     pub name: String,
@@ -88,7 +88,7 @@ pub struct Description {
     pub variables: Vec<Variable>,
     /// Position of the variable that grows to its critical value when the satellite re-enters.
     pub reentry: usize,
-    /// That value.
+    /// The critical value of that variable.
     pub critical: f64,
     /// Mean of the initial Gaussian.
     pub mean: Vec<f64>,
@@ -101,7 +101,8 @@ pub struct Description {
 }
 
 impl Description {
-    /// Numbers in the payload of a scenario with so many variables, axes of projections and snapshots.
+    /// Count of numbers in the payload of a scenario with these numbers of variables, of axes of all projections, and
+    /// of snapshots.
     pub const fn numbers(variables: usize, axes: usize, snapshots: usize) -> usize {
         gaussian_numbers(variables) + snapshots * (1 + 2 * axes)
     }
@@ -166,7 +167,7 @@ impl Description {
     /// The message's header and items.
     ///
     /// # Errors
-    /// If there is more of something than a message holds.
+    /// If there are more entries of one type than a message holds.
     pub fn encode(&self) -> Result<(ScenarioHeader, Vec<f64>), String> {
         let variables = self.variables.iter().map(|Variable { name, symbol, unit, range: values }| {
             let (range, low, high) = match *values {
@@ -222,14 +223,14 @@ impl Description {
     }
 }
 
-/// The entries in use, of which there are `least` or more.
+/// The first `count` entries, which are those in use; there must be at least `least` of them.
 fn entries<'a, T>(what: &str, count: u32, least: usize, entries: &'a [T]) -> Result<&'a [T], String> {
     let most = entries.len();
     let used = entries.get(..count as usize).filter(|used| used.len() >= least);
     used.ok_or_else(|| format!("{what}: it has {count}, a message holds {least} to {most}"))
 }
 
-/// What each entry stands for.
+/// The value of each entry; an error names the position of its entry.
 fn numbered<T, V>(what: &str, entries: &[T], read: impl Fn(&T) -> Result<V, String>) -> Result<Vec<V>, String> {
     let named = |(k, entry): (usize, &T)| read(entry).map_err(|why| format!("{what} {k}: {why}"));
     entries.iter().enumerate().map(named).collect()

@@ -1,9 +1,10 @@
-//! The scenario message: a problem that describes its own space.
+//! The scenario message: a problem, with a description of its variables.
 //!
-//! The header has the model by its name, its parameters by theirs, the variables in which orbits are given and read out, and the list of
-//! one- and two-variable projections on which densities are compared. The payload has the initial Gaussian, its mean and the upper
-//! triangle of its covariance, then one row per snapshot: its time, and the ends of every projection's axes. A request is the same
-//! message without projections. Who receives one decodes it once, to a [`Description`].
+//! The header names the model and its parameters, describes the variables in which initial orbits and snapshots are
+//! given, and lists the one- and two-variable projections on which densities are compared. The payload has the mean
+//! and the upper triangle of the covariance of the initial Gaussian, then one row per snapshot: its time, and the
+//! ends of every projection's axes. A request is the same message without projections. A receiver decodes the message
+//! once, to a [`Description`].
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -28,15 +29,15 @@ pub const MOST_PROJECTIONS: usize = 16;
 codes! {
     /// Which values a variable takes.
     pub mod range {
-        /// An angle without a beginning \[rad\]: values a turn apart are the same.
+        /// An angle on the full circle \[rad\]: values that differ by a full turn are the same.
         pub const CIRCLE: u32 = 1;
-        /// Numbers between two bounds, which are not among them.
+        /// Numbers between two bounds, without the bounds themselves.
         pub const INTERVAL: u32 = 2;
     }
 }
 
 header! {
-    /// A variable in which orbits are given and read out.
+    /// A variable in which initial orbits and snapshots are given.
     #[type_name("phasecloud/ScenarioHeader/2/Variable")]
     pub struct VariableEntry {
         /// Lower bound of an interval.
@@ -47,9 +48,9 @@ header! {
         pub range: u32,
         /// 0.
         pub reserved: u32,
-        /// What it is called: `solar angle`.
+        /// Its name, for example `solar angle`.
         pub name: Label,
-        /// How it is written: `phi`.
+        /// Its symbol, for example `phi`.
         pub symbol: [u8; 16],
         /// Its unit; empty for a pure number.
         pub unit: [u8; 16],
@@ -62,15 +63,15 @@ header! {
     pub struct ParameterEntry {
         /// Its value.
         pub value: f64,
-        /// What a scenario file calls it: `radiation`.
+        /// Its key in a scenario file, for example `radiation`.
         pub name: Label,
-        /// Its symbol in equations: `C`.
+        /// Its symbol in equations, for example `C`.
         pub symbol: [u8; 16],
     }
 }
 
 header! {
-    /// One variable or two, in which densities are compared.
+    /// One or two variables in which densities are compared.
     #[type_name("phasecloud/ScenarioHeader/2/Projection")]
     pub struct ProjectionEntry {
         /// Number of variables: 1 or 2.
@@ -97,9 +98,10 @@ header! {
         pub run_id: u64,
         /// Value of the re-entry variable at which the satellite re-enters.
         pub critical: f64,
-        /// Position of the scenario in the run, from 0; of a request, a number by which its sender knows the answer.
+        /// Position of the scenario in the run, from 0; in a request, a number by which the sender recognizes the
+        /// answer.
         pub scenario: u32,
-        /// Scenarios in the run; 0 if nobody knows, as in a service.
+        /// Scenarios in the run; 0 if the number is not known, as in a service.
         pub scenarios: u32,
         /// Snapshots in the scenario.
         pub snapshots: u32,
@@ -126,12 +128,13 @@ header! {
     }
 }
 
-/// Numbers of a mean and of the upper triangle of a covariance of so many variables.
+/// Count of numbers in a mean and in the upper triangle of a covariance of `variables` variables.
 pub const fn gaussian_numbers(variables: usize) -> usize {
     variables + variables * (variables + 1) / 2
 }
 
-/// A used entry's fields under the names `LIST.NUMBER.FIELD`, with offsets from the beginning of the header.
+/// The fields of one entry in use, under the names `LIST.NUMBER.FIELD`, with offsets from the beginning of the
+/// header.
 fn entry<T: Described>(list: &str, start: usize, number: usize) -> impl Iterator<Item = (String, Field)> {
     let start = start + number * size_of::<T>();
     let named = move |field: &Field| {
