@@ -6,14 +6,14 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use density::dynamics::{Force, State};
-use density::exact::{Exact, Settings};
+use density::exact::{Exact, ExactSettings};
 use density::first_passage::times::first_passage_times;
 use density::flow::{Accuracy, Flow};
 use density::grid::{Grid, comparison_grids};
 use density::mesh::delaunay::triangulate;
 use density::mesh::raster::PointGrid;
 use density::mesh::{Branch, CarriedMesh, Placement, characteristic_densities, hull_estimate, initial_points};
-use density::mixture::{self, Propagator};
+use density::mixture::{self, MixturePropagator};
 use density::model::sun_moon::SunMoon;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
@@ -204,7 +204,7 @@ fn estimate_carried_1e5_all_snapshots(bencher: Bencher, threads: usize) {
 fn plan_and_propagate_mixture(bencher: Bencher, threads: usize) {
     let problem = problem();
     on_threads(bencher, threads, || {
-        let mut propagator = Propagator::new(&problem, &flow(), &mixture::Settings::default()).unwrap();
+        let mut propagator = MixturePropagator::new(&problem, &flow(), &mixture::MixtureSettings::default()).unwrap();
         problem.times.iter().for_each(|&time| propagator.advance_to(time).unwrap());
         propagator.mixture()
     });
@@ -213,7 +213,7 @@ fn plan_and_propagate_mixture(bencher: Bencher, threads: usize) {
 #[divan::bench(args = THREADS)]
 fn estimate_mixture_all_snapshots(bencher: Bencher, threads: usize) {
     let problem = problem();
-    let mut propagator = Propagator::new(&problem, &flow(), &mixture::Settings::default()).unwrap();
+    let mut propagator = MixturePropagator::new(&problem, &flow(), &mixture::MixtureSettings::default()).unwrap();
     let mixtures: Vec<_> = (problem.times.iter())
         .map(|&time| {
             propagator.advance_to(time).unwrap();
@@ -230,7 +230,7 @@ fn estimate_mixture_all_snapshots(bencher: Bencher, threads: usize) {
 fn exact_all_snapshots(bencher: Bencher, threads: usize) {
     let problem = problem();
     on_threads(bencher, threads, || {
-        let (flow, settings) = (flow(), Settings::default());
+        let (flow, settings) = (flow(), ExactSettings::default());
         let exact = Exact::new(&problem, &flow, settings);
         (0..GRIDS.len()).map(|index| exact.snapshot(&GRIDS, index).unwrap()).collect::<Vec<_>>()
     });

@@ -13,13 +13,13 @@ pub const HOME: &str = "home";
 /// On which host a bridge runs, and what it needs to know there; it reads this from a file that the launcher writes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Post {
+pub enum BridgeRole {
     /// On the home host.
     Home {
         /// Where to listen.
         access: Access,
         /// The plans of the worker hosts, by name.
-        plans: BTreeMap<String, Plan>,
+        plans: BTreeMap<String, HostPlan>,
     },
     /// On a worker host.
     Worker {
@@ -66,7 +66,7 @@ pub enum Program {
 
 /// A worker host's part in a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Plan {
+pub struct HostPlan {
     /// The run.
     pub run_id: u64,
     /// The name of the run in the launch file.

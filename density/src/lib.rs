@@ -7,7 +7,7 @@
 //! The paper's scenario 1 half a year ahead, by Monte Carlo and exactly:
 //!
 //! ```
-//! use density::exact::{Exact, Settings};
+//! use density::exact::{Exact, ExactSettings};
 //! use density::flow::Flow;
 //! use density::grid::comparison_grids;
 //! use density::model::planar::Force;
@@ -31,7 +31,7 @@
 //! let sampled = binning::estimate(&phi, &e, grids[1], problem.critical_e);
 //!
 //! // The exact density, which knows its own error.
-//! let exact = Exact::new(&problem, &flow, Settings::default()).snapshot(&grids, 1)?;
+//! let exact = Exact::new(&problem, &flow, ExactSettings::default()).snapshot(&grids, 1)?;
 //! assert!(exact.moment_error < 1e-7);
 //! let difference = sampled.moments.mean_e - exact.estimate.moments.mean_e;
 //! assert!(difference.abs() < 5.0 * sampled.standard_errors.mean_e);

@@ -1,6 +1,6 @@
 //! Random draws from the initial Gaussian, cut to `0 < e < 1`.
 //!
-//! Draw `i` depends only on the [`Plan`] and on `i`, not on how many are drawn, so results are the same bytes for any
+//! Draw `i` depends only on the [`SamplingPlan`] and on `i`, not on how many are drawn, so results are the same bytes for any
 //! number of threads, shards or restarts. Each independent draw has its own stream of a ChaCha8 generator
 //! (Bernstein 2008; a counter-based generator whose streams are independent) and is repeated while `e` is outside
 //! `(0, 1)`.
@@ -57,7 +57,7 @@ pub enum Draws {
 
 /// Everything on which a draw depends besides its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Plan {
+pub struct SamplingPlan {
     /// How draws depend on one another within a group.
     pub draws: Draws,
     /// Seed of all groups.
@@ -77,10 +77,10 @@ pub fn group(index: usize, replicates: usize) -> usize {
 
 /// Draws `count` independent states `(x1, x2)` from `initial`, on all threads.
 pub fn draw(initial: &InitialGaussian, seed: u64, count: usize) -> (Vec<f64>, Vec<f64>) {
-    Plan { draws: Draws::Independent, seed, replicates: NonZeroUsize::MIN }.draw(initial, count)
+    SamplingPlan { draws: Draws::Independent, seed, replicates: NonZeroUsize::MIN }.draw(initial, count)
 }
 
-impl Plan {
+impl SamplingPlan {
     /// Draws `count` states `(x1, x2)` from `initial`, on all threads.
     pub fn draw(&self, initial: &InitialGaussian, count: usize) -> (Vec<f64>, Vec<f64>) {
         self.draw_range(initial, 0..count)
@@ -131,7 +131,7 @@ pub fn draw_one(initial: &InitialGaussian, generator: &ChaCha8Rng, index: u64) -
 }
 
 /// The independent draws with the numbers in `range` from a Gaussian over a model's variables, cut to their ranges; one
-/// column per variable. For the Gaussian of the plane, the draws are those of [`Plan`], byte for byte.
+/// column per variable. For the Gaussian of the plane, the draws are those of [`SamplingPlan`], byte for byte.
 pub fn draw_variables<const N: usize>(
     initial: &Gaussian<N>,
     variables: &[Variable],

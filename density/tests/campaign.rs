@@ -12,7 +12,7 @@ use campaign_support::scenario::{Scenario, draw};
 use common::{paper, rows};
 use density::angle::nearest;
 use density::dynamics::{Force, State};
-use density::exact::{Exact, Settings};
+use density::exact::{Exact, ExactSettings};
 use density::first_passage::exact::exact_curve;
 use density::flow::Flow;
 use density::grid::{Axis, Grid, comparison_grids};
@@ -154,7 +154,7 @@ fn exact_has_the_values_of_the_cases() {
         let problem = &scenario.problem;
         let flow = Flow::new(problem.model);
         let grids = comparison_grids(problem, &flow, 10, 10).unwrap();
-        let exact = Exact::new(problem, &flow, Settings::default());
+        let exact = Exact::new(problem, &flow, ExactSettings::default());
         let curve = exact_curve(problem, &flow, &problem.times).unwrap();
         for known in &known {
             let k = problem.times.iter().position(|time| *time == known.time).unwrap();
@@ -209,7 +209,7 @@ fn exact_is_not_refused_for_the_side_of_zero_on_which_the_mean_of_a_symmetric_cl
     problem.times[0] = 0.0;
     let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 10, 10).unwrap();
-    let exact = Exact::new(&problem, &flow, Settings::default());
+    let exact = Exact::new(&problem, &flow, ExactSettings::default());
     for k in 1..problem.times.len() {
         let found = exact.snapshot(&grids, k).unwrap().estimate;
         let (mean, circular) = (found.moments.mean_phi, found.circular.mean);

@@ -8,7 +8,7 @@ mod common;
 use common::{paper, rows, sample};
 use density::dynamics::{Force, State};
 use density::exact::measure::Measure;
-use density::exact::{Error, Exact, Settings};
+use density::exact::{Error, Exact, ExactSettings};
 use density::flow::Flow;
 use density::grid::comparison_grids;
 use density::problem::{InitialGaussian, Problem};
@@ -24,7 +24,7 @@ fn moments_agree_with_the_reference_to_its_accuracy() {
     for number in 1..=3 {
         let problem = paper(number);
         let flow = Flow::new(problem.model);
-        let exact = Exact::new(&problem, &flow, Settings::default());
+        let exact = Exact::new(&problem, &flow, ExactSettings::default());
         let reference = of_scenario("exact-moments.csv", number);
         assert_eq!(reference.len(), problem.times.len());
         for row in reference {
@@ -44,7 +44,7 @@ fn common_probabilities_above_critical_e_agree_with_the_reference() {
     for (number, time) in [(1, 0.5), (1, 1.0), (1, 1.5), (2, 1.5), (2, 2.0)] {
         let problem = paper(number);
         let flow = Flow::new(problem.model);
-        let exact = Exact::new(&problem, &flow, Settings::default());
+        let exact = Exact::new(&problem, &flow, ExactSettings::default());
         let row = of_scenario("exact-moments.csv", number).into_iter().find(|row| row[0] == time).unwrap();
         let probability = exact.probability_above(problem.critical_e, time).unwrap();
         assert!(row[6] > 1e-3 && (probability.value / row[6] - 1.0).abs() < 1e-6, "{number} {time} {probability:?}");
@@ -88,7 +88,7 @@ fn rare_probabilities_above_critical_e_agree_with_a_scan_of_the_initial_plane() 
     for time in [1.5, 2.0] {
         let problem = paper(3);
         let flow = Flow::new(problem.model);
-        let exact = Exact::new(&problem, &flow, Settings::default());
+        let exact = Exact::new(&problem, &flow, ExactSettings::default());
         let probability = exact.probability_above(problem.critical_e, time).unwrap();
         let scanned = probability_above_by_lines(&problem, time);
         assert!((probability.value / scanned - 1.0).abs() < 1e-4, "{time} {probability:?} {scanned:e}");
@@ -101,7 +101,7 @@ fn density_at_points_agrees_with_the_reference() {
     for number in 1..=3 {
         let problem = paper(number);
         let flow = Flow::new(problem.model);
-        let exact = Exact::new(&problem, &flow, Settings::default());
+        let exact = Exact::new(&problem, &flow, ExactSettings::default());
         for row in of_scenario("exact-density-points.csv", number) {
             let density = exact.density(&[row[1]], &[row[2]], row[0])[0];
             assert!((density / row[3] - 1.0).abs() < 1e-8, "{number} {row:?} {density}");
@@ -114,7 +114,7 @@ fn bin_averages_are_the_averages_of_the_density_at_points() {
     const FINE: usize = 40;
     let problem = paper(1);
     let flow = Flow::new(problem.model);
-    let exact = Exact::new(&problem, &flow, Settings::default());
+    let exact = Exact::new(&problem, &flow, ExactSettings::default());
     let grids = comparison_grids(&problem, &flow, 30, 20).unwrap();
     for index in [1, 3, 4] {
         let snapshot = exact.snapshot(&grids, index).unwrap();
@@ -141,12 +141,12 @@ fn joint_density_has_the_mass_that_its_border_encloses() {
     for number in 1..=3 {
         let problem = paper(number);
         let flow = Flow::new(problem.model);
-        let exact = Exact::new(&problem, &flow, Settings::default());
+        let exact = Exact::new(&problem, &flow, ExactSettings::default());
         let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
         for index in 0..problem.times.len() {
             let snapshot = exact.snapshot(&grids, index).unwrap();
             assert!(
-                snapshot.joint_error <= Settings::default().joint_error,
+                snapshot.joint_error <= ExactSettings::default().joint_error,
                 "{number} {index} {}",
                 snapshot.joint_error
             );
@@ -166,7 +166,7 @@ fn joint_density_of_the_thinnest_cloud_is_that_of_a_sample() {
     let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
     let (index, grid) = (3, grids[3]);
-    let snapshot = Exact::new(&problem, &flow, Settings::default()).snapshot(&grids, index).unwrap();
+    let snapshot = Exact::new(&problem, &flow, ExactSettings::default()).snapshot(&grids, index).unwrap();
     let coarse = |bin: usize| (bin / grid.e.bins / COARSE) * COARSE + bin % grid.e.bins / COARSE;
     let (mut expected, mut counted) = ([0.0; COARSE * COARSE], [0.0; COARSE * COARSE]);
     for (bin, density) in snapshot.estimate.joint.iter().enumerate() {
@@ -196,7 +196,7 @@ fn rotating(initial: InitialGaussian) -> Problem {
 fn without_oblateness_a_cloud_about_zero_eccentricity_returns_after_a_period() {
     let problem = rotating(InitialGaussian { mean_phi: 1.0, mean_e: 0.02, sigma_phi: 1.5, sigma_e: 0.015 });
     let flow = Flow::new(problem.model);
-    let exact = Exact::new(&problem, &flow, Settings::default());
+    let exact = Exact::new(&problem, &flow, ExactSettings::default());
     let grids = comparison_grids(&problem, &flow, 40, 30).unwrap();
     let (first, last) = (exact.snapshot(&[grids[0]; 3], 0).unwrap(), exact.snapshot(&[grids[0]; 3], 2).unwrap());
     let area = grids[0].bin_area();
@@ -226,7 +226,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
     let grids = comparison_grids(&problem, &flow, 50, 50).unwrap();
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| Exact::new(&problem, &flow, Settings::default()).snapshot(&grids, 4).unwrap())
+        pool.install(|| Exact::new(&problem, &flow, ExactSettings::default()).snapshot(&grids, 4).unwrap())
     };
     // NaN standard errors are not equal to themselves, so the printed values are compared, to the last digit.
     assert_eq!(format!("{:?}", with(1)), format!("{:?}", with(3)));
@@ -236,6 +236,6 @@ fn any_number_of_threads_gives_the_same_bytes() {
 fn a_snapshot_that_does_not_exist_is_an_error() {
     let problem = paper(1);
     let flow = Flow::new(problem.model);
-    let error = Exact::new(&problem, &flow, Settings::default()).snapshot(&[], 9).unwrap_err();
+    let error = Exact::new(&problem, &flow, ExactSettings::default()).snapshot(&[], 9).unwrap_err();
     assert_eq!(error, Error::NoSuchSnapshot { index: 9, snapshots: 5, grids: 0 });
 }

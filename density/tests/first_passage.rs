@@ -4,7 +4,7 @@ mod common;
 
 use common::{paper, sample};
 use density::dynamics::{Force, SUN_MEAN_MOTION, State};
-use density::exact::{Exact, Settings};
+use density::exact::{Exact, ExactSettings};
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::exact::exact_curve;
 use density::first_passage::times::first_passage_times;
@@ -144,7 +144,7 @@ fn exact_curve_never_falls_and_is_never_below_the_snapshot_probability() {
         let flow = Flow::new(problem.model);
         let times = curve_times(end, 65);
         let curve = exact_curve(&problem, &flow, &times).unwrap();
-        let snapshot = Exact::new(&problem, &flow, Settings::default());
+        let snapshot = Exact::new(&problem, &flow, ExactSettings::default());
         for (time, point) in times.iter().zip(&curve) {
             assert!(point.error < 1e-6 && point.value > -1e-6 && point.value < 1.0 + 1e-6, "{number} {time} {point:?}");
             let now = snapshot.probability_above(critical_e, *time).unwrap();

@@ -5,11 +5,11 @@ mod common;
 
 use common::paper as scenario;
 use density::estimate::Estimate;
-use density::exact::{Exact, Settings as ExactSettings};
+use density::exact::{Exact, ExactSettings};
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
 use density::mesh::{CarriedMesh, MeshDiagnostics, Placement, initial_points};
-use density::mixture::{self, Propagator};
+use density::mixture::{self, MixturePropagator};
 use density::orbits::Orbits;
 use density::problem::Problem;
 
@@ -36,8 +36,8 @@ fn carried(problem: &Problem, grids: &[Grid], count: usize, degree: usize) -> Ve
 }
 
 fn adaptive_mixture(problem: &Problem, grids: &[Grid]) -> (Course, usize) {
-    let settings = mixture::Settings::default();
-    let mut propagator = Propagator::new(problem, &Flow::new(problem.model), &settings).unwrap();
+    let settings = mixture::MixtureSettings::default();
+    let mut propagator = MixturePropagator::new(problem, &Flow::new(problem.model), &settings).unwrap();
     let points = propagator.sigma_points() + propagator.pilot_points();
     let estimate = |(&time, grid): (&f64, &Grid)| {
         propagator.advance_to(time).unwrap();

@@ -11,7 +11,7 @@ use density::flow::Flow;
 use density::grid::comparison_grids;
 use density::mesh::passage::passage_curve;
 use density::mesh::{CarriedMesh, Placement, initial_points, unfold};
-use density::mixture::{self, Propagator, mass_below_zero};
+use density::mixture::{self, MixturePropagator, mass_below_zero};
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
 use density::trust::{Kind, TOLERANCE, trust};
@@ -141,8 +141,8 @@ fn dee_passages_of_961_points_are_right_within_the_error_that_they_claim() {
 fn a_mixture_over_zero_eccentricity_has_the_moments_of_the_cut_gaussian_at_the_start() {
     // A normal distribution cut at two deviations below its mean: Φ(2), and mean and variance of the part above.
     let problem = problem(PAPER, [2.2069, 0.02, 0.4, 0.02], &[0.0, 0.1], 0.6);
-    let settings = mixture::Settings::default();
-    let propagator = Propagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
+    let settings = mixture::MixtureSettings::default();
+    let propagator = MixturePropagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
     let components = propagator.mixture().components;
     let (moments, _) = mixture::moments::moments(&components, 0.6).unwrap();
     let hazard = (-2f64).exp() / (2.0 * std::f64::consts::PI).sqrt() / 0.977_249_868_051_820_8;

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use density::binning;
 use density::dynamics::{Force, State};
 use density::estimate::Estimate;
-use density::exact::{Exact, Settings};
+use density::exact::{Exact, ExactSettings};
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
 use density::model::PlanarHamiltonian;
@@ -104,7 +104,7 @@ proptest! {
     fn exact_joint_density_and_what_lies_outside_make_one(problem in problem()) {
         let flow = Flow::new(problem.model);
         let grids = comparison_grids(&problem, &flow, 40, 40).unwrap();
-        let settings = Settings { moment_error: 1e-6, joint_error: 1e-3, ..Settings::default() };
+        let settings = ExactSettings { moment_error: 1e-6, joint_error: 1e-3, ..ExactSettings::default() };
         let snapshot = Exact::new(&problem, &flow, settings).snapshot(&grids, 0).unwrap();
         let sum = snapshot.estimate.mass() + snapshot.mass_outside;
         prop_assert!((sum - 1.0).abs() <= snapshot.joint_error, "{} {}", sum, snapshot.joint_error);
@@ -115,7 +115,7 @@ proptest! {
     fn exact_moments_are_those_of_a_sample_within_five_standard_errors(problem in problem()) {
         let flow = Flow::new(problem.model);
         let grid = comparison_grids(&problem, &flow, 10, 10).unwrap()[0];
-        let settings = Settings { moment_error: 1e-6, ..Settings::default() };
+        let settings = ExactSettings { moment_error: 1e-6, ..ExactSettings::default() };
         let exact = Exact::new(&problem, &flow, settings);
         let moments = exact.moments(problem.times[0]).unwrap();
         let probability = exact.probability_above(problem.critical_e, problem.times[0]).unwrap();

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use density::angle::nearest;
 use density::flow::{Flow, Loss, Passages};
 use density::gaussian::Gaussian;
-use density::mixture::any_model::{Propagator, moments};
+use density::mixture::any_model::{MixturePropagator, moments};
 use density::mixture::library::{Library, Variance};
 use density::mixture::unscented::Unscented;
 use density::model::Model;
@@ -64,7 +64,7 @@ fn the_unscented_mixture_gives_the_moments_of_the_turned_cloud() {
     for (components, along) in [(1, 0), (5, 1), (15, 2)] {
         let library = Library::new(components, Variance::Kept).unwrap();
         let mut propagator =
-            Propagator::new(Flow::new(UPRIGHT), &cloud(), Unscented::THIRD_ORDER, &library, along).unwrap();
+            MixturePropagator::new(Flow::new(UPRIGHT), &cloud(), Unscented::THIRD_ORDER, &library, along).unwrap();
         for years in [0.7, 2.0] {
             propagator.advance_to(years).unwrap();
             let mixture = propagator.mixture();
@@ -79,7 +79,8 @@ fn the_unscented_mixture_and_monte_carlo_agree_where_the_flow_bends_the_cloud() 
     const SAMPLES: usize = 40_000;
     let years = 0.3;
     let library = Library::new(15, Variance::Kept).unwrap();
-    let mut propagator = Propagator::new(Flow::new(TILTED), &cloud(), Unscented::THIRD_ORDER, &library, 0).unwrap();
+    let mut propagator =
+        MixturePropagator::new(Flow::new(TILTED), &cloud(), Unscented::THIRD_ORDER, &library, 0).unwrap();
     propagator.advance_to(years).unwrap();
     let mixture = moments(RigidRotation::VARIABLES, &propagator.mixture());
     let columns = draw_variables(&cloud(), RigidRotation::VARIABLES, 2, 0..SAMPLES);

@@ -12,13 +12,13 @@ use common::paper;
 use density::binning;
 use density::dynamics::Force;
 use density::estimate::{Estimate, Moments};
-use density::exact::{Exact, Settings};
+use density::exact::{Exact, ExactSettings};
 use density::first_passage::empirical::wilson_interval;
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
 use density::orbits::Orbits;
 use density::problem::Problem;
-use density::sampling::{Draws, Plan};
+use density::sampling::{Draws, SamplingPlan};
 use density::standard_errors;
 
 const SEEDS: u64 = 200;
@@ -64,7 +64,7 @@ impl Snapshot {
         let problem = paper(1);
         let flow = Flow::new(problem.model);
         let (grid, years) = (comparison_grids(&problem, &flow, 20, 20).unwrap()[index], problem.times[index]);
-        let exact = Exact::new(&problem, &flow, Settings::default());
+        let exact = Exact::new(&problem, &flow, ExactSettings::default());
         let moments = exact.moments(years).unwrap();
         let probability = exact.probability_above(problem.critical_e, years).unwrap().value;
         let exact = [moments.mean_phi, moments.std_phi, moments.mean_e, moments.std_e, moments.cov_phi_e, probability];
@@ -73,7 +73,7 @@ impl Snapshot {
 
     /// The estimate of a sample; the standard errors are computed by groups if there are several.
     fn estimate(&self, draws: Draws, seed: u64, replicates: usize, count: usize) -> Estimate {
-        let plan = Plan { draws, seed, replicates: NonZeroUsize::new(replicates).unwrap() };
+        let plan = SamplingPlan { draws, seed, replicates: NonZeroUsize::new(replicates).unwrap() };
         let (x1, x2) = plan.draw(&self.problem.initial, count);
         let mut orbits = Orbits::new(self.flow, x1, x2);
         orbits.advance_to(self.years).unwrap();
@@ -141,7 +141,7 @@ fn wilsons_interval_covers_a_small_probability() {
 fn error_bars_of_bins_cover_the_exact_density() {
     const COUNT: usize = 3000;
     let snapshot = Snapshot::of_scenario_1(2);
-    let exact = Exact::new(&snapshot.problem, &snapshot.flow, Settings::default());
+    let exact = Exact::new(&snapshot.problem, &snapshot.flow, ExactSettings::default());
     let grids = vec![snapshot.grid; snapshot.problem.times.len()];
     let density = exact.snapshot(&grids, 2).unwrap().estimate.marginal_e;
     let width = snapshot.grid.e.width();

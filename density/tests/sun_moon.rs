@@ -5,17 +5,17 @@
 use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 
-use density::exact::{Error, Exact, Settings};
+use density::exact::{Error, Exact, ExactSettings};
 use density::first_passage::exact::exact_curve;
 use density::first_passage::passage_times;
 use density::flow::{Accuracy, Flow};
 use density::grid::comparison_grids;
 use density::mesh::{CarriedMesh, Placement, initial_points};
-use density::mixture::{self, Propagator};
+use density::mixture::{self, MixturePropagator};
 use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
-use density::sampling::{Draws, Plan};
+use density::sampling::{Draws, SamplingPlan};
 use serde_json::Value;
 
 /// The reference values of a snapshot: means, standard deviations, covariance, probability above, probability of ever
@@ -70,7 +70,7 @@ fn the_exact_density_has_the_moments_and_probabilities_of_the_reference() {
     for number in 1..=3 {
         let (problem, snapshots) = scenario(number);
         let flow = Flow::new(problem.model);
-        let exact = Exact::new(&problem, &flow, Settings::default());
+        let exact = Exact::new(&problem, &flow, ExactSettings::default());
         let curve = exact_curve(&problem, &flow, &problem.times).unwrap();
         for (snapshot, ever) in snapshots.iter().zip(curve) {
             let found = exact.moments(snapshot.years).unwrap();
@@ -90,7 +90,7 @@ fn the_exact_joint_density_agrees_with_a_sample_of_orbits_and_adds_up_to_one() {
     let (problem, _) = scenario(2);
     let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 40, 40).unwrap();
-    let exact = Exact::new(&problem, &flow, Settings::default());
+    let exact = Exact::new(&problem, &flow, ExactSettings::default());
     let snapshot = exact.snapshot(&grids, 3).unwrap();
     assert!((snapshot.estimate.mass() + snapshot.mass_outside - 1.0).abs() < 1e-6);
     assert!(snapshot.joint_error < 1e-3, "{}", snapshot.joint_error);
@@ -101,7 +101,7 @@ fn monte_carlo_has_the_moments_and_passages_of_the_reference() {
     const SAMPLES: usize = 1 << 15;
     let (problem, snapshots) = scenario(1);
     let flow = Flow { model: problem.model, accuracy: Accuracy::Medium };
-    let plan = Plan { draws: Draws::Sobol, seed: 1, replicates: NonZeroUsize::MIN };
+    let plan = SamplingPlan { draws: Draws::Sobol, seed: 1, replicates: NonZeroUsize::MIN };
     let (x1, x2) = plan.draw(&problem.initial, SAMPLES);
     let passages = passage_times(&flow, &x1, &x2, problem.critical_e, 2.0).unwrap();
     let mut orbits = Orbits::new(flow, x1, x2);
@@ -126,7 +126,7 @@ fn the_carried_mesh_and_the_mixture_have_the_moments_of_the_reference() {
         let start = initial_points(&problem, 961, Placement::Lattice, 0).unwrap();
         let mesh = CarriedMesh::new(&problem.initial, &start.phi, &start.e, start.lattice, 7).unwrap();
         let mut orbits = Orbits::from_polar(flow, &start.phi, &start.e);
-        let mut propagator = Propagator::new(&problem, &flow, &mixture::Settings::default()).unwrap();
+        let mut propagator = MixturePropagator::new(&problem, &flow, &mixture::MixtureSettings::default()).unwrap();
         for (snapshot, grid) in snapshots.iter().zip(&grids) {
             orbits.advance_to(snapshot.years).unwrap();
             let (mut phi, mut e) = (start.phi.clone(), start.e.clone());
@@ -148,6 +148,6 @@ fn the_exact_density_says_so_where_the_sun_outweighs_the_radiation() {
     let weak = [("radiation", 1e-3), ("oblateness", 0.4), ("sun", 1e-3), ("moon", 1e-3)];
     let problem = Problem { model: Planar::by_name("planar-sun-moon", &weak).unwrap(), ..problem };
     let flow = Flow::new(problem.model);
-    let refused = Exact::new(&problem, &flow, Settings::default()).moments(1.0).unwrap_err();
+    let refused = Exact::new(&problem, &flow, ExactSettings::default()).moments(1.0).unwrap_err();
     assert!(matches!(refused, Error::EccentricityTurnsBack { .. }), "{refused}");
 }

@@ -28,7 +28,7 @@ pub struct Group {
 type Job<'a> = Box<dyn Fn() -> Result<Figure, DrawError> + Send + Sync + 'a>;
 
 /// The contents of a group before its figures are drawn.
-struct Plan<'a> {
+struct FigurePlan<'a> {
     key: &'static str,
     heading: &'static str,
     text: &'static str,
@@ -40,7 +40,7 @@ const SEPARATE: &str = "A row a snapshot; the colour scale of a row ends at the 
 const DIFFERENCES: &str = "Orange: the density is too high, purple: too low. Each map has a scale of its own; mind the numbers \
                            beside it. Not in Sun et al. (2022).";
 
-fn plans<'a>(scene: &'a Scene<'a>) -> Vec<Plan<'a>> {
+fn plans<'a>(scene: &'a Scene<'a>) -> Vec<FigurePlan<'a>> {
     let job = |draw: fn(&Scene<'_>) -> Result<Figure, DrawError>| -> Job<'a> { Box::new(move || draw(scene)) };
     let every = |draw: fn(&Scene<'_>, &crate::scene::Method<'_>) -> Result<Figure, DrawError>, with_reference: bool| {
         let methods = scene.methods.iter().filter(move |m| with_reference || m.label != scene.reference);
@@ -61,7 +61,7 @@ fn plans<'a>(scene: &'a Scene<'a>) -> Vec<Plan<'a>> {
     });
     let passage = scene.methods.iter().any(|m| !m.passage.is_empty()).then(|| job(first_passage::draw));
     let compared = |draw| if scene.others().next().is_some() { vec![job(draw)] } else { Vec::new() };
-    let plan = |key, heading, text, jobs| Plan { key, heading, text, jobs };
+    let plan = |key, heading, text, jobs| FigurePlan { key, heading, text, jobs };
     vec![
         plan("dynamics", "The flow and the cloud", "", vec![job(phase_portrait::draw), job(cloud_evolution::draw)]),
         plan(
@@ -87,7 +87,7 @@ pub fn of_scene(scene: &Scene<'_>) -> Vec<Group> {
 
 /// Draws the figure that compares the scenarios of the run.
 pub fn of_run(scenes: &[Scene<'_>]) -> Group {
-    finish(Plan {
+    finish(FigurePlan {
         key: "effort",
         heading: "Effort of the cases",
         text: "",
@@ -95,8 +95,8 @@ pub fn of_run(scenes: &[Scene<'_>]) -> Group {
     })
 }
 
-fn finish(plan: Plan<'_>) -> Group {
-    let Plan { key, heading, text, jobs } = plan;
+fn finish(plan: FigurePlan<'_>) -> Group {
+    let FigurePlan { key, heading, text, jobs } = plan;
     let drawn: Vec<Result<Figure, DrawError>> = jobs.into_par_iter().map(|job| job()).collect();
     let (mut figures, mut missing) = (Vec::new(), Vec::new());
     for result in drawn {

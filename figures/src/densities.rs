@@ -9,7 +9,8 @@ use density::grid::{Axis, Grid};
 use ndarray::{Array, Dimension, Ix1, Ix2};
 use ndarray_npy::NpzReader;
 
-use crate::results::{FolderError, MomentsRow};
+use crate::folder_error::FolderError;
+use crate::moments_row::MomentsRow;
 
 /// The density of a case at a snapshot.
 #[derive(Debug, Clone)]

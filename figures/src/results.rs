@@ -1,32 +1,18 @@
 //! Reads a results folder.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use crate::densities::{self, Densities};
-
-/// A results folder could not be read, or a file made from it could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}", path.display())]
-pub struct FolderError {
-    /// The file.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub problem: String,
-}
-
-impl FolderError {
-    pub(crate) fn new(path: &Path, problem: impl ToString) -> Self {
-        Self { path: path.into(), problem: problem.to_string() }
-    }
-}
+pub use crate::folder_error::FolderError;
+pub use crate::moments_row::MomentsRow;
 
 /// The program and the settings of a case.
 #[derive(Debug, Clone, Deserialize)]
-pub struct Case {
+pub struct CaseSettings {
     /// A node's name, or a command with its arguments.
     pub runs: Vec<String>,
     /// The node's settings, as `key=value`.
@@ -51,32 +37,12 @@ pub struct Manifest {
     #[serde(default)]
     pub references: Vec<String>,
     /// The cases by label.
-    pub cases: BTreeMap<String, Case>,
+    pub cases: BTreeMap<String, CaseSettings>,
     /// Why cases failed, by label.
     pub failures: BTreeMap<String, String>,
     /// Why the results are incomplete, if they are.
     #[serde(default)]
     pub incomplete_because: Option<String>,
-}
-
-/// A row of `moments.csv`.
-#[derive(Debug, Clone, Deserialize)]
-#[expect(missing_docs, reason = "the columns are the documented ones of the results folder")]
-pub struct MomentsRow {
-    pub scenario: String,
-    pub method: String,
-    pub t_yr: f64,
-    pub mean_phi_rad: f64,
-    pub std_phi_rad: f64,
-    pub mean_e: f64,
-    pub std_e: f64,
-    pub prob_above_critical_e: f64,
-    pub se_mean_phi_rad: f64,
-    pub se_std_phi_rad: f64,
-    pub se_mean_e: f64,
-    pub se_std_e: f64,
-    pub se_prob_above_critical_e: f64,
-    pub mass_on_grid: f64,
 }
 
 /// A row of `errors.csv`.

@@ -13,7 +13,7 @@ use messages::layout::{
 use messages::text::pack;
 use messages::topic::{Comparison, Density, Passage, Roster, Scenario};
 use kit::assignment::Assignment;
-use nodes::services::estimation::Case;
+use nodes::services::estimation::CaseEstimator;
 use kit::screen::Screened;
 use kit::snapshot_rules::decode;
 
@@ -85,7 +85,7 @@ fn estimate(kind: u8, rows: u32, changes: &[u8], mut items: Vec<f64>) {
     let content = content(kind, rows);
     let header = SnapshotHeader { run_id: 7, count: 2, rows, label: pack("mine"), ..SnapshotHeader::default() };
     let header = header.with(content);
-    let (assignment, mut case) = (assignment(), Case::default());
+    let (assignment, mut case) = (assignment(), CaseEstimator::default());
     for header in [header, SnapshotHeader { index: 1, time: 0.5, ..header }] {
         let header = change(header, changes);
         let Ok(snapshot) = decode(&header, &items, &assignment, case.snapshots_done()) else { return };

@@ -49,13 +49,13 @@ pub struct Refusal {
 
 /// Refusals already told, so that a babbler is told of once a scenario.
 #[derive(Debug, Default)]
-pub struct Told {
+pub struct ReportedRefusals {
     refusals: RefCell<BTreeSet<(u32, String, &'static str)>>,
     /// The newest scenario that this process knows of.
     newest: Cell<u32>,
 }
 
-impl Told {
+impl ReportedRefusals {
     /// A scenario has begun.
     fn begin(&self, scenario: u32) {
         self.newest.set(scenario);
@@ -82,7 +82,7 @@ pub fn receive<T: Screened>(session: &Session, inlet: &Inlet<T>) -> Result<Optio
     while let Some(message) = inlet.receive()? {
         let Err(Refusal { sender, why }) = screen(session.run_id, &message) else {
             if T::NAME == Scenario::NAME {
-                session.told.begin(T::scenario(message.header()));
+                session.reported_refusals.begin(T::scenario(message.header()));
             }
             return Ok(Some(message));
         };
@@ -96,8 +96,12 @@ pub fn receive<T: Screened>(session: &Session, inlet: &Inlet<T>) -> Result<Optio
 /// # Errors
 /// [`Failure::Port`] if the launcher cannot be told.
 pub fn refuse<T: Topic>(session: &Session, scenario: u32, sender: &str, why: &str) -> Result<(), Failure> {
-    let scenario = session.told.charged_to(scenario);
-    if session.told.is_new(scenario, sender, T::NAME) { session.failed(scenario, sender, why) } else { Ok(()) }
+    let scenario = session.reported_refusals.charged_to(scenario);
+    if session.reported_refusals.is_new(scenario, sender, T::NAME) {
+        session.failed(scenario, sender, why)
+    } else {
+        Ok(())
+    }
 }
 
 /// Judges a message.
@@ -247,7 +251,7 @@ mod tests {
 
     #[test]
     fn a_refusal_is_charged_to_the_scenario_of_its_message_and_told_once_in_each() {
-        let told = Told::default();
+        let told = ReportedRefusals::default();
         told.begin(5);
         assert_eq!([4, 5, 6, 7, u32::MAX].map(|claimed| told.charged_to(claimed)), [4, 5, 6, 5, 5]);
         assert!(told.is_new(5, "mc", "passage") && !told.is_new(5, "mc", "passage"));

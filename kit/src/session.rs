@@ -13,7 +13,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::failure::Failure;
 use crate::log;
-use crate::screen::Told;
+use crate::screen::ReportedRefusals;
 use crate::shard::Shard;
 use crate::threads;
 
@@ -65,7 +65,7 @@ pub struct Session {
     launcher_seen: Cell<Instant>,
     signals: Signals,
     status: Outlet<Status>,
-    pub(crate) told: Told,
+    pub(crate) reported_refusals: ReportedRefusals,
 }
 
 impl Session {
@@ -121,7 +121,7 @@ impl Session {
             launcher_seen: Cell::new(Instant::now()),
             signals,
             status,
-            told: Told::default(),
+            reported_refusals: ReportedRefusals::default(),
         })
     }
 

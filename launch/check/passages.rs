@@ -3,7 +3,7 @@
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::times::first_passage_times;
 use density::flow::Flow;
-use density::sampling::{Draws, Plan};
+use density::sampling::{Draws, SamplingPlan};
 use kit::assignment::Assignment;
 use messages::layout::PassageHeader;
 use nodes::services::passage_rules::{breach, doubts, rows};
@@ -62,7 +62,7 @@ pub fn judge(
 /// The curve of orbits of our own.
 fn own_curve(assignment: &Assignment) -> Result<Vec<f64>, String> {
     let (problem, times) = (&assignment.plane().map_err(|e| e.to_string())?.problem, assignment.passage_times());
-    let plan = Plan { draws: Draws::Sobol, seed: 1, replicates: std::num::NonZeroUsize::MIN };
+    let plan = SamplingPlan { draws: Draws::Sobol, seed: 1, replicates: std::num::NonZeroUsize::MIN };
     let (x1, x2) = plan.draw(&problem.initial, ORBITS);
     let end = times.last().copied().unwrap_or(0.0);
     let passages = first_passage_times(&Flow::new(problem.model), &x1, &x2, problem.critical_e, end);

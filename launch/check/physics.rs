@@ -8,7 +8,7 @@ use std::f64::consts::SQRT_2;
 use density::angle::nearest;
 use density::binning;
 use density::dynamics::{State, density_growth, density_growth_without_jacobian};
-use density::exact::{Exact, Settings};
+use density::exact::{Exact, ExactSettings};
 use density::flow::Flow;
 use density::model::PlanarHamiltonian;
 use kit::assignment::{Assignment, Plane};
@@ -16,7 +16,7 @@ use kit::kind::{self, Estimated, Snapshot, Trajectories, groups};
 use kit::snapshot_rules::decode;
 use messages::content::{Characteristics, Content};
 use messages::layout::{DensityHeader, SnapshotHeader};
-use nodes::services::estimation::Case;
+use nodes::services::estimation::CaseEstimator;
 use nodes::services::reading::Reading;
 
 use super::amount::{amount, to_within};
@@ -91,7 +91,7 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     if let Content::Characteristics(characteristics) = first {
         findings.take(Rule::CarriedDensity, named(carried_density(plane, &characteristics, &tables)));
     }
-    let mut case = Case::default();
+    let mut case = CaseEstimator::default();
     let mut worst = Worst::default();
     let mut least_mass = f64::INFINITY;
     let mut densities = Vec::new();
@@ -243,7 +243,7 @@ impl Worst {
     /// Compares the moments of a snapshot with the exact ones.
     fn take(&mut self, plane: &Plane, table: &Table, moments: &[f64]) {
         let flow = Flow::new(plane.problem.model);
-        let exact = Exact::new(&plane.problem, &flow, Settings::default());
+        let exact = Exact::new(&plane.problem, &flow, ExactSettings::default());
         let (time, critical_e) = (table.time(), plane.problem.critical_e);
         let right = exact.moments(time).and_then(|right| Ok((right, exact.probability_above(critical_e, time)?)));
         let (right, above) = match right {

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use bridge::endpoint::{Access, End, Tls};
 use bridge::greeting::{Hello, greet};
-use bridge::plan::{Plan, Program};
+use bridge::plan::{HostPlan, Program};
 use messages::wait::Signals;
 
 use crate::command::cli::JoinArguments;
@@ -91,7 +91,7 @@ fn await_plan(
     access: &Access,
     hello: &Hello,
     signals: &Signals,
-) -> Result<Option<Plan>, String> {
+) -> Result<Option<HostPlan>, String> {
     let zenoh = bridge::session::open(access, End::Connects).map_err(|e| e.to_string())?;
     let mut is_told = false;
     while !signals.stop_requested() {

@@ -127,7 +127,7 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
                 None => Source::Files(arguments.scenarios),
             };
             let NodeArguments { first, most_snapshots, .. } = arguments;
-            scenario::run(&session, &scenario::Settings { source, first, bins, most_snapshots })
+            scenario::run(&session, &scenario::ScenarioSettings { source, first, bins, most_snapshots })
         }
         Kind::Propagator(settings) => settings.serve(&session),
         Kind::Service(Service::Estimator) => estimator::run(&session),
@@ -142,8 +142,9 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
             player::run(&session, &file)
         }
         Kind::Service(Service::Bridge) => {
-            let post = arguments.post.ok_or_else(|| Failure::Refused("the bridge needs --post FILE".into()))?;
-            bridge(&session, place, &post)
+            let bridge_role =
+                arguments.bridge_role.ok_or_else(|| Failure::Refused("the bridge needs --role FILE".into()))?;
+            bridge(&session, place, &bridge_role)
         }
     };
     if let Err(failure) = &served
@@ -208,7 +209,7 @@ pub struct NodeArguments {
     pub bins: Vec<usize>,
     /// File that the launcher has written, for the bridge
     #[arg(long, value_name = "FILE")]
-    pub post: Option<PathBuf>,
+    pub bridge_role: Option<PathBuf>,
     /// Tolerance against which methods are judged, as a fraction of 1, for the recorder
     #[arg(long, value_name = "SHARE", default_value_t = density::trust::TOLERANCE)]
     pub tolerance: f64,

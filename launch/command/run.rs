@@ -214,8 +214,9 @@ fn conduct(
     let scenarios = scenarios.iter().flat_map(|file| ["--scenario".into(), file.display().to_string()]).collect();
     let tape = tape.map(|tape| tape.draft.clone());
     let snapshots = launch.most_snapshots();
-    let post = shares::post_bridge(launch, &own.place.root, run_id, snapshots).map_err(Abort::Fatal)?;
-    let commands = Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape, scenarios, post };
+    let bridge_role = shares::write_bridge_role(launch, &own.place.root, run_id, snapshots).map_err(Abort::Fatal)?;
+    let commands =
+        Commands { launch, place: &own.place, run_id, draft: folder.draft.clone(), tape, scenarios, bridge_role };
     let (kept, nodes, signals) = {
         let in_all = Some(launch.scenarios.len() as u32);
         let mut run = Run::begin(commands, snapshots, in_all, order.shown, log, start_times(order.start_order))?;

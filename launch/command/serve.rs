@@ -212,9 +212,10 @@ fn serve(
         None => vec!["--requests".into()],
     };
     scenarios.extend(["--most-snapshots".into(), most_snapshots.to_string()]);
-    let post = shares::post_bridge(launch, &own.place.root, run_id, *most_snapshots).map_err(Abort::Fatal)?;
+    let bridge_role =
+        shares::write_bridge_role(launch, &own.place.root, run_id, *most_snapshots).map_err(Abort::Fatal)?;
     let draft = folder.draft.clone();
-    let commands = Commands { launch, place: &own.place, run_id, draft, tape: None, scenarios, post };
+    let commands = Commands { launch, place: &own.place, run_id, draft, tape: None, scenarios, bridge_role };
     let now = Instant::now();
     let mut run = Run::begin(commands, *most_snapshots, None, arguments.shown, &log, || now)?;
     own.keep();

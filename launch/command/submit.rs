@@ -117,11 +117,11 @@ fn ask(scenarios: &[ScenarioFile], place: &Place, results: Option<PathBuf>, tall
     let longest = scenarios.iter().map(|scenario| scenario.problem.times.len()).max().unwrap_or(1);
     let longest = Assignment::numbers(longest);
     let (reports, requests) = (domain.inlet()?, domain.outlet(longest)?);
-    let office = Office { signals, place, results, reports, requests };
-    while office.reports.receive()?.is_some() {}
+    let client = Client { signals, place, results, reports, requests };
+    while client.reports.receive()?.is_some() {}
     for scenario in scenarios {
-        match office.have_done(scenario)? {
-            Ok(position) => office.conclude(position, &scenario.name, tally)?,
+        match client.have_done(scenario)? {
+            Ok(position) => client.conclude(position, &scenario.name, tally)?,
             Err(why) => {
                 remark!("error: {}: {why}", scenario.name);
                 tally.refused += 1;
@@ -131,7 +131,7 @@ fn ask(scenarios: &[ScenarioFile], place: &Place, results: Option<PathBuf>, tall
     Ok(())
 }
 
-struct Office<'a> {
+struct Client<'a> {
     signals: Signals,
     place: &'a Place,
     /// Where the service puts its results folders; not known for a domain that was made by hand.
@@ -140,7 +140,7 @@ struct Office<'a> {
     requests: Outlet<Request>,
 }
 
-impl Office<'_> {
+impl Client<'_> {
     /// Asks for a scenario and waits until it is recorded; returns its position, or why it was refused.
     fn have_done(&self, scenario: &ScenarioFile) -> Result<Result<u32, String>, Trouble> {
         let number = number_of_a_request();

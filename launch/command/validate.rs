@@ -37,7 +37,7 @@ pub fn run(files: &[PathBuf]) -> ExitCode {
 fn validate(path: &Path) -> Result<String, Vec<String>> {
     let file = InputFile::read(path).map_err(|e| vec![e.to_string()])?;
     file.table().map_err(|e| vec![e.to_string()])?;
-    match FileKind::of(&file) {
+    match file.kind() {
         Some(FileKind::Scenario) => scenario(&file),
         Some(FileKind::Sweep) => sweep(&file),
         Some(FileKind::Launch) => launch(&file),
@@ -76,7 +76,7 @@ fn sweep(file: &InputFile) -> Result<String, Vec<String>> {
 
 fn launch(file: &InputFile) -> Result<String, Vec<String>> {
     let launch = Launch::check(file, Some(file.path()), None).map_err(|e| vec![e.to_string()])?;
-    let problems: Vec<String> = programs::problems(file, &launch).iter().map(ToString::to_string).collect();
+    let problems: Vec<String> = programs::problems(file, &launch.cases).iter().map(ToString::to_string).collect();
     if problems.is_empty() {
         return Ok(format!("{} cases on {} scenarios", launch.cases.len(), launch.scenarios.len()));
     }

@@ -29,7 +29,7 @@ pub struct Commands<'a> {
     /// Arguments of the scenario node: where scenarios come from.
     pub scenarios: Vec<String>,
     /// The file that tells the bridge what to do, if there is a bridge.
-    pub post: Option<PathBuf>,
+    pub bridge_role: Option<PathBuf>,
 }
 
 /// Who a process is; it learns that from its environment.
@@ -117,7 +117,7 @@ impl Commands<'_> {
                 command.args(&self.scenarios);
             }
             Some(Service::Bridge) => {
-                command.args(self.post.iter().flat_map(|post| [Path::new("--post"), post]));
+                command.args(self.bridge_role.iter().flat_map(|bridge_role| [Path::new("--role"), bridge_role]));
             }
             Some(Service::Estimator | Service::Comparator) | None => {}
         }

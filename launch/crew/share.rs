@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use bridge::endpoint::Access;
 use bridge::greeting::Hello;
-use bridge::plan::{Plan, Post, Program, Share};
+use bridge::plan::{BridgeRole, HostPlan, Program, Share};
 use kit::session::ANY_SCENARIO;
 use kit::shard::Shard;
 use messages::domain::{HeldDomain, Place};
@@ -41,7 +41,7 @@ pub enum Ending {
 /// # Errors
 /// Why it cannot go on.
 pub fn work(
-    plan: &Plan,
+    plan: &HostPlan,
     access: &Access,
     hello: &Hello,
     signals: &Signals,
@@ -52,12 +52,12 @@ pub fn work(
     let own = OwnDomain::claim(domain::fresh_run_id())?;
     let log = start_log(&own.place.root, plan.run_id, shown, logged)?;
     let (host, process) = (hello.host.clone(), hello.process);
-    let post = Post::Worker { access: access.clone(), host, process, log: log.path().to_owned() };
-    let post = shares::write(&own.place.root, &post)?;
+    let bridge_role = BridgeRole::Worker { access: access.clone(), host, process, log: log.path().to_owned() };
+    let bridge_role = shares::write(&own.place.root, &bridge_role)?;
     let capacity = Capacity { propagators: plan.propagators, cases: plan.cases, snapshots: plan.snapshots, hosts: 1 };
     let ending = {
         let mut workshop = Workshop::open(plan, &own.place, &capacity, &log, shown).map_err(|e| e.to_string())?;
-        workshop.bridge.extend(["--post".into(), post.display().to_string()]);
+        workshop.bridge.extend(["--role".into(), bridge_role.display().to_string()]);
         workshop.work(signals)
     };
     // The results are at home, and home notices if a part of the log has not arrived.
@@ -66,7 +66,7 @@ pub fn work(
 }
 
 struct Workshop<'a> {
-    plan: &'a Plan,
+    plan: &'a HostPlan,
     place: &'a Place,
     bridge: Vec<String>,
     // Processes end before the domain is closed: fields are dropped in this order.
@@ -81,7 +81,7 @@ struct Workshop<'a> {
 
 impl<'a> Workshop<'a> {
     fn open(
-        plan: &'a Plan,
+        plan: &'a HostPlan,
         place: &'a Place,
         capacity: &Capacity,
         log: &LogSink,

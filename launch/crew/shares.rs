@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use bridge::plan::{Plan, Post, Program, Share};
+use bridge::plan::{BridgeRole, HostPlan, Program, Share};
 
 use crate::plan::cases::{Case, Runs};
 use crate::plan::hosts::Hosts;
@@ -16,15 +16,20 @@ const FILE: &str = "bridge.json";
 ///
 /// # Errors
 /// What cannot run on another host, or why the file cannot be written.
-pub fn post_bridge(launch: &Launch, folder: &Path, run_id: u64, snapshots: usize) -> Result<Option<PathBuf>, String> {
+pub fn write_bridge_role(
+    launch: &Launch,
+    folder: &Path,
+    run_id: u64,
+    snapshots: usize,
+) -> Result<Option<PathBuf>, String> {
     let Some(hosts) = &launch.hosts else { return Ok(None) };
     write(folder, &at_home(launch, hosts, run_id, snapshots)?).map(Some)
 }
 
-fn at_home(launch: &Launch, hosts: &Hosts, run_id: u64, snapshots: usize) -> Result<Post, String> {
+fn at_home(launch: &Launch, hosts: &Hosts, run_id: u64, snapshots: usize) -> Result<BridgeRole, String> {
     let plan = |host: &String| {
         let members = launch.cases.iter().map(|case| shares(case, host)).collect::<Result<Vec<_>, _>>()?.concat();
-        let plan = Plan {
+        let plan = HostPlan {
             run_id,
             name: launch.name.clone(),
             propagators: launch.propagators(),
@@ -36,7 +41,7 @@ fn at_home(launch: &Launch, hosts: &Hosts, run_id: u64, snapshots: usize) -> Res
         Ok((host.clone(), plan))
     };
     let plans = hosts.names.iter().map(plan).collect::<Result<BTreeMap<_, _>, String>>()?;
-    Ok(Post::Home { access: hosts.access.clone(), plans })
+    Ok(BridgeRole::Home { access: hosts.access.clone(), plans })
 }
 
 /// The processes of a case that run on `host`.
@@ -64,9 +69,9 @@ fn program(runs: &Runs) -> Result<Program, String> {
 ///
 /// # Errors
 /// If it cannot be written.
-pub fn write(folder: &Path, post: &Post) -> Result<PathBuf, String> {
+pub fn write(folder: &Path, bridge_role: &BridgeRole) -> Result<PathBuf, String> {
     let path = folder.join(FILE);
-    let text = serde_json::to_string(post).map_err(|e| e.to_string())?;
+    let text = serde_json::to_string(bridge_role).map_err(|e| e.to_string())?;
     std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
     Ok(path)
 }

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use density::flow::Flow;
 use density::model::registry::Planar;
 use density::orbits::Orbits;
-use density::sampling::{Draws, Plan};
+use density::sampling::{Draws, SamplingPlan};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::{Form, Propagator};
@@ -26,7 +26,7 @@ impl Propagator for Mine {
     /// A new scenario: `assignment.plane()` has the model, the initial Gaussian, the times and the critical eccentricity.
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.plane()?.problem;
-        let plan = Plan { draws: Draws::Independent, seed: 1, replicates: NonZeroUsize::MIN };
+        let plan = SamplingPlan { draws: Draws::Independent, seed: 1, replicates: NonZeroUsize::MIN };
         let (x1, x2) = plan.draw(&problem.initial, SAMPLES);
         self.work = Some((Orbits::new(Flow::new(problem.model), x1, x2), problem.times.clone()));
         // `messages::content` says which other kinds of snapshot there are, and what their columns are.

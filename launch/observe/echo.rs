@@ -147,7 +147,7 @@ fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Shown>>) -> O
 fn block(shown: &Shown) -> String {
     let mut text = format!("{}\n", shown.topic);
     for (name, field, value) in &shown.header {
-        let unit = field.unit().map_or(String::new(), |unit| format!(" {unit}"));
+        let unit = if field.unit.is_empty() { String::new() } else { format!(" {}", field.unit) };
         text += &format!("  {name:20} {}{unit}{}\n", words(field, value), code(field, value));
     }
     text += &format!("  payload              {} items", shown.items);
@@ -184,7 +184,7 @@ fn plain(value: &Value) -> String {
 
 fn code(field: &Field, value: &Value) -> String {
     let name = match value {
-        Value::Whole(number) => field.codes().and_then(|codes| codes.name_of(*number)),
+        Value::Whole(number) => field.codes.and_then(|codes| codes.name_of(*number)),
         _ => None,
     };
     name.map_or(String::new(), |name| format!(" ({name})"))

@@ -177,7 +177,7 @@ impl Launch {
     pub fn load_to_start(path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
         let launch = Self::load(path, scenario)?;
         let file = InputFile::from_text(path.unwrap_or(Path::new("")), &launch.text);
-        match programs::problems(&file, &launch).into_iter().next() {
+        match programs::problems(&file, &launch.cases).into_iter().next() {
             None => Ok(launch),
             Some(problem) => Err(problem),
         }
@@ -217,7 +217,7 @@ impl Launch {
         file: &InputFile,
         scenarios: impl FnOnce(&Raw) -> Result<Vec<ScenarioInput>, InputError>,
     ) -> Result<Self, InputError> {
-        FileKind::Launch.expect(file)?;
+        file.expect(FileKind::Launch)?;
         let mut top = file.table()?;
         let propagators = top.get_mut().remove("propagator");
         let raw = Raw::deserialize(Deserializer::from(top)).map_err(|e| file.toml_error(&e))?;

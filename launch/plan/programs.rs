@@ -8,15 +8,14 @@ use nodes::files::input::{InputError, InputFile};
 use rustix::fs::{Access, access};
 
 use super::cases::{Case, Runs, command_error};
-use super::launch_file::Launch;
 
 /// All that is wrong with the programs of a launch file, with line and key.
-pub fn problems(file: &InputFile, launch: &Launch) -> Vec<InputError> {
+pub fn problems(file: &InputFile, cases: &[Case]) -> Vec<InputError> {
     let problem = |(index, case): (usize, &Case)| {
         let problem = format!("of the case {}: {}", case.label, program_problem(case)?);
         Some(command_error(file, index, &problem))
     };
-    launch.cases.iter().enumerate().filter_map(problem).collect()
+    cases.iter().enumerate().filter_map(problem).collect()
 }
 
 /// What is wrong with the program of a case that runs on this host.

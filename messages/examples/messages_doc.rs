@@ -99,8 +99,7 @@ fn details(table: &KindTable) -> String {
 fn fields(fields: &[Field]) -> String {
     let mut text = String::new();
     text += "| offset | field | type | unit | meaning |\n|---|---|---|---|---|\n";
-    for field @ Field { name, kind, offset, doc } in fields {
-        let unit = field.unit().unwrap_or_default();
+    for Field { name, kind, offset, unit, doc, .. } in fields {
         let _ = writeln!(text, "| {offset} | `{name}` | {kind} | {unit} | {} |", plain(doc));
     }
     text + "\n"

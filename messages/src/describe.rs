@@ -27,6 +27,10 @@ pub struct Field {
     pub kind: FieldKind,
     /// Where it starts, in bytes.
     pub offset: usize,
+    /// The unit of a number; empty if it is a pure number, or if it is a list, whose numbers may have different units.
+    pub unit: &'static str,
+    /// The codes that its values are, if they are some.
+    pub codes: Option<&'static Codes>,
     /// The doc comment, line by line.
     pub doc: &'static [&'static str],
 }
@@ -139,23 +143,6 @@ impl Field {
             FieldKind::Words(_) | FieldKind::Entries(_) => return None,
         })
     }
-
-    /// The unit of a number, if the doc comment names one. Numbers without a unit are pure; the doc comments of lists
-    /// give the units in words.
-    pub fn unit(&self) -> Option<String> {
-        if self.kind != FieldKind::F64 {
-            return None;
-        }
-        let text = plain(self.doc);
-        text.split_once('[')?.1.split(']').next().map(str::to_owned)
-    }
-
-    /// The codes that are the values of the field, if the doc comment refers to some.
-    pub fn codes(&self) -> Option<&'static Codes> {
-        let text = self.doc.concat();
-        let named = |codes: &&&Codes| text.contains(&format!("ee [`{}`]", codes.name));
-        if self.kind == FieldKind::U32 { crate::layout::ALL_CODES.iter().find(named).copied() } else { None }
-    }
 }
 
 /// A group of numeric codes.
@@ -205,6 +192,14 @@ pub fn plain(doc: &[&str]) -> String {
     text.replace('{', "[").replace('}', "]")
 }
 
+/// The only one of at most one.
+pub const fn first(codes: &[&'static Codes]) -> Option<&'static Codes> {
+    match codes {
+        [] => None,
+        [codes, ..] => Some(codes),
+    }
+}
+
 /// Defines a header: the structure itself, and the table of its fields.
 macro_rules! header {
     (
@@ -212,7 +207,7 @@ macro_rules! header {
         #[type_name($type_name:literal)]
         $(#[$other:meta])*
         pub struct $name:ident {
-            $( $(#[doc = $field_doc:literal])* pub $field:ident: $kind:ty, )*
+            $( $(#[doc = $field_doc:literal])* pub $field:ident: $kind:ty $([unit $unit:literal])? $([codes $codes:path])?, )*
         }
     ) => {
         $(#[doc = $doc])*
@@ -232,6 +227,8 @@ macro_rules! header {
                     name: stringify!($field),
                     kind: <$kind as FieldType>::KIND,
                     offset: std::mem::offset_of!($name, $field),
+                    unit: concat!($($unit)?),
+                    codes: $crate::describe::first(&[$(&$codes)?]),
                     doc: &[$($field_doc),*],
                 },
             )*];
@@ -315,11 +312,11 @@ mod tests {
         let header = StatusHeader { event: event::PROGRESS, node: pack("mc"), ..StatusHeader::default() };
         let bytes = bytemuck::bytes_of(&header);
         assert_eq!(field::<StatusHeader>("event").value(bytes), Some(Value::Whole(2)));
-        assert_eq!(field::<StatusHeader>("event").codes().unwrap().name_of(2), Some("PROGRESS"));
+        assert_eq!(field::<StatusHeader>("event").codes.unwrap().name_of(2), Some("PROGRESS"));
         assert_eq!(field::<StatusHeader>("node").value(bytes), Some(Value::Text("mc".into())));
-        assert_eq!(field::<SnapshotHeader>("time").unit().as_deref(), Some("yr"));
-        assert_eq!(field::<SnapshotHeader>("kind").codes().unwrap().name, "kind");
-        assert_eq!(field::<DensityHeader>("diagnostics").unit(), None, "its numbers have different units");
+        assert_eq!(field::<SnapshotHeader>("time").unit, "yr");
+        assert_eq!(field::<SnapshotHeader>("kind").codes.unwrap().name, "kind");
+        assert_eq!(field::<DensityHeader>("diagnostics").unit, "", "its numbers have different units");
         assert_eq!(field::<DensityHeader>("diagnostics").value(&bytes[..40]), None);
     }
 

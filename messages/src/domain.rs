@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use iceoryx2::prelude::*;
-use iceoryx2::service::port_factory::{event, publish_subscribe};
 
-use crate::port::{Inlet, Outlet, PortError, READER};
+use crate::port::{Inlet, MOST_DRAFTS, Outlet, READER, Services};
+use crate::port_error::PortError;
 use crate::topic::{Capacity, Comparison, Density, Passage, Request, Roster, Scenario, Snapshot, Status, Topic};
 
 /// Environment variable that names the root folder.
@@ -20,8 +20,6 @@ pub const PREFIX_VARIABLE: &str = "PHASECLOUD_PREFIX";
 
 /// Messages of a topic that a reader may hold at once.
 pub const MOST_HELD: usize = 4;
-/// Messages that a publisher may write at once.
-pub(crate) const MOST_DRAFTS: usize = 2;
 /// Upper bound of what iceoryx2 puts before a message \[bytes\].
 const MESSAGE_OVERHEAD: u64 = 256;
 
@@ -159,12 +157,6 @@ pub struct Domain {
     node: Node<ipc::Service>,
     patience: Duration,
 }
-
-/// Both services of a topic.
-pub(crate) type Services<T> = (
-    publish_subscribe::PortFactory<ipc::Service, [<T as Topic>::Item], <T as Topic>::Header>,
-    event::PortFactory<ipc::Service>,
-);
 
 impl Domain {
     /// Enters the domain as a node called `name`.

@@ -8,7 +8,8 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::content::{Details, kind, treatment};
+pub use crate::content::SnapshotHeader;
+use crate::content::{kind, treatment};
 use crate::describe::{Codes, Described, Field, FieldType, codes, header};
 use crate::payload;
 use crate::scenario::range;
@@ -17,52 +18,6 @@ use crate::text::Label;
 /// All codes.
 pub const ALL_CODES: [&Codes; 6] =
     [&range::CODES, &kind::CODES, &treatment::CODES, &diagnostic::CODES, &comparison::CODES, &event::CODES];
-
-header! {
-    /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
-    #[type_name("phasecloud/SnapshotHeader/4")]
-    pub struct SnapshotHeader {
-        /// Names the run.
-        pub run_id: u64,
-        /// Time of the snapshot \[yr\].
-        pub time: f64,
-        /// CPU time that the propagator spent on this snapshot \[s\].
-        pub seconds: f64,
-        /// Rows of all shards together; for reduced samples, the number of samples of all shards; 0 if the case has
-        /// no shards.
-        pub total: u64,
-        /// Trajectories that the propagator followed for this snapshot; 0 if it does not say. In that case each row
-        /// of samples or characteristics counts as one.
-        pub trajectories: u64,
-        /// Position of the scenario in the run.
-        pub scenario: u32,
-        /// Position of the snapshot in the scenario, from 0.
-        pub index: u32,
-        /// Snapshots in the scenario.
-        pub count: u32,
-        /// What the columns and the details are, see [`kind`].
-        pub kind: u32,
-        /// Length of a column.
-        pub rows: u32,
-        /// Number of columns.
-        pub columns: u32,
-        /// How often the propagator had been restarted. A snapshot with a higher number begins the scenario anew and
-        /// replaces all those with lower numbers; if the case has shards, only those of the same shard.
-        pub attempt: u32,
-        /// Which shard of the case sent it, from 0.
-        pub shard: u32,
-        /// Shards of the case; 0 or 1 if the case is not split. Shard `k` of `n` has the rows from `total * k / n` up
-        /// to `total * (k + 1) / n`.
-        pub shards: u32,
-        /// The most rows that a snapshot of this process can have in the scenario; 0 if all its snapshots have `rows`
-        /// rows.
-        pub most_rows: u32,
-        /// The propagator's label.
-        pub label: Label,
-        /// The further fields that snapshots of this kind have (their details), then zeros.
-        pub details: Details,
-    }
-}
 
 codes! {
     /// What the numbers of [`DensityHeader::diagnostics`] are.
@@ -95,11 +50,11 @@ header! {
         /// Names the run.
         pub run_id: u64,
         /// Time of the snapshot \[yr\].
-        pub time: f64,
+        pub time: f64 [unit "yr"],
         /// CPU time that the propagator spent on the snapshot \[s\].
-        pub propagation_seconds: f64,
+        pub propagation_seconds: f64 [unit "s"],
         /// CPU time that the estimator spent on it \[s\].
-        pub estimation_seconds: f64,
+        pub estimation_seconds: f64 [unit "s"],
         /// Probability on the grid of the first projection; the rest, up to 1, lies outside the grid or was lost.
         pub mass_on_grid: f64,
         /// Figures on the reliability of the method, see [`diagnostic`]; NaN where there are none.
@@ -120,9 +75,9 @@ header! {
         /// Number of quantities that describe the cloud.
         pub quantities: u32,
         /// What the snapshot's columns were, see [`kind`].
-        pub kind: u32,
+        pub kind: u32 [codes kind::CODES],
         /// What `diagnostics` are, see [`diagnostic`].
-        pub diagnostic: u32,
+        pub diagnostic: u32 [codes diagnostic::CODES],
         /// 0.
         pub reserved: u32,
         /// The propagator's label.
@@ -139,7 +94,7 @@ header! {
         /// Names the run.
         pub run_id: u64,
         /// CPU time spent on it \[s\].
-        pub seconds: f64,
+        pub seconds: f64 [unit "s"],
         /// Equally weighted samples from which the curve was counted: each of its probabilities is a count divided by
         /// this number; 0 if the curve was not counted.
         pub samples: u64,
@@ -199,13 +154,13 @@ header! {
         /// Names the run.
         pub run_id: u64,
         /// Time of the snapshot \[yr\].
-        pub time: f64,
+        pub time: f64 [unit "yr"],
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Position of the snapshot in the scenario.
         pub index: u32,
         /// What the comparison contains, see [`comparison`].
-        pub kind: u32,
+        pub kind: u32 [codes comparison::CODES],
         /// Numbers in the payload.
         pub length: u32,
         /// Label of the case that is compared.
@@ -251,7 +206,7 @@ header! {
         /// Names the run.
         pub run_id: u64,
         /// What has happened, see [`event`].
-        pub event: u32,
+        pub event: u32 [codes event::CODES],
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Who reports: a propagator's label, with `/` and its number if it is a shard, or the name of another node.
@@ -296,6 +251,11 @@ header! {
         /// Why the case has failed, if it has; a long text is cut.
         pub reason: [u8; 384],
     }
+}
+
+impl payload::Item for RosterEntry {
+    const NAME: &'static str = RosterEntry::TYPE_NAME;
+    const FIELDS: &'static [Field] = <RosterEntry as Described>::FIELDS;
 }
 
 #[cfg(test)]

@@ -36,6 +36,7 @@ pub mod observe;
 pub mod patience;
 pub mod payload;
 pub mod port;
+mod port_error;
 pub mod recording;
 pub mod report;
 pub mod scenario;

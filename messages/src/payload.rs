@@ -1,8 +1,6 @@
 //! Names and units of the numbers of a payload, in order.
 
-use crate::content;
-use crate::describe::{Described, Field};
-use crate::layout::{ComparisonHeader, RosterEntry, SnapshotHeader, comparison};
+use crate::describe::Field;
 
 /// The type of the items of a payload.
 pub trait Item: bytemuck::Pod {
@@ -15,11 +13,6 @@ pub trait Item: bytemuck::Pod {
 impl Item for f64 {
     const NAME: &'static str = "f64";
     const FIELDS: &'static [Field] = &[];
-}
-
-impl Item for RosterEntry {
-    const NAME: &'static str = RosterEntry::TYPE_NAME;
-    const FIELDS: &'static [Field] = <RosterEntry as Described>::FIELDS;
 }
 
 /// How the numbers of a payload form a table.
@@ -38,7 +31,8 @@ pub fn rows(columns: &[&str]) -> Shape {
     table(columns, false)
 }
 
-fn table(columns: &[&str], by_column: bool) -> Shape {
+/// A table of these columns.
+pub(crate) fn table(columns: &[&str], by_column: bool) -> Shape {
     Shape { head: 0, columns: columns.iter().map(|&column| column.to_owned()).collect(), by_column }
 }
 
@@ -52,24 +46,3 @@ pub const DISTANCES: [&str; 5] = ["total variation", "L2", "Hellinger", "Kullbac
 pub const EFFORT: [&str; 4] = ["propagation [s]", "estimation [s]", "sum [s]", "ratio to the baseline"];
 /// A status: one row.
 pub const STATUS: [&str; 2] = ["units done", "units in all"];
-
-/// A snapshot: the columns of its kind, one after the other.
-pub fn snapshot(header: &SnapshotHeader) -> Shape {
-    let in_plane = content::table(header.kind).map_or(&[][..], |kind| kind.columns);
-    let columns = header.columns as usize;
-    if columns == in_plane.len() {
-        return table(in_plane, true);
-    }
-    // The names of the variables of another space are in the scenario message.
-    Shape { head: 0, columns: (0..columns.min(64)).map(|k| format!("column {k}")).collect(), by_column: true }
-}
-
-/// A comparison: its kind decides on the columns.
-pub fn comparison(header: &ComparisonHeader) -> Shape {
-    rows(match header.kind {
-        comparison::MOMENTS => &ERRORS,
-        comparison::DISTANCES => &DISTANCES,
-        comparison::EFFORT => &EFFORT,
-        _ => &[],
-    })
-}

@@ -1,6 +1,6 @@
 //! Sending and receiving without silent loss of messages.
 
-use std::fmt::{self, Debug};
+use std::fmt::Debug;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -13,10 +13,10 @@ use iceoryx2::port::{BackpressureAction, BackpressureInfo, LoanError};
 use iceoryx2::prelude::*;
 use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut::SampleMut;
-use iceoryx2::service::port_factory::publish_subscribe;
+use iceoryx2::service::port_factory::{event, publish_subscribe};
 
-use crate::domain::{MOST_DRAFTS, Services};
 use crate::patience::Attention;
+pub use crate::port_error::PortError;
 use crate::topic::Topic;
 use crate::wait::Awaited;
 
@@ -33,28 +33,14 @@ pub const READER: &str = "reader";
 /// Name of a listener that only waits for readers to join: messages do not wake it.
 const EAR: &str = "ear";
 
-/// The transport refused something.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PortError {
-    action: &'static str,
-    object: String,
-    cause: String,
-}
+/// Messages that a publisher may write at once.
+pub(crate) const MOST_DRAFTS: usize = 2;
 
-impl PortError {
-    /// `action` on `object` failed because of `cause`.
-    pub fn new(action: &'static str, object: &str, cause: &dyn Debug) -> Self {
-        Self { action, object: object.into(), cause: format!("{cause:?}") }
-    }
-}
-
-impl fmt::Display for PortError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot {} {}: {}", self.action, self.object, self.cause)
-    }
-}
-
-impl std::error::Error for PortError {}
+/// Both services of a topic.
+pub(crate) type Services<T> = (
+    publish_subscribe::PortFactory<ipc::Service, [<T as Topic>::Item], <T as Topic>::Header>,
+    event::PortFactory<ipc::Service>,
+);
 
 /// Sends messages on a topic. Keep it until the receivers are done: a message dies with its publisher.
 #[derive(Debug)]

@@ -12,7 +12,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use crate::content;
 use crate::describe::{Described, Field, Value};
 use crate::layout::{
-    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader, StatusHeader,
+    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader, StatusHeader, comparison,
 };
 use crate::payload::{self, Item, Shape, rows};
 use crate::scenario::{self, ScenarioHeader};
@@ -125,7 +125,7 @@ topic!(
 topic!(
     /// From the propagators to the estimator.
     Snapshot, "phasecloud/snapshot", SnapshotHeader, [f64], latched: false,
-    |capacity| capacity.snapshots, |header| payload::snapshot(header), details: content::fields
+    |capacity| capacity.snapshots, |header| of_snapshot(header), details: content::fields
 );
 topic!(
     /// From the estimator to the comparator and the recorder.
@@ -140,7 +140,7 @@ topic!(
 topic!(
     /// From the comparator to the recorder.
     Comparison, "phasecloud/comparison", ComparisonHeader, [f64], latched: false,
-    |capacity| 4 * (capacity.snapshots + 1) * capacity.cases + 1, |header| payload::comparison(header)
+    |capacity| 4 * (capacity.snapshots + 1) * capacity.cases + 1, |header| of_comparison(header)
 );
 topic!(
     /// From every node to the launcher and the scenario node.
@@ -179,4 +179,25 @@ pub fn for_each<V: Visitor>(visitor: &mut V) -> [V::Out; 8] {
         visitor.visit::<Roster>(),
         visitor.visit::<Request>(),
     ]
+}
+
+/// A snapshot: the columns of its kind, one after the other.
+fn of_snapshot(header: &SnapshotHeader) -> Shape {
+    let in_plane = content::table(header.kind).map_or(&[][..], |kind| kind.columns);
+    let columns = header.columns as usize;
+    if columns == in_plane.len() {
+        return payload::table(in_plane, true);
+    }
+    // The names of the variables of another space are in the scenario message.
+    Shape { head: 0, columns: (0..columns.min(64)).map(|k| format!("column {k}")).collect(), by_column: true }
+}
+
+/// A comparison: its kind decides on the columns.
+fn of_comparison(header: &ComparisonHeader) -> Shape {
+    rows(match header.kind {
+        comparison::MOMENTS => &payload::ERRORS,
+        comparison::DISTANCES => &payload::DISTANCES,
+        comparison::EFFORT => &payload::EFFORT,
+        _ => &[],
+    })
 }

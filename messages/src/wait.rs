@@ -14,7 +14,7 @@ use iceoryx2::prelude::*;
 use iceoryx2::waitset::WaitSetRunError;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-use crate::port::PortError;
+use crate::port_error::PortError;
 
 /// Signals that ask a process to stop.
 const STOP: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];

@@ -15,7 +15,7 @@ use proptest::prelude::*;
 use proptest::sample::{Index, select};
 
 use crate::services::comparator::{self, Results};
-use crate::services::estimation::Case;
+use crate::services::estimation::CaseEstimator;
 use crate::services::gathering::Gathering;
 use crate::services::reading::Reading;
 use crate::services::recorder::{Recording, write};
@@ -90,7 +90,7 @@ fn snapshot() -> impl Strategy<Value = (SnapshotHeader, Vec<f64>)> {
 
 /// What the estimator does with two snapshots.
 fn estimate(headers: [SnapshotHeader; 2], items: &[f64]) -> usize {
-    let (assignment, mut case) = (assignment(), Case::default());
+    let (assignment, mut case) = (assignment(), CaseEstimator::default());
     for header in headers {
         let Ok(snapshot) = decode(&header, items, &assignment, case.snapshots_done()) else { break };
         let Ok(estimated) = case.estimate(&snapshot, &assignment) else { break };

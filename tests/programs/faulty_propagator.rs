@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use density::flow::Flow;
 use density::orbits::Orbits;
-use density::sampling::{Draws, Plan};
+use density::sampling::{Draws, SamplingPlan};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::session::Session;
@@ -93,7 +93,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
         initial.mean_phi += 0.5 * initial.sigma_phi;
     }
     let drawn = |seed: u64| {
-        let plan = Plan { draws: Draws::Independent, seed, replicates: std::num::NonZeroUsize::MIN };
+        let plan = SamplingPlan { draws: Draws::Independent, seed, replicates: std::num::NonZeroUsize::MIN };
         let (x1, x2) = plan.draw(&initial, SAMPLES);
         Orbits::new(Flow::new(problem.model), x1, x2)
     };

@@ -64,14 +64,14 @@ impl Propagator for MonteCarlo {
 }
 
 #[derive(Default)]
-struct UnscentedGaussian(Option<(any_model::Propagator<RigidRotation, 3>, Vec<f64>)>);
+struct UnscentedGaussian(Option<(any_model::MixturePropagator<RigidRotation, 3>, Vec<f64>)>);
 
 impl Propagator for UnscentedGaussian {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let (flow, gaussian) = stated(assignment)?;
         let refused = |why: &dyn std::fmt::Display| Failure::Refused(why.to_string());
         let single = Library::new(1, Variance::Kept).map_err(|why| refused(&why))?;
-        let propagator = any_model::Propagator::new(flow, &gaussian, Unscented::THIRD_ORDER, &single, 0);
+        let propagator = any_model::MixturePropagator::new(flow, &gaussian, Unscented::THIRD_ORDER, &single, 0);
         self.0 = Some((propagator.map_err(|why| refused(&why))?, assignment.times.clone()));
         Ok(Form::whole(Mixture::UNJUDGED, 1))
     }

@@ -11,7 +11,7 @@ use zenoh::{Session, Wait};
 
 use super::session::refused;
 use super::wire;
-use crate::plan::Plan;
+use crate::plan::HostPlan;
 
 /// Where home listens for greetings.
 const KEY: &str = "phasecloud/greeting";
@@ -66,7 +66,7 @@ fn contract() -> String {
 ///
 /// # Errors
 /// [`Failure::Refused`] if home refuses, with its reason.
-pub fn greet(zenoh: &Session, hello: &Hello) -> Result<Option<Plan>, Failure> {
+pub fn greet(zenoh: &Session, hello: &Hello) -> Result<Option<HostPlan>, Failure> {
     let answers = zenoh.get(KEY).payload(text(hello)?).timeout(PATIENCE).wait().map_err(|e| refused(&e))?;
     let Ok(Some(reply)) = answers.recv_timeout(PATIENCE) else { return Ok(None) };
     match reply.result() {
@@ -83,7 +83,7 @@ pub fn greet(zenoh: &Session, hello: &Hello) -> Result<Option<Plan>, Failure> {
 /// [`Failure::Refused`] if zenoh refuses.
 pub(crate) fn receive(
     zenoh: &Session,
-    plan_of: impl Fn(Hello) -> Result<Plan, String> + Send + Sync + 'static,
+    plan_of: impl Fn(Hello) -> Result<HostPlan, String> + Send + Sync + 'static,
 ) -> Result<zenoh::query::Queryable<()>, Failure> {
     let answer = move |query: Query| {
         let said = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();

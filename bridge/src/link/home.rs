@@ -26,7 +26,7 @@ use super::serve::serve;
 use super::session;
 use super::wire::key;
 use crate::endpoint::{Access, End};
-use crate::plan::{HOME, Plan};
+use crate::plan::{HOME, HostPlan};
 
 /// Longest time between two looks at the hosts.
 const LOOK: Duration = Duration::from_millis(100);
@@ -35,7 +35,12 @@ const LOOK: Duration = Duration::from_millis(100);
 ///
 /// # Errors
 /// [`Failure::Stopped`] is the normal end.
-pub fn run(session: &Session, place: &Place, access: &Access, plans: BTreeMap<String, Plan>) -> Result<(), Failure> {
+pub fn run(
+    session: &Session,
+    place: &Place,
+    access: &Access,
+    plans: BTreeMap<String, HostPlan>,
+) -> Result<(), Failure> {
     let zenoh = session::open(access, End::Listens)?;
     let (joined, joins) = channel();
     let register = Register { plans, present: Mutex::default() };
@@ -63,7 +68,7 @@ pub fn run(session: &Session, place: &Place, access: &Access, plans: BTreeMap<St
 
 /// Which hosts may join, and which have.
 struct Register {
-    plans: BTreeMap<String, Plan>,
+    plans: BTreeMap<String, HostPlan>,
     present: Mutex<BTreeMap<String, (u64, Arc<Contact>)>>,
 }
 
@@ -72,7 +77,7 @@ impl Register {
     ///
     /// # Errors
     /// Why it cannot join.
-    fn welcome(&self, hello: &Hello) -> Result<(Plan, Option<Arc<Contact>>), String> {
+    fn welcome(&self, hello: &Hello) -> Result<(HostPlan, Option<Arc<Contact>>), String> {
         hello.check().inspect_err(|why| tracing::error!("{why}"))?;
         let Some(plan) = self.plans.get(&hello.host) else {
             let names: Vec<&str> = self.plans.keys().map(String::as_str).collect();
@@ -96,12 +101,12 @@ impl Register {
 
 /// A worker host that has joined.
 struct Host {
-    plan: Plan,
+    plan: HostPlan,
     contact: Arc<Contact>,
     is_reported: bool,
 }
 
-type Joined = (String, Plan, Arc<Contact>);
+type Joined = (String, HostPlan, Arc<Contact>);
 
 struct Home<'a> {
     session: &'a Session,
@@ -145,7 +150,7 @@ impl Home<'_> {
         self.session.report(0, Event::Joined { host: name })
     }
 
-    fn bring_home<T: ComesHome>(&mut self, name: &str, plan: &Plan, contact: &Arc<Contact>) -> Result<(), Failure> {
+    fn bring_home<T: ComesHome>(&mut self, name: &str, plan: &HostPlan, contact: &Arc<Contact>) -> Result<(), Failure> {
         let (zenoh, from) = (self.zenoh.clone(), key(plan.run_id, name, T::NAME));
         let (place, shared, host) = (self.place.clone(), Arc::clone(contact), name.to_owned());
         let (members, attempts) = (plan.members.clone(), self.session.attempt);
@@ -200,7 +205,7 @@ mod tests {
 
     #[test]
     fn a_name_belongs_to_one_process_until_that_is_gone() {
-        let plan = Plan {
+        let plan = HostPlan {
             run_id: 7,
             name: "run".into(),
             propagators: 1,

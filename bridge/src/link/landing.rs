@@ -103,13 +103,13 @@ impl ComesHome for Status {
 pub struct Landing<T: ComesHome> {
     domain: Domain,
     host: String,
-    members: BTreeMap<String, Door<T>>,
+    members: BTreeMap<String, MemberOutlet<T>>,
     attempts: u32,
 }
 
 /// The outlet for the messages of one process in one scenario, as in the process's own domain, and the position of the
 /// last message that has been delivered.
-struct Door<T: ComesHome> {
+struct MemberOutlet<T: ComesHome> {
     scenario: u32,
     outlet: Option<Outlet<T>>,
     last: Option<(u32, u32, u32)>,
@@ -121,8 +121,9 @@ impl<T: ComesHome> Landing<T> {
     /// # Errors
     /// [`Failure::Port`] if the domain cannot be entered.
     pub fn new(place: &Place, host: &str, members: &[Share], attempts: u32) -> Result<Self, Failure> {
-        let door = |share: &Share| (share.name.clone(), Door { scenario: 0, outlet: None, last: None });
-        let members = members.iter().map(door).collect();
+        let member_outlet =
+            |share: &Share| (share.name.clone(), MemberOutlet { scenario: 0, outlet: None, last: None });
+        let members = members.iter().map(member_outlet).collect();
         Ok(Self { domain: Domain::enter(place, Service::Bridge.name())?, host: host.into(), members, attempts })
     }
 }
@@ -130,7 +131,7 @@ impl<T: ComesHome> Landing<T> {
 impl<T: ComesHome> Sink<T> for Landing<T> {
     fn room(&mut self, header: &T::Header, items: usize) -> Result<Option<Draft<T>>, Failure> {
         let member = T::member(header);
-        let Some(door) = self.members.get_mut(&member) else {
+        let Some(member_outlet) = self.members.get_mut(&member) else {
             if Service::Bridge.is(&member) {
                 return Ok(None); // a report of the other bridge about itself
             }
@@ -142,31 +143,35 @@ impl<T: ComesHome> Sink<T> for Landing<T> {
             return Ok(None);
         };
         let position = T::position(header);
-        if position.is_some() && position <= door.last {
+        if position.is_some() && position <= member_outlet.last {
             return Ok(None);
         }
         if items > T::most_items(header) {
             tracing::warn!("{}: {member} sends {items} items on {}, more than it may", self.host, T::NAME);
             return Ok(None);
         }
-        let outlet = match door.outlet.take().filter(|_| door.scenario == <T as ComesHome>::scenario(header)) {
+        let outlet = match member_outlet
+            .outlet
+            .take()
+            .filter(|_| member_outlet.scenario == <T as ComesHome>::scenario(header))
+        {
             Some(outlet) => outlet,
             None => self.domain.outlet(T::most_items(header))?,
         };
-        door.scenario = <T as ComesHome>::scenario(header);
-        Ok(Some(door.outlet.insert(outlet).draft(items)?))
+        member_outlet.scenario = <T as ComesHome>::scenario(header);
+        Ok(Some(member_outlet.outlet.insert(outlet).draft(items)?))
     }
 
     fn deliver(&mut self, header: T::Header, draft: Draft<T>) -> Result<(), Failure> {
-        let Some(door) = self.members.get_mut(&T::member(&header)) else { return Ok(()) };
-        door.last = T::position(&header).or(door.last);
-        if let Some(outlet) = &door.outlet {
+        let Some(member_outlet) = self.members.get_mut(&T::member(&header)) else { return Ok(()) };
+        member_outlet.last = T::position(&header).or(member_outlet.last);
+        if let Some(outlet) = &member_outlet.outlet {
             outlet.send(draft, T::again(header, self.attempts))?;
         }
         Ok(())
     }
 
     fn idle(&mut self) {
-        self.members.values().filter_map(|door| door.outlet.as_ref()).for_each(Awaited::attend);
+        self.members.values().filter_map(|member_outlet| member_outlet.outlet.as_ref()).for_each(Awaited::attend);
     }
 }

@@ -8,7 +8,7 @@ use messages::domain::Place;
 
 use super::greeting::Hello;
 use super::{home, worker};
-use crate::plan::Post;
+use crate::plan::BridgeRole;
 
 /// Carries messages as the file at `path` says.
 ///
@@ -18,8 +18,8 @@ use crate::plan::Post;
 pub fn run(session: &Session, place: &Place, path: &Path) -> Result<(), Failure> {
     let text = std::fs::read(path).map_err(|e| Failure::file(path, e))?;
     match serde_json::from_slice(&text).map_err(|e| Failure::file(path, e))? {
-        Post::Home { access, plans } => home::run(session, place, &access, plans),
-        Post::Worker { access, host, process, log } => {
+        BridgeRole::Home { access, plans } => home::run(session, place, &access, plans),
+        BridgeRole::Worker { access, host, process, log } => {
             worker::run(session, place, &access, &Hello::of(&host, process), &log)
         }
     }

@@ -52,7 +52,7 @@ pub use self_check::Check;
 
 /// Required accuracy of the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct ExactSettings {
     /// Target for the error of the moments, in standard deviations (or products of them).
     pub moment_error: f64,
     /// Target for the L1 error of the joint density.
@@ -64,7 +64,7 @@ pub struct Settings {
     pub limits: Limits,
 }
 
-impl Default for Settings {
+impl Default for ExactSettings {
     fn default() -> Self {
         Self { moment_error: 1e-8, joint_error: 2e-4, most_orbits: 30_000, limits: Limits::default() }
     }
@@ -159,13 +159,13 @@ impl ExactSnapshot {
 pub struct Exact<'a, M = Force> {
     problem: &'a Problem<M>,
     flow: &'a Flow<M>,
-    settings: Settings,
+    settings: ExactSettings,
     family: Family<'a, M>,
 }
 
 impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
     /// The exact density of `problem`, carried by `flow`.
-    pub fn new(problem: &'a Problem<M>, flow: &'a Flow<M>, settings: Settings) -> Self {
+    pub fn new(problem: &'a Problem<M>, flow: &'a Flow<M>, settings: ExactSettings) -> Self {
         let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
         Self { problem, flow, settings, family }
     }
@@ -185,7 +185,7 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
             return Ok(ExactSnapshot::withheld(*grid));
         };
         let (moments, probability) = (self.moments(years)?, self.probability_above(self.problem.critical_e, years)?);
-        let Settings { joint_error, most_orbits, limits, .. } = self.settings;
+        let ExactSettings { joint_error, most_orbits, limits, .. } = self.settings;
         let joint = joint_way::joint(&self.family, grid, years, joint_error, most_orbits);
         let stands = |error: f64, limit: f64| error <= limit;
         let (phi_stands, e_stands) = (stands(moments.error, limits.moments), stands(moments.e_error, limits.moments));
@@ -227,7 +227,7 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
         if years == 0.0 {
             return Ok(at_start::moments(&self.problem.initial));
         }
-        let Settings { moment_error, most_orbits, .. } = self.settings;
+        let ExactSettings { moment_error, most_orbits, .. } = self.settings;
         Ok(moments::smooth_moments(&self.family, years, moment_error, most_orbits))
     }
 

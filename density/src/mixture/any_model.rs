@@ -70,7 +70,7 @@ pub fn transform<const N: usize>(
 
 /// The sigma points of a mixture, moved from time to time.
 #[derive(Debug, Clone)]
-pub struct Propagator<M, const N: usize> {
+pub struct MixturePropagator<M, const N: usize> {
     flow: Flow<M>,
     unscented: Unscented,
     weights: Vec<f64>,
@@ -79,7 +79,7 @@ pub struct Propagator<M, const N: usize> {
     now: f64,
 }
 
-impl<M: Model<Variables = [f64; N]>, const N: usize> Propagator<M, N> {
+impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
     /// Splits a Gaussian at `t = 0` along column `along` of its square root into the components of a library. A
     /// component is left out if one of its sigma points lies outside the variables' ranges; the weights of the others
     /// are scaled to sum to 1.

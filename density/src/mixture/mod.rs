@@ -5,7 +5,7 @@
 //! weighted sum of the components (Eq. 14).
 //!
 //! ```text
-//! settings -> split -> SigmaPoints -> Propagator -> Mixture: rows (w, m_phi, m_e, P_phiphi, P_phie, P_ee)
+//! settings -> split -> SigmaPoints -> MixturePropagator -> Mixture: rows (w, m_phi, m_e, P_phiphi, P_phie, P_ee)
 //! rows, grid -> estimate -> Estimate
 //! ```
 //!
@@ -26,12 +26,12 @@
 //! | [`any_model`] | the transform and the mixture over the variables of a model that is not planar |
 //!
 //! # What the paper's form can do and what it cannot
-//! [`Settings::paper`] is the method of Table 3: 39 components split along `e` (the text says along `phi`, but the
+//! [`MixtureSettings::paper`] is the method of Table 3: 39 components split along `e` (the text says along `phi`, but the
 //! numbers are those of a split along `e`), 195 sigma points. Means are accurate to 0.3 %, standard deviations to a few
 //! per cent. The density is poor: the components stay a full `sigma_phi` wide in the direction that was not split, and
 //! a Gaussian cannot follow where the flow bends them.
 //!
-//! The default, [`Settings::default`], plans an even lattice in both directions; its points are propagated once through all
+//! The default, [`MixtureSettings::default`], plans an even lattice in both directions; its points are propagated once through all
 //! snapshots. Measured (C = 0.15, W = 0.40921):
 //!
 //! | scenario | form | sigma points | components | worst moment | `L1` at 0.5, 1, ... yr |
@@ -77,7 +77,7 @@ mod exact_joint;
 mod tests;
 
 pub use moments::{estimate, mass_below_zero};
-pub use propagator::{Mixture, Propagator};
+pub use propagator::{Mixture, MixturePropagator};
 
 /// One Gaussian of a mixture in the `(phi, e)` plane: one row of the snapshot that a propagator publishes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -165,16 +165,16 @@ impl Above {
     }
 }
 
-/// Settings of a mixture method.
+/// MixtureSettings of a mixture method.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Settings {
+pub struct MixtureSettings {
     /// How the initial Gaussian is split.
     pub split: Split,
     /// How the sigma points of a component are placed and weighed.
     pub unscented: unscented::Unscented,
 }
 
-impl Settings {
+impl MixtureSettings {
     /// Table 3 of the paper: 39 components along `e`, `alpha = 0.8`, `beta = 0`, `eta = 2`.
     pub fn paper() -> Self {
         Self {
@@ -251,7 +251,7 @@ pub enum MixtureError {
     },
     /// A plan without room.
     #[error("a plan needs a tolerance above 0 and at least {least} sigma points, not {tolerance} and {points}")]
-    Plan {
+    SplitPlan {
         /// The tolerance given.
         tolerance: f64,
         /// The sigma points allowed.

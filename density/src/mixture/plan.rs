@@ -52,7 +52,7 @@ impl Default for Adaptive {
 
 /// A lattice and its expected disagreement.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plan {
+pub struct SplitPlan {
     /// The lattice.
     pub lattice: Lattice,
     /// The largest disagreement `D`, twist included, expected at any snapshot.
@@ -64,22 +64,22 @@ pub struct Plan {
 /// Plans the lattice of a problem.
 ///
 /// # Errors
-/// [`MixtureError::Plan`] if there is no room, [`MixtureError::NothingInside`], [`MixtureError::Escaped`].
+/// [`MixtureError::SplitPlan`] if there is no room, [`MixtureError::NothingInside`], [`MixtureError::Escaped`].
 pub fn plan<M: PlanarHamiltonian>(
     problem: &Problem<M>,
     flow: &Flow<M>,
     unscented: &Unscented,
     adaptive: &Adaptive,
-) -> Result<Plan, MixtureError> {
+) -> Result<SplitPlan, MixtureError> {
     let Adaptive { tolerance, sigma_points } = *adaptive;
     if sigma_points < LEAST_POINTS || tolerance.is_nan() || tolerance <= 0.0 {
-        return Err(MixtureError::Plan { tolerance, points: sigma_points, least: LEAST_POINTS });
+        return Err(MixtureError::SplitPlan { tolerance, points: sigma_points, least: LEAST_POINTS });
     }
     let pilot = Pilot::fly(problem, flow)?;
     let room = (sigma_points - pilot.points) as f64;
     let widest = WIDEST.min(0.9 * Lattice::spacing_limit(unscented));
     let spacing = |k: i32| widest * (-f64::from(k) / 6.0).exp2();
-    let mut best: Option<(Plan, f64)> = None;
+    let mut best: Option<(SplitPlan, f64)> = None;
     for orientation in 0..ORIENTATIONS {
         let angle = FRAC_PI_2 * f64::from(orientation) / f64::from(ORIENTATIONS);
         for (i, j) in (0..SPACINGS).flat_map(|i| (0..SPACINGS).map(move |j| (i, j))) {
@@ -97,10 +97,10 @@ pub fn plan<M: PlanarHamiltonian>(
                 }
             });
             if better {
-                best = Some((Plan { lattice, disagreement, pilot_points: pilot.points }, points));
+                best = Some((SplitPlan { lattice, disagreement, pilot_points: pilot.points }, points));
             }
         }
     }
-    let refused = MixtureError::Plan { tolerance, points: sigma_points, least: LEAST_POINTS };
+    let refused = MixtureError::SplitPlan { tolerance, points: sigma_points, least: LEAST_POINTS };
     best.map(|(plan, _)| plan).ok_or(refused)
 }

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use super::library::Library;
 use super::split::{Direction, SigmaPoints, split};
 use super::unscented::{Stencil, Unscented};
-use super::{Component, MixtureError, Settings, Split, direction, linearity, moments, plan};
+use super::{Component, MixtureError, MixtureSettings, Split, direction, linearity, moments, plan};
 use crate::angle::nearest;
 use crate::flow::Flow;
 use crate::model::planar::Force;
@@ -33,7 +33,7 @@ impl Mixture {
 
 /// Carries the sigma points of a problem.
 #[derive(Debug, Clone)]
-pub struct Propagator<M = Force> {
+pub struct MixturePropagator<M = Force> {
     flow: Flow<M>,
     unscented: Unscented,
     x1: Vec<f64>,
@@ -45,13 +45,13 @@ pub struct Propagator<M = Force> {
     left_out: f64,
 }
 
-impl<M: PlanarHamiltonian> Propagator<M> {
+impl<M: PlanarHamiltonian> MixturePropagator<M> {
     /// Splits the initial Gaussian of `problem`, at `t = 0`. An adaptive split looks ahead through all snapshots of the
     /// problem with a few hundred pilot points.
     ///
     /// # Errors
     /// [`MixtureError`], if the settings are out of range or the initial Gaussian is outside `0 < e < 1`.
-    pub fn new(problem: &Problem<M>, flow: &Flow<M>, settings: &Settings) -> Result<Self, MixtureError> {
+    pub fn new(problem: &Problem<M>, flow: &Flow<M>, settings: &MixtureSettings) -> Result<Self, MixtureError> {
         let unscented = settings.unscented;
         unscented.check()?;
         let initial = &problem.initial;

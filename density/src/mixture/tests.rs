@@ -35,11 +35,11 @@ struct Run {
     sigma_points: usize,
 }
 
-fn run(number: usize, settings: &Settings) -> Run {
+fn run(number: usize, settings: &MixtureSettings) -> Run {
     let problem = scenario(number);
     let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
-    let mut propagator = Propagator::new(&problem, &flow, settings).unwrap();
+    let mut propagator = MixturePropagator::new(&problem, &flow, settings).unwrap();
     let snapshots = problem.times.iter().zip(&grids).map(|(&time, grid)| {
         propagator.advance_to(time).unwrap();
         let mixture = propagator.mixture();
@@ -63,15 +63,15 @@ fn joint_errors(runs: &[Run]) -> Vec<Vec<f64>> {
     runs.iter().map(|run| run.snapshots.iter().zip(exact).map(error).collect()).collect()
 }
 
-fn split_along(along: split::Direction, components: usize, across: usize) -> Settings {
+fn split_along(along: split::Direction, components: usize, across: usize) -> MixtureSettings {
     let split = Split::Library { along, components, across, variance: library::Variance::Free };
-    Settings { split, ..Settings::paper() }
+    MixtureSettings { split, ..MixtureSettings::paper() }
 }
 
 #[test]
 fn splitting_along_e_gives_table_3_of_the_paper() {
     let table = reference(include_str!("../../tests/reference/paper-table-3.csv"), "gmm-ut");
-    let run = run(1, &Settings::paper());
+    let run = run(1, &MixtureSettings::paper());
     assert_eq!(run.sigma_points, 195);
     for (row, (_, estimate)) in table.iter().zip(&run.snapshots).skip(1) {
         for (printed, computed) in row[1..].iter().zip(estimate.moments.to_array()) {
@@ -91,7 +91,7 @@ fn splitting_along_phi_as_the_papers_text_says_spoils_the_deviation_of_e() {
 #[test]
 fn adaptive_moments_are_exact_to_a_tenth_of_a_per_cent_with_five_thousand_points() {
     for number in 1..=3 {
-        let run = run(number, &Settings::default());
+        let run = run(number, &MixtureSettings::default());
         assert!(run.sigma_points <= 5000, "{}", run.sigma_points);
         for (exact, (_, estimate)) in exact_moments(number).iter().zip(&run.snapshots) {
             let moments = estimate.moments.to_array();
@@ -109,7 +109,7 @@ fn adaptive_joint_densities_are_exact_to_one_per_cent_and_the_papers_are_not() {
     // The L1 errors of the paper's form that the module documentation states.
     let papers = [(1, 2, 0.56), (1, 4, 1.01), (2, 3, 1.46), (2, 6, 1.15)];
     for number in 1..=3 {
-        let runs = [run(number, &Settings::default()), run(number, &Settings::paper())];
+        let runs = [run(number, &MixtureSettings::default()), run(number, &MixtureSettings::paper())];
         let errors = joint_errors(&runs);
         for (snapshot, &error) in errors[0].iter().enumerate().skip(1) {
             let disagreement = runs[0].snapshots[snapshot].0;
@@ -126,12 +126,14 @@ fn adaptive_joint_densities_are_exact_to_one_per_cent_and_the_papers_are_not() {
 
 #[test]
 fn distrust_is_shown_wherever_a_split_in_both_directions_misses_by_six_per_cent() {
-    let square = |spacing: f64| Settings {
+    let square = |spacing: f64| MixtureSettings {
         split: Split::Lattice(lattice::Lattice { spacing: [spacing; 2], ..Default::default() }),
-        ..Settings::default()
+        ..MixtureSettings::default()
     };
-    let both =
-        Settings { unscented: unscented::Unscented::THIRD_ORDER, ..split_along(split::Direction::SolarAngle, 39, 25) };
+    let both = MixtureSettings {
+        unscented: unscented::Unscented::THIRD_ORDER,
+        ..split_along(split::Direction::SolarAngle, 39, 25)
+    };
     let mut misses = 0;
     for number in 1..=3 {
         let runs = [square(0.2), square(0.35), square(0.6), both.clone()].map(|settings| run(number, &settings));
@@ -174,11 +176,11 @@ fn the_exact_masses_of_these_tests_agree_with_the_characteristics_run_backwards(
 #[test]
 fn merging_keeps_mean_and_covariance_of_the_mixture() {
     let problem = scenario(3);
-    let settings = Settings {
+    let settings = MixtureSettings {
         split: Split::Lattice(lattice::Lattice { spacing: [0.4; 2], ..Default::default() }),
-        ..Settings::default()
+        ..MixtureSettings::default()
     };
-    let mut propagator = Propagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
+    let mut propagator = MixturePropagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
     propagator.advance_to(2.0).unwrap();
     let before = propagator.mixture().components;
     let after = merge::merge(&before, 60).unwrap();
@@ -193,7 +195,7 @@ fn merging_keeps_mean_and_covariance_of_the_mixture() {
 fn an_estimate_has_the_same_bytes_on_any_number_of_threads() {
     let bytes = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let run = pool.install(|| run(3, &Settings::default()));
+        let run = pool.install(|| run(3, &MixtureSettings::default()));
         run.snapshots
             .iter()
             .flat_map(|(_, e)| e.joint.iter().map(|x| x.to_bits()).collect::<Vec<_>>())
@@ -223,12 +225,12 @@ fn rows_that_are_no_gaussians_are_refused() {
 fn settings_out_of_range_are_refused() {
     let problem = scenario(1);
     let flow = Flow::new(problem.model);
-    let refused = |settings: Settings| Propagator::new(&problem, &flow, &settings).unwrap_err();
+    let refused = |settings: MixtureSettings| MixturePropagator::new(&problem, &flow, &settings).unwrap_err();
     assert_eq!(refused(split_along(split::Direction::Eccentricity, 38, 1)), MixtureError::LibrarySize(38));
-    let adaptive = |tolerance: f64, sigma_points: usize| Settings {
+    let adaptive = |tolerance: f64, sigma_points: usize| MixtureSettings {
         split: Split::Adaptive(plan::Adaptive { tolerance, sigma_points }),
-        ..Settings::default()
+        ..MixtureSettings::default()
     };
-    assert!(matches!(refused(adaptive(f64::NAN, 5000)), MixtureError::Plan { .. }));
-    assert!(matches!(refused(adaptive(0.1, 100)), MixtureError::Plan { points: 100, .. }));
+    assert!(matches!(refused(adaptive(f64::NAN, 5000)), MixtureError::SplitPlan { .. }));
+    assert!(matches!(refused(adaptive(0.1, 100)), MixtureError::SplitPlan { points: 100, .. }));
 }

@@ -5,8 +5,8 @@ use crate::problem::paper::scenario;
 
 const ALL: [Draws; 3] = [Draws::Independent, Draws::Antithetic, Draws::Sobol];
 
-fn plan(draws: Draws, seed: u64, replicates: usize) -> Plan {
-    Plan { draws, seed, replicates: NonZeroUsize::new(replicates).unwrap() }
+fn plan(draws: Draws, seed: u64, replicates: usize) -> SamplingPlan {
+    SamplingPlan { draws, seed, replicates: NonZeroUsize::new(replicates).unwrap() }
 }
 
 /// A Gaussian half of which is cut away.

@@ -113,9 +113,14 @@ pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: 
         match shown {
             Ok(shown) => {
                 verdict.warned += usize::from(shown.distrusted.any());
-                let mut desk =
-                    Desk { verdict: &mut verdict, time, distrusted: shown.distrusted, says: shown.says, may_withhold };
-                desk.snapshot(shown, truth);
+                let mut judge = SnapshotJudge {
+                    verdict: &mut verdict,
+                    time,
+                    distrusted: shown.distrusted,
+                    says: shown.says,
+                    may_withhold,
+                };
+                judge.snapshot(shown, truth);
             }
             Err(why) => verdict.refusals.push(why.clone()),
         }
@@ -123,14 +128,14 @@ pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: 
     match &answer.curve {
         Some(Ok(curve)) => {
             let end = problem.times.last().copied().unwrap_or(0.0);
-            let mut desk = Desk {
+            let mut judge = SnapshotJudge {
                 verdict: &mut verdict,
                 time: end,
                 distrusted: Distrust::default(),
                 says: [f64::NAN; 4],
                 may_withhold,
             };
-            desk.curve(curve, problem, oracle);
+            judge.curve(curve, problem, oracle);
         }
         Some(Err(why)) if verdict.refusals.is_empty() => verdict.refusals.push(why.clone()),
         _ => (),
@@ -148,7 +153,7 @@ fn trust_in_oracle(kind: Kind) -> f64 {
 }
 
 /// The figures of one snapshot, or of one curve, while they are judged.
-struct Desk<'a> {
+struct SnapshotJudge<'a> {
     verdict: &'a mut Verdict,
     time: f64,
     distrusted: Distrust,
@@ -156,7 +161,7 @@ struct Desk<'a> {
     may_withhold: bool,
 }
 
-impl Desk<'_> {
+impl SnapshotJudge<'_> {
     /// Compares the error `off` of a figure with the claimed error, given the oracle's own error.
     fn compare(&mut self, kind: Kind, name: &str, off: f64, claimed: f64, oracle: f64, detail: String) {
         let name = format!("{name} at {} yr", self.time);

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use density::binning;
 use density::dynamics::Force;
 use density::estimate::Estimate;
-use density::exact::{Exact, Settings as ExactSettings};
+use density::exact::{Exact, ExactSettings};
 use density::first_passage::curve_times;
 use density::first_passage::empirical::{curve_of_points, point};
 use density::first_passage::exact::exact_curve;
@@ -239,7 +239,8 @@ fn mesh_curve(
 
 fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> {
     let flow = Flow::new(problem.model);
-    let mut propagator = mixture::Propagator::new(problem, &flow, &mixture::Settings::default()).map_err(text)?;
+    let mut propagator =
+        mixture::MixturePropagator::new(problem, &flow, &mixture::MixtureSettings::default()).map_err(text)?;
     let mut snapshot = |time: f64, grid: &Grid| {
         propagator.advance_to(time).map_err(text)?;
         let mixture = propagator.mixture();

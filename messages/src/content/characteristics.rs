@@ -11,7 +11,7 @@ header! {
     #[type_name("phasecloud/SnapshotHeader/4/Characteristics")]
     pub struct CharacteristicsDetails {
         /// How to estimate the density, see [`treatment`].
-        pub treatment: u32,
+        pub treatment: u32 [codes treatment::CODES],
         /// Hull meshes only: interpolation points per axis (the paper's Ngrid), at most 20,000.
         pub resolution: u32,
         /// Carried meshes only: points per side if the initial points form a square lattice, `phi` outermost; else 0.

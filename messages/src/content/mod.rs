@@ -8,6 +8,7 @@
 
 mod characteristics;
 mod density;
+mod header;
 mod mixture;
 mod reduced;
 mod samples;
@@ -16,10 +17,10 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::describe::{Described, Field, FieldType, codes, header};
-use crate::layout::SnapshotHeader;
 
 pub use characteristics::{Characteristics, Lattice, MOST_RESOLUTION};
 pub use density::{DENSITY_HEAD, Density};
+pub use header::SnapshotHeader;
 pub use mixture::Mixture;
 pub use reduced::Reduced;
 pub use samples::Samples;
@@ -186,30 +187,6 @@ pub(crate) fn fields(header: &SnapshotHeader) -> Vec<(String, Field)> {
     let fields = table(header.kind).map_or(&[][..], |kind| kind.details);
     let named = |field: &Field| (field.name.to_owned(), Field { offset: area + field.offset, ..*field });
     fields.iter().filter(|field| field.name != "reserved").map(named).collect()
-}
-
-impl SnapshotHeader {
-    /// What the snapshot is.
-    ///
-    /// # Errors
-    /// As [`Content::decode`].
-    pub fn content(&self) -> Result<Content, String> {
-        Content::decode(self.kind, &self.details)
-    }
-
-    /// This header with the kind, the number of columns and the details of `content` in the plane.
-    pub fn with(self, content: impl Into<Content>) -> Self {
-        const PLANE: usize = 2;
-        self.with_variables(content, PLANE)
-    }
-
-    /// This header with the kind, the number of columns and the details of `content` in a space of `variables`
-    /// variables.
-    pub fn with_variables(self, content: impl Into<Content>, variables: usize) -> Self {
-        let content = content.into();
-        let (kind, columns) = (content.code(), content.column_count(variables) as u32);
-        Self { kind, columns, details: content.details(), ..self }
-    }
 }
 
 fn in_area<D: Pod>(details: &D) -> Details {

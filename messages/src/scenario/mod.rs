@@ -45,7 +45,7 @@ header! {
         /// Upper bound of an interval.
         pub high: f64,
         /// Which values it takes, see [`range`].
-        pub range: u32,
+        pub range: u32 [codes range::CODES],
         /// 0.
         pub reserved: u32,
         /// Its name, for example `solar angle`.

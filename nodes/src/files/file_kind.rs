@@ -1,10 +1,10 @@
 //! Which kind of file a TOML file is: launch file, scenario file or sweep file. Users take one for another; then what to do with
 //! it is more help than a list of keys that are missing.
 
+use std::path::Path;
+
 use toml::Spanned;
 use toml::de::DeTable;
-
-use crate::files::input::{InputError, InputFile};
 
 /// A kind of file that phasecloud reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,6 +25,7 @@ impl FileKind {
         match self {
             Self::Launch => &[
                 "propagator",
+                "baseline",
                 "scenarios",
                 "reference",
                 "tolerance",
@@ -34,7 +35,7 @@ impl FileKind {
                 "hosts",
                 "accuracy",
             ],
-            Self::Scenario => &["orbit", "initial", "times", "disposal"],
+            Self::Scenario => &["model", "orbit", "initial", "times", "disposal"],
             Self::Sweep => &["vary", "scenario"],
         }
     }
@@ -48,13 +49,9 @@ impl FileKind {
         }
     }
 
-    /// The kind of file that a file is by most of its keys; `None` if it has none that tells, or as many of another kind.
-    pub fn of(file: &InputFile) -> Option<Self> {
-        Self::told_by(file.table().ok()?.get_ref()).map(|(kind, _)| kind)
-    }
-
-    /// The kind, and the first key that tells.
-    fn told_by<'t, 'd>(table: &'t DeTable<'d>) -> Option<(Self, &'t Spanned<std::borrow::Cow<'d, str>>)> {
+    /// The kind of file that a table is by most of its keys, and the first key that tells; `None` if it has none that tells, or as many of
+    /// another kind.
+    pub(crate) fn told_by<'t, 'd>(table: &'t DeTable<'d>) -> Option<(Self, &'t Spanned<std::borrow::Cow<'d, str>>)> {
         let of_kind = |kind: Self| table.keys().filter(move |key| kind.keys().contains(&key.get_ref().as_ref()));
         let most = Self::ALL.into_iter().map(|kind| of_kind(kind).count()).max()?;
         let mut likely = Self::ALL.into_iter().filter(|kind| of_kind(*kind).count() == most);
@@ -62,19 +59,9 @@ impl FileKind {
         of_kind(kind).min_by_key(|key| key.span().start).map(|key| (kind, key))
     }
 
-    /// # Errors
-    /// If the file is of another kind: which, and what to do with it.
-    pub fn expect(self, file: &InputFile) -> Result<(), InputError> {
-        let Ok(table) = file.table() else { return Ok(()) }; // the reader says what is wrong
-        match Self::told_by(table.get_ref()) {
-            Some((kind, key)) if kind != self => Err(file.error(key, &self.instead_of(kind, file))),
-            _ => Ok(()),
-        }
-    }
-
     /// What to do with a file of kind `found` that stands where one of this kind belongs.
-    fn instead_of(self, found: Self, file: &InputFile) -> String {
-        let path = file.path().display();
+    pub(crate) fn instead_of(self, found: Self, path: &Path) -> String {
+        let path = path.display();
         let advice = match (found, self) {
             (Self::Scenario, Self::Launch) => format!(
                 "`phasecloud run --scenario {path}` runs the default cases on it, with a launch file before --scenario those of the \
@@ -89,62 +76,5 @@ impl FileKind {
             (Self::Sweep, _) => format!("`phasecloud serve LAUNCH_FILE --sweep {path}` works on it"),
         };
         format!("this is {}, but {} belongs here; {advice}", found.words(), self.words())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use super::*;
-
-    const LAUNCH: &str = "name = \"l\"\nscenarios = [\"s.toml\"]\nreference = \"mc\"\n[[propagator]]\nlabel = \"mc\"\n";
-    const SCENARIO: &str = "name = \"s\"\n[orbit]\nradiation = 1\n[initial]\ne = 0.1\n";
-    const SWEEP: &str = "scenario = \"s.toml\"\n[vary]\n\"initial.e\" = [0.1]\n";
-
-    fn file(text: &str) -> InputFile {
-        InputFile::from_text(Path::new("x.toml"), text)
-    }
-
-    #[test]
-    fn a_file_is_what_most_of_its_keys_say() {
-        for (text, kind) in [
-            (LAUNCH, Some(FileKind::Launch)),
-            (SCENARIO, Some(FileKind::Scenario)),
-            (SWEEP, Some(FileKind::Sweep)),
-            ("name = \"x\"\n", None),
-            ("scenario = \"s.toml\"\n[orbit]\n", None),
-            ("not toml", None),
-        ] {
-            assert_eq!(FileKind::of(&file(text)), kind, "{text}");
-        }
-    }
-
-    #[test]
-    fn every_other_kind_is_recognised_with_what_to_do() {
-        for (expected, text, words) in [
-            (
-                FileKind::Launch,
-                SCENARIO,
-                "x.toml:2: orbit: this is a scenario file, but a launch file belongs here; `phasecloud run --scenario x.toml`",
-            ),
-            (
-                FileKind::Launch,
-                SWEEP,
-                "x.toml:1: scenario: this is a sweep file, but a launch file belongs here; `phasecloud serve LAUNCH_FILE --sweep x.toml`",
-            ),
-            (
-                FileKind::Scenario,
-                LAUNCH,
-                "x.toml:2: scenarios: this is a launch file, but a scenario file belongs here; `phasecloud run x.toml`",
-            ),
-            (FileKind::Scenario, SWEEP, "`phasecloud serve LAUNCH_FILE --sweep x.toml`"),
-            (FileKind::Sweep, LAUNCH, "`phasecloud serve x.toml --sweep SWEEP_FILE`"),
-            (FileKind::Sweep, SCENARIO, "names it as scenario"),
-        ] {
-            let error = expected.expect(&file(text)).unwrap_err().to_string();
-            assert!(error.contains(words), "{error}");
-        }
-        assert!(FileKind::Launch.expect(&file(LAUNCH)).is_ok() && FileKind::Launch.expect(&file("x = [")).is_ok());
     }
 }

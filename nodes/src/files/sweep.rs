@@ -10,10 +10,7 @@ use crate::files::file_kind::FileKind;
 use crate::files::input::{InputError, InputFile, LONGEST_PLAIN_NAME};
 use crate::files::plain_number::plain;
 use crate::files::scenario_file::{self, ScenarioFile};
-use crate::files::sweep_values::Values;
-
-/// Most scenarios of a sweep.
-pub(crate) const MOST_SCENARIOS: usize = 1_000_000;
+use crate::files::sweep_values::{MOST_SCENARIOS, Values};
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -55,7 +52,7 @@ impl Sweep {
     /// # Errors
     /// [`InputError`] with file, line and key.
     pub fn check(file: &InputFile) -> Result<Self, InputError> {
-        FileKind::Sweep.expect(file)?;
+        file.expect(FileKind::Sweep)?;
         let raw: Raw = file.parse()?;
         let folder = file.path().parent().unwrap_or(Path::new("."));
         let in_base = |error: &dyn std::fmt::Display| file.error(&raw.scenario, &error.to_string());

@@ -3,7 +3,9 @@
 use toml::{Table, Value};
 
 use crate::files::plain_number::plain;
-use crate::files::sweep::MOST_SCENARIOS;
+
+/// Most scenarios of a sweep.
+pub(crate) const MOST_SCENARIOS: usize = 1_000_000;
 
 /// The values that a key takes.
 #[derive(Debug, Clone, PartialEq)]

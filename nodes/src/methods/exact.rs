@@ -1,6 +1,6 @@
 //! The exact density: no samples, no mesh, no mixture, only the flow run backwards and quadrature.
 
-use density::exact::{Estimated, Exact, ExactSnapshot, Limits, Settings as ExactSettings};
+use density::exact::{Estimated, Exact, ExactSettings, ExactSnapshot, Limits};
 use density::first_passage::exact::curve;
 use messages::content::{DENSITY_HEAD, Density};
 use serde::{Deserialize, Serialize};

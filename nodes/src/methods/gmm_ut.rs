@@ -98,7 +98,7 @@ impl Settings {
     }
 
     /// The same in the terms of science.
-    fn for_mixture(&self) -> mixture::Settings {
+    fn for_mixture(&self) -> mixture::MixtureSettings {
         let variance = if self.keeps_variance() { Variance::Kept } else { Variance::Free };
         let library = |along, across| Split::Library { along, components: self.components(), across, variance };
         let split = match self.split() {
@@ -113,7 +113,7 @@ impl Settings {
             Mode::AsPrinted => Unscented::PAPER,
             Mode::Corrected => Unscented::default(),
         };
-        mixture::Settings { split, unscented }
+        mixture::MixtureSettings { split, unscented }
     }
 }
 
@@ -203,7 +203,7 @@ pub struct GaussianMixture {
 /// A mixture on its way.
 #[derive(Debug)]
 struct Course {
-    propagator: mixture::Propagator<Planar>,
+    propagator: mixture::MixturePropagator<Planar>,
     times: Vec<f64>,
     mixture: Option<Mixture>,
     disagreement: f64,
@@ -224,7 +224,7 @@ impl Propagator for GaussianMixture {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.plane()?.problem;
         let flow = AccuracySetting::flow(self.settings.accuracy, problem.model);
-        let propagator = mixture::Propagator::new(problem, &flow, &self.settings.for_mixture())?;
+        let propagator = mixture::MixturePropagator::new(problem, &flow, &self.settings.for_mixture())?;
         let form = Form::whole(content::Mixture::UNJUDGED, propagator.components());
         self.course = Some(Course { propagator, times: problem.times.clone(), mixture: None, disagreement: f64::NAN });
         Ok(form)

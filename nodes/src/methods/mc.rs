@@ -7,7 +7,7 @@ use density::flow::Passages;
 use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::Problem;
-use density::sampling::{Draws, Plan};
+use density::sampling::{Draws, SamplingPlan};
 use messages::content::Samples;
 use messages::layout::PASSAGE_TIMES;
 use serde::{Deserialize, Serialize};
@@ -61,13 +61,17 @@ impl Default for Settings {
 }
 
 impl Settings {
-    fn plan(&self) -> Plan {
+    fn plan(&self) -> SamplingPlan {
         let draws = match self.draws {
             DrawsChoice::Independent => Draws::Independent,
             DrawsChoice::Antithetic => Draws::Antithetic,
             DrawsChoice::Sobol => Draws::Sobol,
         };
-        Plan { draws, seed: self.seed, replicates: NonZeroUsize::new(self.replicates).unwrap_or(NonZeroUsize::MIN) }
+        SamplingPlan {
+            draws,
+            seed: self.seed,
+            replicates: NonZeroUsize::new(self.replicates).unwrap_or(NonZeroUsize::MIN),
+        }
     }
 }
 

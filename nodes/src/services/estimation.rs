@@ -7,12 +7,12 @@ use kit::kind::{self, Memory, Place, Snapshot};
 
 /// What the estimator remembers of a case between its snapshots.
 #[derive(Debug, Default)]
-pub struct Case {
+pub struct CaseEstimator {
     done: usize,
     memory: Memory,
 }
 
-impl Case {
+impl CaseEstimator {
     /// How many snapshots have been estimated.
     pub fn snapshots_done(&self) -> usize {
         self.done

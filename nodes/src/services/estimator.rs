@@ -14,7 +14,7 @@ use messages::port::{Inlet, Message, Outlet};
 use messages::text::{pack, unpack};
 use messages::topic::{Density, Roster as RosterTopic, Scenario, Snapshot};
 
-use crate::services::estimation::{Case, Estimated};
+use crate::services::estimation::{CaseEstimator, Estimated};
 use crate::services::gathering::Gathering;
 use crate::services::reading::Reading;
 use crate::services::roomy::Roomy;
@@ -58,11 +58,11 @@ struct Estimator<'a> {
     roster: Roster,
     strangers: BTreeSet<String>,
     densities: Option<Roomy<Density>>,
-    desk: Option<Desk>,
+    work: Option<ScenarioWork>,
 }
 
 /// The scenario under work.
-struct Desk {
+struct ScenarioWork {
     assignment: Assignment,
     cases: BTreeMap<String, Attempt>,
     refused: BTreeSet<String>,
@@ -75,7 +75,7 @@ struct Desk {
 struct Attempt {
     /// How often its propagator was restarted; of shards each counts for itself.
     number: u32,
-    case: Case,
+    case: CaseEstimator,
     gathering: Gathering,
     /// CPU time spent on shards of the next snapshot \[s\].
     gathering_seconds: f64,
@@ -99,7 +99,7 @@ impl<'a> Estimator<'a> {
             roster: Roster::default(),
             strangers: BTreeSet::new(),
             densities: None,
-            desk: None,
+            work: None,
         })
     }
 
@@ -112,14 +112,14 @@ impl<'a> Estimator<'a> {
                 // As a propagator's: an outlet a scenario.
                 self.densities = None;
                 let (cases, refused) = (BTreeMap::new(), BTreeSet::new());
-                self.desk = Some(Desk { assignment, cases, refused, done: 0, awaited: None });
+                self.work = Some(ScenarioWork { assignment, cases, refused, done: 0, awaited: None });
             }
         }
         Ok(())
     }
 
     fn can_work(&self) -> bool {
-        self.desk.is_some() && self.roster.is_known()
+        self.work.is_some() && self.roster.is_known()
     }
 
     fn sleep(&self) -> Result<(), Failure> {
@@ -136,51 +136,51 @@ impl<'a> Estimator<'a> {
         if !self.roster.takes_part(&label) {
             return self.ignore_stranger(&label);
         }
-        if self.desk.as_ref().is_some_and(|desk| header.scenario > desk.assignment.scenario()) {
+        if self.work.as_ref().is_some_and(|work| header.scenario > work.assignment.scenario()) {
             self.await_scenario(header.scenario)?;
         }
         self.roster.update(self.session, &self.rosters)?;
-        let Some(desk) = &mut self.desk else { return Ok(()) };
+        let Some(work) = &mut self.work else { return Ok(()) };
         // Nobody waits any more for what a case that has failed had still sent.
-        let has_failed = self.roster.scenario == desk.assignment.scenario() && self.roster.has_failed(&label);
-        if header.scenario < desk.assignment.scenario() || desk.refused.contains(&label) || has_failed {
+        let has_failed = self.roster.scenario == work.assignment.scenario() && self.roster.has_failed(&label);
+        if header.scenario < work.assignment.scenario() || work.refused.contains(&label) || has_failed {
             return Ok(());
         }
         let shards = self.roster.shards(&label);
-        match desk.estimate(header, message.items(), &label, shards) {
+        match work.estimate(header, message.items(), &label, shards) {
             Ok(Some(answer)) => {
-                let room = Reading::numbers_of(&desk.assignment);
+                let room = Reading::numbers_of(&work.assignment);
                 let outlet = Roomy::with_room(&mut self.densities, &self.session.domain, room)?;
                 publish(outlet, &answer)?;
-                desk.done += 1;
-                self.session.working(desk.assignment.scenario(), desk.done, desk.done)
+                work.done += 1;
+                self.session.working(work.assignment.scenario(), work.done, work.done)
             }
             Ok(None) => Ok(()),
             Err(why) => {
                 let why = format!("snapshot {}: {why}", header.index);
-                desk.refused.insert(label.clone());
-                self.session.failed(desk.assignment.scenario(), &label, &why)
+                work.refused.insert(label.clone());
+                self.session.failed(work.assignment.scenario(), &label, &why)
             }
         }
     }
 
     /// Tells whose snapshots are waited for: the launcher cannot know who has sent too few.
     fn tell_awaited(&mut self) -> Result<(), Failure> {
-        let Some(desk) = &mut self.desk else { return Ok(()) };
-        let alive = self.roster.cases.iter().filter(|(label, failed)| !failed && !desk.refused.contains(label));
+        let Some(work) = &mut self.work else { return Ok(()) };
+        let alive = self.roster.cases.iter().filter(|(label, failed)| !failed && !work.refused.contains(label));
         let awaited =
-            alive.map(|(label, _)| label).find(|label| desk.snapshots_of(label) < desk.assignment.times.len());
-        if let Some(label) = awaited.filter(|label| desk.awaited.as_ref() != Some(label)) {
-            self.session.waits_for(desk.assignment.scenario(), label, "its snapshots", desk.done)?;
+            alive.map(|(label, _)| label).find(|label| work.snapshots_of(label) < work.assignment.times.len());
+        if let Some(label) = awaited.filter(|label| work.awaited.as_ref() != Some(label)) {
+            self.session.waits_for(work.assignment.scenario(), label, "its snapshots", work.done)?;
         }
-        desk.awaited = awaited.cloned();
+        work.awaited = awaited.cloned();
         Ok(())
     }
 
     /// Scenario and snapshot come from different processes: the answer may be here before the question.
     fn await_scenario(&mut self, scenario: u32) -> Result<(), Failure> {
         let mut watch = Watch::start();
-        while self.desk.as_ref().is_none_or(|desk| desk.assignment.scenario() < scenario)
+        while self.work.as_ref().is_none_or(|work| work.assignment.scenario() < scenario)
             && watch.elapsed() < HEAD_START
         {
             self.session.wait(&[&self.scenarios])?;
@@ -191,14 +191,14 @@ impl<'a> Estimator<'a> {
 
     fn ignore_stranger(&mut self, label: &str) -> Result<(), Failure> {
         if self.strangers.insert(label.into()) {
-            let scenario = self.desk.as_ref().map_or(ANY_SCENARIO, |desk| desk.assignment.scenario());
+            let scenario = self.work.as_ref().map_or(ANY_SCENARIO, |work| work.assignment.scenario());
             self.session.failed(scenario, label, "its snapshots are ignored: no case of this run has that label")?;
         }
         Ok(())
     }
 }
 
-impl Desk {
+impl ScenarioWork {
     fn snapshots_of(&self, label: &str) -> usize {
         self.cases.get(label).map_or(0, |attempt| attempt.case.snapshots_done())
     }

@@ -19,7 +19,7 @@ use kit::session::Session;
 
 /// What the scenario node publishes.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct ScenarioSettings {
     /// Where the scenarios come from.
     pub source: Source,
     /// Position in the run of the first one to publish; those before it are done.
@@ -45,8 +45,8 @@ pub enum Source {
 ///
 /// # Errors
 /// [`Failure::Stopped`] is the normal end.
-pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
-    let mut desk = Desk {
+pub fn run(session: &Session, settings: &ScenarioSettings) -> Result<(), Failure> {
+    let mut publisher = Publisher {
         session,
         reports: session.domain.inlet()?,
         scenarios: None,
@@ -58,11 +58,11 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
     };
     match &settings.source {
         Source::Files(files) => {
-            desk.count = files.len() as u32;
+            publisher.count = files.len() as u32;
             session.ready()?;
             for file in files {
                 let scenario = scenario_file::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
-                desk.publish(&scenario, None)?;
+                publisher.publish(&scenario, None)?;
             }
         }
         Source::Sweep(file) => {
@@ -72,15 +72,15 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
                 let scenario = sweep.scenario(index).map_err(|e| Failure::Refused(e.to_string()));
                 let published = scenario.and_then(|scenario| {
                     let combination = |why: Failure| why.about(&sweep.combination(index));
-                    desk.publish(&scenario, None).map_err(combination)
+                    publisher.publish(&scenario, None).map_err(combination)
                 });
-                desk.report_refusal(published, &combination_name(index), None)?;
+                publisher.report_refusal(published, &combination_name(index), None)?;
             }
         }
-        Source::Requests => desk.serve_requests()?,
+        Source::Requests => publisher.serve_requests()?,
     }
-    session.report(desk.position, Event::Total)?;
-    desk.stay()
+    session.report(publisher.position, Event::Total)?;
+    publisher.stay()
 }
 
 /// What a combination of a sweep is called where it is refused.
@@ -88,7 +88,7 @@ pub fn combination_name(index: usize) -> String {
     format!("scenario {index} of the sweep")
 }
 
-struct Desk<'a> {
+struct Publisher<'a> {
     session: &'a Session,
     reports: Inlet<Status>,
     scenarios: Option<Roomy<Scenario>>,
@@ -101,7 +101,7 @@ struct Desk<'a> {
     count: u32,
 }
 
-impl Desk<'_> {
+impl Publisher<'_> {
     /// Publishes a scenario, which the request of that number may have asked for, unless that is done already, and waits until
     /// it is recorded.
     fn publish(&mut self, ScenarioFile { name, problem }: &ScenarioFile, request: Option<u32>) -> Result<(), Failure> {

@@ -69,7 +69,7 @@ pub fn load(path: &Path) -> Result<ScenarioFile, InputError> {
 /// # Errors
 /// [`InputError`] with file, line and key.
 pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
-    FileKind::Scenario.expect(file)?;
+    file.expect(FileKind::Scenario)?;
     let raw: Raw = file.parse()?;
     if !is_plain_name(raw.name.get_ref()) {
         return Err(file.error(&raw.name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", raw.name.get_ref())));

@@ -7,9 +7,6 @@
 //! bounds and sample variance penalization*, 2009, Theorem 4), Chernoff's for counts, McDiarmid's for the total variation. The
 //! number of comparisons is counted, and each gets its part of [`FALSE_ALARMS`].
 
-use std::f64::consts::{SQRT_2, TAU};
-
-use density::angle::nearest;
 use messages::layout::diagnostic;
 
 use super::cloud::Cloud;
@@ -272,24 +269,3 @@ fn widened(row: &Row) -> Option<(f64, f64)> {
 fn told(value: f64) -> String {
     if value == 0.0 || (1e-4..1e4).contains(&value.abs()) { format!("{value:.5}") } else { format!("{value:.1e}") }
 }
-
-/// How far the resultant vectors of an angle are apart in two clouds.
-pub(super) fn apart(a: &Reading, b: &Reading, variable: usize) -> f64 {
-    let vector = |reading: &Reading| {
-        let length = reading.value(Quantity::ResultantLength(variable));
-        let mean = reading.value(Quantity::CircularMean(variable));
-        (length * mean.cos(), length * mean.sin())
-    };
-    let ((ax, ay), (bx, by)) = (vector(a), vector(b));
-    (ax - bx).hypot(ay - by)
-}
-
-/// How far two means of an angle are apart, the short way round.
-pub(super) fn angle_between(a: f64, b: f64) -> f64 {
-    nearest(a - b, 0.0).abs()
-}
-
-/// The largest distance of two resultant vectors that differ in a part of the cloud.
-pub(super) const VECTOR_RANGE: f64 = 2.0 * SQRT_2;
-/// A turn: what a part of the cloud moves by that lies on the other side of the branch cut.
-pub(super) const TURN: f64 = TAU;

@@ -1,10 +1,12 @@
 //! The moments of two clouds side by side, with all that they may differ by if both are right.
 
+use std::f64::consts::{SQRT_2, TAU};
+
+use density::angle::nearest;
 use density::grid::Axis;
 use messages::layout::diagnostic;
 use messages::scenario::Range;
 
-use super::agreement::{TURN, VECTOR_RANGE, angle_between, apart};
 use crate::services::reading::Reading;
 use kit::space::Quantity;
 
@@ -186,3 +188,24 @@ impl Pair<'_> {
         if is_clear || n == 0.0 { near } else { near + 5.0 * (near / n).sqrt() + 15.0 / n }
     }
 }
+
+/// How far the resultant vectors of an angle are apart in two clouds.
+fn apart(a: &Reading, b: &Reading, variable: usize) -> f64 {
+    let vector = |reading: &Reading| {
+        let length = reading.value(Quantity::ResultantLength(variable));
+        let mean = reading.value(Quantity::CircularMean(variable));
+        (length * mean.cos(), length * mean.sin())
+    };
+    let ((ax, ay), (bx, by)) = (vector(a), vector(b));
+    (ax - bx).hypot(ay - by)
+}
+
+/// How far two means of an angle are apart, the short way round.
+fn angle_between(a: f64, b: f64) -> f64 {
+    nearest(a - b, 0.0).abs()
+}
+
+/// The largest distance of two resultant vectors that differ in a part of the cloud.
+const VECTOR_RANGE: f64 = 2.0 * SQRT_2;
+/// A turn: what a part of the cloud moves by that lies on the other side of the branch cut.
+const TURN: f64 = TAU;
