@@ -68,3 +68,11 @@ pub mod dynamics {
     pub use crate::model::planar::{Force, force_from_orbit};
     pub use crate::model::plane::{State, density_growth, density_growth_without_jacobian};
 }
+
+pub use exact::Exact;
+pub use flow::Flow;
+pub use grid::Grid;
+pub use model::Model;
+pub use model::planar::Force;
+pub use orbits::Orbits;
+pub use problem::{InitialGaussian, Problem};

@@ -1,5 +1,47 @@
 //! What a propagator needs: implement [`Propagator`], and let `main` return [`main`]'s result.
 //!
+//! A propagator turns a scenario into snapshots. This one carries the mean of the initial Gaussian along and says that the cloud has not
+//! changed its shape, as a mixture of one component:
+//!
+//! ```no_run
+//! use density::flow::Flow;
+//! use density::model::registry::Planar;
+//! use density::orbits::Orbits;
+//! use kit::{Assignment, Failure, Form, Propagator};
+//! use messages::content::Mixture;
+//!
+//! #[derive(Default)]
+//! struct Rigid(Option<(Orbits<Planar>, Assignment)>);
+//!
+//! impl Propagator for Rigid {
+//!     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
+//!         let problem = &assignment.plane()?.problem; // refuses a model that is none of the plane's
+//!         let (phi, e) = (problem.initial.mean_phi, problem.initial.mean_e);
+//!         let orbits = Orbits::from_polar(Flow::new(problem.model), &[phi], &[e]);
+//!         self.0 = Some((orbits, assignment.clone()));
+//!         Ok(Form::whole(Mixture::UNJUDGED, 1))
+//!     }
+//!
+//!     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+//!         let (orbits, assignment) = self.0.as_mut().ok_or_else(Failure::no_scenario)?;
+//!         orbits.advance_to(assignment.times[index])?;
+//!         Ok(1)
+//!     }
+//!
+//!     fn write(&self, columns: &mut [f64]) {
+//!         let Some((orbits, assignment)) = &self.0 else { return };
+//!         let ([mut phi], [mut e]) = ([0.0], [0.0]);
+//!         orbits.read_out(std::slice::from_mut(&mut phi), std::slice::from_mut(&mut e));
+//!         let &[phi_phi, phi_e, e_e] = &assignment.said.covariance[..] else { return };
+//!         Mixture::write_row(columns, 0, [1.0, phi, e, phi_phi, phi_e, e_e]);
+//!     }
+//! }
+//!
+//! fn main() -> std::process::ExitCode {
+//!     kit::main(Rigid::default())
+//! }
+//! ```
+//!
 //! - [`propagator`]: the trait, and the loop that serves scenario after scenario;
 //! - [`assignment`]: a scenario as a propagator gets it; [`space`]: its variables, and what is said of a cloud in them;
 //! - [`kind`]: what is known of each kind of snapshot; [`snapshot_rules`]: what every snapshot must be;
