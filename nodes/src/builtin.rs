@@ -9,7 +9,7 @@ use crate::mc;
 use crate::session::Session;
 use crate::{dee, exact, gmm_ut, kit};
 
-/// A setting that does not go with the others.
+/// A setting that is not compatible with the others.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{key}: {problem}")]
 pub struct Misfit {
@@ -70,7 +70,7 @@ impl BuiltIn {
         Ok(toml::to_string(&self.resolved())?.lines().filter(|line| !line.is_empty()).map(Into::into).collect())
     }
 
-    /// The same with every setting that has an effect filled in, and no other.
+    /// The same propagator with every setting that has an effect filled in, and without all other settings.
     fn resolved(&self) -> Self {
         match self {
             Self::DensityEvolution(settings) => Self::DensityEvolution(settings.resolved()),
@@ -79,7 +79,7 @@ impl BuiltIn {
         }
     }
 
-    /// How accurately it propagates, if that is set.
+    /// The setting of the accuracy of the propagation, if it is set.
     pub fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting> {
         match self {
             Self::MonteCarlo(settings) => &mut settings.accuracy,
@@ -89,7 +89,7 @@ impl BuiltIn {
         }
     }
 
-    /// The most numbers that a snapshot can hold, with so many bins in `phi` and `e`.
+    /// The most numbers that a snapshot can hold, with `bins` bins in `phi` and `e`.
     pub fn most_numbers(&self, bins: (usize, usize)) -> usize {
         match self {
             Self::MonteCarlo(settings) => settings.samples.saturating_mul(2),
@@ -99,7 +99,7 @@ impl BuiltIn {
         }
     }
 
-    /// Whether settings that are fine one by one go together.
+    /// Checks that settings that are each allowed are also compatible with one another.
     ///
     /// # Errors
     /// What is wrong and what would be right.
@@ -112,7 +112,7 @@ impl BuiltIn {
         }
     }
 
-    /// Whether its density can be put on a grid of so many bins in `phi` and `e`.
+    /// Checks that its density can be computed on a grid with `bins` bins in `phi` and `e`.
     ///
     /// # Errors
     /// What is wrong and what would be right.
@@ -123,7 +123,7 @@ impl BuiltIn {
         }
     }
 
-    /// Whether the case can run as so many shards.
+    /// Checks that the case can run as `shards` shards.
     ///
     /// # Errors
     /// Why not.
@@ -150,7 +150,7 @@ impl BuiltIn {
         Err(format!("{shards} shards are too many for {rows} rows; every shard needs one"))
     }
 
-    /// Whether the case's samples can be reduced before they are sent.
+    /// Checks that the samples of the case can be reduced before they are sent.
     ///
     /// # Errors
     /// Why not.

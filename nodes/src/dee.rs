@@ -56,16 +56,17 @@ pub struct Settings {
     /// Seed of points that are not on a lattice; 1 unless set.
     #[serde(deserialize_with = "natural_option", skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// Where the characteristics start; by default on a lattice, as printed random.
+    /// Where the characteristics start; by default on a lattice, in mode `as-printed` at random points.
     #[serde(deserialize_with = "choice_option", skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementChoice>,
-    /// How the density is put together; by default carried, as printed by hull.
+    /// How the density is computed; by default on a carried mesh, in mode `as-printed` on a hull mesh.
     #[serde(deserialize_with = "choice_option", skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshChoice>,
-    /// Interpolation points an axis of a hull mesh, the paper's Ngrid; 5000 unless set.
+    /// Interpolation points per axis of a hull mesh, the paper's Ngrid; 5000 unless set.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub resolution: Option<usize>,
-    /// Degree to which a lattice interpolates between its points; 1 is linear; 7 unless set, or the largest that fits.
+    /// Degree to which a lattice interpolates between its points; 1 is linear. Unless set, it is 7, or the largest
+    /// that fits.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub degree: Option<usize>,
     /// Corrected, or as the paper printed it: without the Jacobian, random points, hull interpolation.
@@ -76,10 +77,10 @@ pub struct Settings {
     pub accuracy: Option<AccuracySetting>,
 }
 
-/// Degree of a lattice that has room for it, unless set.
+/// Degree of a lattice that is large enough for it, unless set.
 const USUAL_DEGREE: usize = 7;
 
-/// Why a lattice of so many points a side does not take a degree.
+/// Why a lattice with `side` points per side cannot have the degree `degree`.
 fn degree_problem(degree: usize, side: usize) -> String {
     if degree > MOST_DEGREE {
         return format!("{degree} is not allowed, it must be at most {MOST_DEGREE}");
@@ -126,7 +127,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Whether all that is set changes something.
+    /// Whether every setting that is set has an effect.
     fn check_effects(&self) -> Result<(), Misfit> {
         let on_lattice = self.placement() == Placement::Lattice;
         let carried = self.mesh() == MeshChoice::Carried;
@@ -145,7 +146,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Whether a hull is interpolated at least as finely as it is read.
+    /// Whether the interpolation of a hull mesh is at least as fine as the comparison grid.
     pub(crate) fn check_bins(&self, (phi, e): (usize, usize)) -> Result<(), Misfit> {
         let (resolution, bins) = (self.resolution(), phi.max(e));
         if self.mesh() == MeshChoice::Carried || resolution >= bins {
@@ -156,7 +157,7 @@ impl Settings {
         Err(Misfit::new("resolution", problem))
     }
 
-    /// The same with every setting that has an effect filled in, and no other.
+    /// The same settings with every one that has an effect filled in, and without all others.
     pub(crate) fn resolved(&self) -> Self {
         let (on_lattice, hull) = (self.placement() == Placement::Lattice, self.mesh() == MeshChoice::Hull);
         Self {
@@ -178,12 +179,12 @@ impl Settings {
         self.resolution.unwrap_or(5000)
     }
 
-    /// Points a side of a lattice.
+    /// Points per side of a lattice.
     fn side(&self) -> usize {
         self.samples.isqrt()
     }
 
-    /// Unless set, the usual one, or the largest that fits a smaller lattice.
+    /// The degree that is set; else `USUAL_DEGREE`, or the largest that fits if the lattice is smaller.
     fn degree(&self) -> usize {
         self.degree.unwrap_or_else(|| USUAL_DEGREE.min(self.side().saturating_sub(1)).max(1))
     }
@@ -219,13 +220,13 @@ pub struct DensityEvolution {
     work: Option<Work>,
 }
 
-/// Characteristics on their way.
+/// The characteristics of the scenario under way.
 #[derive(Debug)]
 struct Work {
     problem: Problem<Planar>,
-    /// All of the case.
+    /// The initial points of the whole case.
     start: Points,
-    /// Those that are propagated here.
+    /// The points that this process propagates.
     range: Range<usize>,
     course: Course,
     densities: Vec<f64>,
@@ -289,8 +290,8 @@ impl Propagator for DensityEvolution {
         n.copy_from_slice(&work.densities);
     }
 
-    /// Of the flow that a lattice interpolates, or of scattered characteristics, which all weigh alike; all of them, in the first
-    /// shard alone.
+    /// The curve follows from the flow that a lattice interpolates, or from scattered characteristics, which all have
+    /// equal weight. Only the first shard computes it, from all points of the case.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         if self.shard.index > 0 {
             return Ok(Passage::Cannot("the first shard computes it for all".into()));
@@ -310,8 +311,8 @@ impl Propagator for DensityEvolution {
     }
 }
 
-/// The rows of a curve that estimates its own error. Who has passed has passed: what has surely passed by an earlier time has
-/// passed by this one, and what can have passed by this one cannot exceed what can have by a later one.
+/// The rows of a curve that estimates its own error. An orbit that has passed stays so: the lower end of an interval
+/// is therefore not below that of an earlier time, and the upper end is not above that of a later time.
 fn rows(curve: &PassageCurve, times: &[f64]) -> Vec<[f64; PASSAGE_COLUMNS]> {
     let row = |((&time, &p), &error): ((&f64, &f64), &f64)| [time, p, (p - error).max(0.0), (p + error).min(1.0)];
     let mut rows: Vec<_> = times.iter().zip(&curve.probability).zip(&curve.error).map(row).collect();

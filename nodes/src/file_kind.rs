@@ -1,5 +1,7 @@
-//! Which kind of file a TOML file is: launch file, scenario file or sweep file. Users take one for another; then what to do with
-//! it is more help than a list of keys that are missing.
+//! Finds out whether a TOML file is a launch file, a scenario file or a sweep file.
+//!
+//! Users confuse these files. It then helps more to say what to do with the file than to list the keys that are
+//! missing.
 
 use toml::Spanned;
 use toml::de::DeTable;
@@ -13,7 +15,7 @@ pub enum FileKind {
     Launch,
     /// One problem.
     Scenario,
-    /// A scenario with values varied.
+    /// A scenario of which some values are varied.
     Sweep,
 }
 
@@ -48,12 +50,13 @@ impl FileKind {
         }
     }
 
-    /// The kind of file that a file is by most of its keys; `None` if it has none that tells, or as many of another kind.
+    /// The kind to which most of the file's keys belong; `None` if no key belongs to a kind, or two kinds have
+    /// equally many.
     pub fn of(file: &InputFile) -> Option<Self> {
         Self::told_by(file.table().ok()?.get_ref()).map(|(kind, _)| kind)
     }
 
-    /// The kind, and the first key that tells.
+    /// The kind, and the first key that belongs to it.
     fn told_by<'t, 'd>(table: &'t DeTable<'d>) -> Option<(Self, &'t Spanned<std::borrow::Cow<'d, str>>)> {
         let of_kind = |kind: Self| table.keys().filter(move |key| kind.keys().contains(&key.get_ref().as_ref()));
         let most = Self::ALL.into_iter().map(|kind| of_kind(kind).count()).max()?;
@@ -62,6 +65,8 @@ impl FileKind {
         of_kind(kind).min_by_key(|key| key.span().start).map(|key| (kind, key))
     }
 
+    /// Checks that the file is of this kind.
+    ///
     /// # Errors
     /// If the file is of another kind: which, and what to do with it.
     pub fn expect(self, file: &InputFile) -> Result<(), InputError> {

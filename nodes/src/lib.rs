@@ -1,7 +1,7 @@
 //! phasecloud's processes, one module each, and the small [`kit`] with which anyone writes a propagator of their own.
 //!
-//! A process is a [`session::Session`] (its access to the run) and a loop that sleeps until a message arrives. The science
-//! is in `density`, the contract in `messages`; here is only what joins them.
+//! A process is a [`session::Session`] (its access to the run) and a loop that sleeps until a message arrives. The
+//! science is in `density`, the contract in `messages`; this crate only joins them.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
