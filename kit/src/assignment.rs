@@ -1,4 +1,4 @@
-//! The problem as it arrives on the scenario topic, checked and in the terms of science; and the way back.
+//! The scenario message, checked and converted to the types of `density`, and the conversion back.
 
 use std::sync::Arc;
 
@@ -21,15 +21,16 @@ use crate::space::Space;
 /// A scenario to work on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assignment {
-    /// What the message says: the model and its parameters by name, the initial Gaussian, and all else.
+    /// The decoded message: the model and its parameters by name, the initial Gaussian, and everything else.
     pub said: Description,
-    /// Its variables, and in which of them densities are compared.
+    /// The variables of the scenario, and the projections on which densities are compared.
     pub space: Arc<Space>,
     /// The snapshot times \[yr\].
     pub times: Vec<f64>,
-    /// The common comparison grid of each snapshot: one axis per variable, without bins where it is in no projection.
+    /// The comparison grid of each snapshot: one axis per variable. The axis of a variable that is in no projection
+    /// has no bins.
     pub axes: Vec<Vec<Axis>>,
-    /// The same in the terms of the science of the plane, if the model is one of the plane's.
+    /// The problem and the grids as types of `density`, if the model is planar.
     pub plane: Option<Plane>,
 }
 
@@ -43,7 +44,7 @@ pub struct Plane {
 }
 
 impl Assignment {
-    /// Number `scenario` of a run's `scenarios`, 0 if nobody knows how many there are, in the plane.
+    /// A planar scenario at position `scenario` of the `scenarios` of a run; `scenarios` is 0 if it is not known.
     pub fn in_plane(run_id: u64, name: &str, (scenario, scenarios): (u32, u32), plane: Plane) -> Self {
         let ends = |grid: &Grid| {
             let (phi, e) = ([grid.phi.low, grid.phi.high], [grid.e.low, grid.e.high]);
@@ -68,7 +69,7 @@ impl Assignment {
         Self { said, space, times, axes, plane }
     }
 
-    /// Numbers in the payload of a scenario in the plane with so many snapshots.
+    /// Count of numbers in the payload of a planar scenario with `snapshots` snapshots.
     pub const fn numbers(snapshots: usize) -> usize {
         Description::numbers(VARIABLES.len(), AXES, snapshots)
     }
@@ -86,10 +87,10 @@ impl Assignment {
         self.said.scenario
     }
 
-    /// The scenario in the terms of the plane.
+    /// The problem and the grids of a planar scenario.
     ///
     /// # Errors
-    /// [`Failure::Refused`] if its model is none of the plane's.
+    /// [`Failure::Refused`] if the model is not planar.
     pub fn plane(&self) -> Result<&Plane, Failure> {
         let models = || Planar::ALL.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(" or ");
         self.plane.as_ref().ok_or_else(|| {
@@ -127,16 +128,16 @@ impl Assignment {
     /// The message's header and items.
     ///
     /// # Errors
-    /// If there is more of something than a message holds.
+    /// If there are more entries of one type than a message holds.
     pub fn to_parts(&self) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
         self.said.encode().map_err(Failure::Refused)
     }
 }
 
-/// Axes of the projections on which densities in the plane are compared.
+/// Number of axes of all projections on which densities in the plane are compared.
 const AXES: usize = 4;
 
-/// In the plane the joint density, and the density of each variable by itself.
+/// The projections in the plane: the joint density, and the density of each variable by itself.
 fn projections((phi, e): (usize, usize)) -> Vec<Projection> {
     let one = |position, bins| Projection { first: (position, bins), second: None };
     vec![Projection { first: (0, phi), second: Some((1, e)) }, one(0, phi), one(1, e)]
@@ -152,7 +153,7 @@ fn check_bins(projections: &[Projection]) -> Result<(), String> {
     }
 }
 
-/// The axis of each variable at a snapshot: the same in every projection.
+/// The axis of each variable at a snapshot, which must be the same in every projection.
 fn axes(said: &Description, Moment { time, ends }: &Moment) -> Result<Vec<Axis>, String> {
     let mut axes: Vec<Option<Axis>> = vec![None; said.variables.len()];
     for ((variable, bins), &[low, high]) in said.projections.iter().flat_map(Projection::axes).zip(ends) {
@@ -165,7 +166,7 @@ fn axes(said: &Description, Moment { time, ends }: &Moment) -> Result<Vec<Axis>,
     Ok(axes.into_iter().map(|axis| axis.unwrap_or(Axis { low: 0.0, high: 1.0, bins: 0 })).collect())
 }
 
-/// A scenario of a planar model in the terms of the plane.
+/// The problem and the grids of a scenario with a planar model.
 fn plane(said: &Description, axes: &[Vec<Axis>]) -> Result<Plane, String> {
     let problem = problem(said)?;
     let grid = |axes: &Vec<Axis>| Grid { phi: axes[0], e: axes[1] };
@@ -257,7 +258,7 @@ pub fn problem(said: &Description) -> Result<Problem<Planar>, String> {
     problem.map_err(|error| format!("{}: {}", key(error.field), error.problem()))
 }
 
-/// A cloud of which nothing is asked.
+/// A placeholder where the initial Gaussian is not used.
 const NOWHERE: InitialGaussian = InitialGaussian { mean_phi: 0.0, mean_e: 0.0, sigma_phi: 0.0, sigma_e: 0.0 };
 
 #[cfg(test)]

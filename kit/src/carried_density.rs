@@ -1,8 +1,8 @@
 //! Whether the densities that characteristics carry along are those that follow from their points.
 //!
 //! A carried mesh keeps the probability of its elements and needs no `n` after `t = 0`. The flow keeps the measure
-//! `e/s dphi de`, so the points alone say what `n` must be: the initial Gaussian's density times `(e/s) / (e0/s0)`. A propagator
-//! whose `n` is another contradicts its own points.
+//! `e/s dphi de`, so the points alone determine `n`: it must be the initial Gaussian's density times `(e/s) /
+//! (e0/s0)`. A propagator that sends another `n` contradicts its own points.
 
 use std::f64::consts::TAU;
 
@@ -20,8 +20,9 @@ pub(crate) struct CarriedDensity {
 }
 
 impl CarriedDensity {
-    /// Points of the first snapshot, at `t = 0`, with the densities that they have been given. Angles come modulo a turn: of a
-    /// cloud that spans several, a point is on the turn whose density is closest to its own.
+    /// Takes the points of the first snapshot, at `t = 0`, and the densities that came with them. Angles are given
+    /// modulo a full turn. If the cloud spans several turns, a point is placed on the turn on which the initial
+    /// density is closest to the density that came with the point.
     pub(crate) fn begin(initial: &InitialGaussian, phi: &[f64], e: &[f64], n: &[f64]) -> Self {
         let turns = (EXTENT * initial.sigma_phi / TAU).round() as i32;
         let at = |((&phi, &e), &n): ((&f64, &f64), &f64)| {

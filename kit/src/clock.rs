@@ -1,11 +1,11 @@
-//! The time of day, for names and records only; whatever is measured or waited for goes by a clock that nobody sets.
+//! The time of day, for names and records only. Durations are measured with a clock that nobody can set.
 
 use std::time::{Duration, SystemTime};
 
 /// The last second of the year 9999, the last one that can be written \[s since 1970\].
 const LAST: Duration = Duration::from_secs(253_402_300_799);
 
-/// Now, or the nearest time that can be written: a machine whose clock was never set may believe in a year before 1970.
+/// Now, or the nearest time that can be written: a machine whose clock was never set may report a year before 1970.
 pub fn now() -> SystemTime {
     writable(SystemTime::now())
 }

@@ -48,7 +48,7 @@ impl Failure {
         Self::Refused("a snapshot was asked for before any scenario".into())
     }
 
-    /// The same with what it is about before it, unless the node is to end for it.
+    /// The same failure with `what` in front of its text, unless it must end the node.
     pub fn about(self, what: &str) -> Self {
         match self {
             Self::Stopped | Self::Port(_) => self,

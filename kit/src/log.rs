@@ -1,6 +1,7 @@
 //! One log of a whole run: every process writes lines of the same form, each with its node and its run.
 //!
-//! `docs/reliability.md` says what each level means. A process logs to stderr; a launcher collects what its processes say.
+//! `docs/reliability.md` says what each level means. A process logs to stderr; a launcher collects the lines of its
+//! processes.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -30,23 +31,23 @@ const FOREIGN: [&str; 2] = ["zenoh", "rustls"];
 /// A line of the log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// When, in UTC.
+    /// Time at which the line was written, in UTC.
     pub time: String,
     /// `ERROR`, `WARN`, `INFO`, `DEBUG` or `TRACE`.
     pub level: String,
     /// The run.
     pub run: String,
-    /// Who says it: a propagator's label or the name of another process.
+    /// The process that wrote it: a propagator's label or the name of another process.
     pub node: String,
-    /// What.
+    /// The message.
     pub message: String,
-    /// More, by name.
+    /// Further values, by name.
     #[serde(flatten)]
     pub fields: BTreeMap<String, Value>,
 }
 
 impl Line {
-    /// A line without message, said now.
+    /// A line without a message, at the present time.
     pub fn now(level: tracing::Level, run: &str, node: &str) -> Self {
         Self {
             time: clock::millis(),
@@ -111,7 +112,7 @@ pub enum Format {
     /// For people.
     #[default]
     Compact,
-    /// A JSON object a line.
+    /// One JSON object per line.
     Json,
 }
 
@@ -127,7 +128,7 @@ impl FromStr for Format {
     }
 }
 
-/// Makes events lines.
+/// Turns events into lines of the log, and gives these to `emit`.
 struct Stream<F> {
     run: String,
     node: String,
@@ -141,7 +142,7 @@ impl<S: Subscriber, F: Fn(Line) + 'static> Layer<S> for Stream<F> {
         if is_foreign && level > Level::WARN {
             return;
         }
-        // What is an error to a library is a reason for a warning: the process that uses it goes on.
+        // An error in a library is only a warning here, since the process that uses the library goes on.
         let level = if is_foreign { Level::WARN } else { level };
         let mut line = Line::now(level, &self.run, &self.node);
         event.record(&mut line);
@@ -155,10 +156,10 @@ pub fn start(node: &str, run_id: u64, level: LevelFilter, emit: impl Fn(Line) + 
     let _ = tracing::subscriber::set_global_default(tracing_subscriber::registry().with(level).with(stream));
 }
 
-/// Logs to stderr as the environment says: by default warnings and errors, for people.
+/// Logs to stderr as the environment says: by default warnings and errors, in the compact format.
 pub fn start_from_environment(node: &str, run_id: u64) {
     let format = variable(FORMAT_VARIABLE).unwrap_or_default();
-    // A lost reader is no reason to fail.
+    // A reader of stderr that has ended is no reason to fail.
     let emit = move |line: Line| drop(writeln!(std::io::stderr(), "{}", line.to_text(format)));
     start(node, run_id, variable(LEVEL_VARIABLE).unwrap_or(LevelFilter::WARN), emit);
 }

@@ -1,11 +1,12 @@
-//! Which scenario is the newest: one that is published again, by a restarted scenario node say, is no news.
+//! The newest scenario that a node knows: a scenario that is published again, for example by a restarted scenario
+//! node, is not new.
 
 /// The newest scenario that a node has taken on; scenarios of a run are numbered in ascending order.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Newest(Option<u32>);
 
 impl Newest {
-    /// Whether `scenario` is newer than all before, which it then is no longer.
+    /// Whether `scenario` is newer than all before. If so, it is remembered as the newest.
     pub fn is_news(&mut self, scenario: u32) -> bool {
         let is_news = self.0.is_none_or(|newest| scenario > newest);
         if is_news {

@@ -1,7 +1,7 @@
 //! The kit for writing a propagator: implement [`Propagator`], and let `main` return [`main`]'s result.
 //!
-//! The kit does the topics, the handshake, the timing, progress, errors, signals and the end. A propagator only turns a
-//! scenario into snapshots, each written straight into the shared memory in which the estimator will read it.
+//! The kit handles the topics, the handshake, the timing, progress, errors, signals and the end. A propagator only
+//! turns a scenario into snapshots, each written directly into the shared memory in which the estimator will read it.
 
 use std::process::ExitCode;
 
@@ -26,9 +26,9 @@ use crate::shard::Shard;
 
 /// A method that propagates the initial density.
 pub trait Propagator {
-    /// Says, before a scenario begins, that this process is one of several that share the case: from now on every snapshot
-    /// has the rows in `shard.range(total)` of the `total` rows that the whole would have, see [`Form::total_rows`]. They must
-    /// depend on their numbers alone. Not called for a case in one piece.
+    /// Called before a scenario begins, if this process is one of several that share the case: from now on every
+    /// snapshot has the rows in `shard.range(total)` of the `total` rows of the whole case, see [`Form::total_rows`].
+    /// A row must depend only on its number. Not called for a case without shards.
     ///
     /// # Errors
     /// A method that cannot be split refuses; without this function it does.
@@ -49,8 +49,8 @@ pub trait Propagator {
     /// Whatever makes it impossible to go on.
     fn advance(&mut self, index: usize) -> Result<usize, Failure>;
 
-    /// What the snapshot that has been reached says of itself, where that is not the same for all; `planned` is what
-    /// [`Propagator::begin`] said.
+    /// The content of the snapshot that has been reached, if it is not the same for all snapshots; `planned` is the
+    /// content that [`Propagator::begin`] returned.
     fn content(&self, planned: Content) -> Content {
         planned
     }
@@ -58,14 +58,14 @@ pub trait Propagator {
     /// The probability that the eccentricity has ever reached its critical value by each of `times` \[yr\].
     ///
     /// # Errors
-    /// Whatever makes it impossible to go on; a method that cannot say returns [`Passage::Cannot`].
+    /// Whatever makes it impossible to go on; a method without a curve returns [`Passage::Cannot`].
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let _ = times;
         Ok(Passage::Cannot("this propagator does not compute first passages".into()))
     }
 
-    /// Trajectories that were followed for the snapshot that has been reached; 0 where that is one per row of samples or characteristics, or
-    /// none is followed.
+    /// Trajectories that were followed for the snapshot that has been reached; 0 if there is one per row of samples
+    /// or characteristics, or if none is followed.
     fn trajectories(&self) -> u64 {
         0
     }
@@ -74,15 +74,16 @@ pub trait Propagator {
     fn write(&self, columns: &mut [f64]);
 }
 
-/// A method's answer to when the eccentricity first reaches its critical value.
+/// A method's answer to the question when the eccentricity first reaches its critical value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Passage {
-    /// A row a time: time \[yr\], probability, lower and upper end of its interval (NaN without one). Of shards only the
-    /// first one's counts, which must be of the whole.
+    /// One row per time: time \[yr\], probability, lower and upper end of its interval (NaN without one). If the case
+    /// has shards, only the curve of the first shard is used, and it must be that of the whole case.
     Curve(Vec<[f64; PASSAGE_COLUMNS]>),
-    /// The same, counted from so many equal samples of this process: counts of shards are added up.
+    /// The same, counted from the given number of equally weighted samples of this process. The counts of all shards
+    /// are added up.
     Counted(Vec<[f64; PASSAGE_COLUMNS]>, u64),
-    /// The method cannot say, and why.
+    /// The method has no curve, for the given reason.
     Cannot(String),
 }
 
@@ -98,16 +99,16 @@ impl Passage {
 /// What a propagator's snapshots look like.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Form {
-    /// What they are, with the fields that their kind has; [`messages::content`] says which kinds there are.
+    /// Their kind, with the fields of this kind; [`messages::content`] lists the kinds.
     pub content: Content,
-    /// The most rows that a snapshot of the scenario can have; of a shard, those of that shard.
+    /// The most rows that a snapshot of the scenario can have; for a shard, only its own rows.
     pub most_rows: usize,
     /// Rows that all shards together have in each snapshot.
     pub total_rows: usize,
 }
 
 impl Form {
-    /// Of a case that is not split into shards.
+    /// The form of the snapshots of a case that is not split into shards.
     pub fn whole(content: impl Into<Content>, most_rows: usize) -> Self {
         Self { content: content.into(), most_rows, total_rows: most_rows }
     }
@@ -127,10 +128,10 @@ pub fn main(propagator: impl Propagator) -> ExitCode {
 
 /// Serves scenario after scenario with `propagator` until asked to stop.
 ///
-/// A scenario that the method cannot do is reported to the launcher; the next one is a new chance.
+/// A scenario that the method cannot do is reported to the launcher as failed; the next one is tried nevertheless.
 ///
 /// # Errors
-/// [`Failure::Stopped`] is the normal end, [`Failure::Port`] the other one.
+/// [`Failure::Stopped`] is the normal end, [`Failure::Port`] the only other one.
 pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
     let passages = session.domain.outlet::<PassageTopic>(PASSAGE_TIMES * PASSAGE_COLUMNS)?;
@@ -158,7 +159,7 @@ pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), F
     }
 }
 
-/// A propagator's two ways out.
+/// The two outlets of a propagator.
 struct WayOut {
     passages: Outlet<PassageTopic>,
     snapshots: Option<Outlet<Snapshot>>,
@@ -177,8 +178,9 @@ fn serve_one(
     }
     let form = propagator.begin(assignment)?;
     let drafting = Drafting::of(session, &form, assignment)?;
-    // An outlet a scenario: no reader can then have more unread than its buffer holds, not even one that has yet to connect,
-    // for which iceoryx2 would drop what does not fit. The last one's memory is freed before.
+    // One outlet per scenario: then no reader can have more unread messages than its buffer holds, not even a reader
+    // that has yet to connect, for which iceoryx2 would drop what does not fit. The memory of the previous outlet is
+    // freed first.
     drop(way_out.snapshots.take());
     let outlet = way_out.snapshots.insert(session.domain.outlet::<Snapshot>(drafting.most_numbers)?);
     let (count, variables) = (assignment.times.len(), assignment.space.variables.len());
@@ -205,7 +207,8 @@ fn serve_one(
         };
         let content = drafting.content(propagator)?;
         if index + 1 == count {
-            // Before the last snapshot, so that whoever has that snapshot's density can have the passages too.
+            // Before the last snapshot, so that a node that has the density of that snapshot can have the passages
+            // too.
             send_passage(session, propagator, assignment, &way_out.passages)?;
         }
         if let Some(breach) = kind::of(&content).breach(&assignment.space, rows, draft.items_mut()) {
@@ -218,11 +221,11 @@ fn serve_one(
     session.done(assignment.scenario())
 }
 
-/// What snapshots are made of what a propagator writes.
+/// How the snapshots are made from what a propagator writes.
 struct Drafting {
     content: Content,
     most_numbers: usize,
-    /// Samples that are reduced first, if they are.
+    /// The content of the samples, if they are reduced before they are sent.
     reduces: Option<Content>,
 }
 
@@ -241,7 +244,7 @@ impl Drafting {
         Ok(Self { content: Reduced.into(), most_numbers, reduces: Some(content) })
     }
 
-    /// What the snapshot that `propagator` has reached says of itself.
+    /// The content of the snapshot that `propagator` has reached.
     fn content(&self, propagator: &impl Propagator) -> Result<Content, Failure> {
         let content = if self.reduces.is_some() { self.content } else { propagator.content(self.content) };
         if content.code() != self.content.code() {
@@ -251,7 +254,7 @@ impl Drafting {
         Ok(content)
     }
 
-    /// The message on the snapshot that `propagator` has reached, and how many rows it has.
+    /// The message with the snapshot that `propagator` has reached, and its number of rows.
     fn draft(
         &self,
         outlet: &Outlet<Snapshot>,
@@ -298,7 +301,7 @@ fn send_passage(
     for row in rows.iter_mut().filter(|row| !row[1].is_nan()) {
         least = least.max(row[1]);
         row[1] = least;
-        // An estimate that was raised stays within its interval; one that is withheld has only that.
+        // An estimate that was raised stays within its interval; of a withheld one only the interval is known.
         row[3] = if row[3].is_nan() { row[3] } else { row[3].max(least) };
     }
     let header = PassageHeader {

@@ -1,4 +1,5 @@
-//! Messages with arbitrary bytes, fed to everything that reads headers: none may panic or take what it must not.
+//! Messages with arbitrary bytes, given to all code that reads headers: nothing may panic or accept an invalid
+//! message.
 
 use bytemuck::{Pod, bytes_of_mut, cast_slice_mut};
 use messages::content::{
@@ -65,7 +66,7 @@ fn density_header() -> DensityHeader {
     }
 }
 
-/// A snapshot as it should be, of one of the kinds, and with numbers as they come.
+/// A snapshot of one of the kinds with a correct header and arbitrary numbers.
 fn snapshot() -> impl Strategy<Value = (SnapshotHeader, Vec<f64>)> {
     let shape = (0u32..7, 1u32..40, 0u32..4);
     shape.prop_flat_map(|(kind, rows, small)| {
@@ -88,13 +89,13 @@ fn snapshot() -> impl Strategy<Value = (SnapshotHeader, Vec<f64>)> {
     })
 }
 
-/// What the estimator does with two snapshots.
+/// Gives two snapshots to the estimator, and returns how many of them it has accepted.
 fn estimate(headers: [SnapshotHeader; 2], items: &[f64]) -> usize {
     let (assignment, mut case) = (assignment(), CaseEstimator::default());
     for header in headers {
         let Ok(snapshot) = decode(&header, items, &assignment, case.snapshots_done()) else { break };
         let Ok(estimated) = case.estimate(&snapshot, &assignment) else { break };
-        // Only densities that come ready may be withheld, and as a whole.
+        // Only densities that the propagator itself has computed may be withheld, and only as a whole.
         let is_withheld = header.kind == kind::DENSITY && estimated.densities[0].iter().all(|n| n.is_nan());
         let is_finite = estimated.densities.iter().flatten().all(|n| n.is_finite());
         assert!(is_withheld || is_finite, "{header:?} {items:?}");

@@ -1,4 +1,4 @@
-//! Characteristics: points that carry a density along, on a mesh that they carry or on the hull of where they are.
+//! Characteristics: points that carry a density along, on a carried mesh or on a hull mesh of their final positions.
 
 use density::angle::nearest;
 use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate, unfold};
@@ -15,7 +15,7 @@ impl Kind for Characteristics {
         not_of_trajectories(space, rows, items)
     }
 
-    /// A hull mesh that is interpolated more coarsely than the grid is fine would leave bins without any value.
+    /// If a hull mesh were interpolated more coarsely than the comparison grid, some bins would have no value.
     fn check_grid(&self, bins: usize) -> Result<(), String> {
         match *self {
             Self::HullMesh { resolution, .. } if (resolution as usize) < bins => {
@@ -47,7 +47,7 @@ impl Kind for Characteristics {
     }
 }
 
-/// The points of the first snapshot, at `t = 0`, make the mesh that all later ones move.
+/// The points of the first snapshot, at `t = 0`, form the mesh, which the points of all later snapshots move.
 fn carried(
     lattice: Option<Lattice>,
     [phi, e, n]: [&[f64]; 3],

@@ -10,7 +10,8 @@ use super::{Estimated, Kind, Memory, Place, Snapshot, not_finite};
 use crate::snapshot_rules::Breach;
 use crate::space::Space;
 
-/// Wide enough for any cloud, and no more images of a component round the circle than can be summed \[rad\].
+/// Largest mean and standard deviation of an angle \[rad\]: large enough for any cloud, and small enough to sum the
+/// images of a component round the circle.
 const FARTHEST: f64 = 100.0;
 
 impl Kind for Mixture {
@@ -40,13 +41,14 @@ impl Kind for Mixture {
         })
     }
 
-    /// How linear the flow is over the components of others, no shard knows.
+    /// No shard knows how linear the flow is over the components of the other shards.
     fn of_all_shards(&self) -> Result<Content, String> {
         Ok(Self::UNJUDGED.into())
     }
 }
 
-/// In a space of any variables: each row is a weight, the means, and the upper triangle of the covariance, row by row.
+/// The estimate in a space of any variables: each row is a weight, the means, and the upper triangle of the
+/// covariance, row by row.
 fn in_any_space(mixture: &Mixture, snapshot: &Snapshot, at: &Place) -> Result<Estimated, String> {
     let space = &at.assignment.space;
     let count = space.variables.len();

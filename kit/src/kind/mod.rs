@@ -1,7 +1,8 @@
-//! What the processes know of each kind of snapshot: the registry.
+//! The registry of the kinds of snapshots: how each kind is checked and estimated.
 //!
-//! A kind is one file here, with an `impl` of [`Kind`] for its content, and one line of [`of`]. Its columns and its fields are
-//! declared in [`messages::content`]. Beyond these files only `phasecloud check` asks which kind a snapshot is of, for rules of its own.
+//! Each kind has one file here, with an `impl` of [`Kind`] for its content, and one line in [`of`]. Its columns and
+//! its fields are declared in [`messages::content`]. Outside these files only `phasecloud check` distinguishes kinds
+//! of snapshots, for its own rules.
 
 mod characteristics;
 mod mixture;
@@ -29,10 +30,10 @@ pub use samples::groups;
 
 /// A kind of snapshot, with the fields that its content has.
 pub trait Kind {
-    /// The first number that cannot be right in columns that are `rows` long each, of a cloud in this space.
+    /// The first number that cannot be right in columns of `rows` numbers, of a cloud in this space.
     fn breach(&self, space: &Space, rows: usize, items: &[f64]) -> Option<Breach>;
 
-    /// Whether a density can be made of it on axes of at most so many bins.
+    /// Checks that a density can be computed from it on axes with at most this number of bins.
     ///
     /// # Errors
     /// Why not.
@@ -40,19 +41,19 @@ pub trait Kind {
         Ok(())
     }
 
-    /// The density of a snapshot on a grid, its moments, and what the method says of its own reliability.
+    /// The density of a snapshot on a grid, its moments, and the method's diagnostics.
     ///
     /// # Errors
     /// What makes the numbers impossible.
     fn estimate(&self, snapshot: &Snapshot, memory: &mut Memory, at: &Place) -> Result<Estimated, String>;
 
-    /// What a snapshot says that was put together of those of all shards.
+    /// The content of the snapshot that is put together from those of all shards.
     ///
     /// # Errors
     /// Why snapshots of this kind cannot be split.
     fn of_all_shards(&self) -> Result<Content, String>;
 
-    /// Whether a shard sends the rows of its range, one for each of the whole's.
+    /// Whether a shard sends one row for each row of its range.
     fn has_a_row_for_each(&self) -> bool {
         true
     }
@@ -62,34 +63,34 @@ pub trait Kind {
         false
     }
 
-    /// Whether its sender may withhold numbers, by NaN.
+    /// Whether its sender may withhold numbers by writing NaN.
     fn may_withhold(&self) -> bool {
         false
     }
 
-    /// Whether a sender that withholds what it may has stated nothing at all.
+    /// Whether the sender has withheld everything that it may withhold, so that the snapshot states nothing.
     fn withholds_all(&self, _items: &[f64]) -> bool {
         false
     }
 
-    /// What its rows are of trajectories: points whose first columns are the variables of an orbit.
+    /// Whether its rows are points of trajectories, with the variables of an orbit in the first columns.
     fn trajectories(&self) -> Trajectories {
         Trajectories::None
     }
 }
 
-/// What the rows of a snapshot are of trajectories.
+/// Whether the rows of a snapshot are points of trajectories.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trajectories {
-    /// None.
+    /// They are not.
     None,
-    /// Points of trajectories, which may change places from snapshot to snapshot.
+    /// They are, and may change places from snapshot to snapshot.
     Unordered,
-    /// Points of trajectories that keep their places.
+    /// They are, and keep their places.
     Ordered,
 }
 
-/// What is known of a content's kind.
+/// The rules and methods of a content's kind.
 pub fn of(content: &Content) -> &dyn Kind {
     match content {
         Content::Samples(samples) => samples,
@@ -100,12 +101,13 @@ pub fn of(content: &Content) -> &dyn Kind {
     }
 }
 
-/// The samples that a density was counted from; `None` if it is of something else.
+/// Number of samples from which a density was counted; `None` if it was not counted from samples.
 pub fn counted_samples(density: &DensityHeader) -> Option<u32> {
     (density.kind == code::SAMPLES).then_some(density.rows)
 }
 
-/// Trajectories behind a snapshot, as its propagator counts them; if it does not say, samples and characteristics are one each.
+/// Trajectories that were followed for a snapshot, as its propagator counts them. If it does not say, each sample or
+/// characteristic counts as one.
 pub fn trajectories_behind(snapshot: &SnapshotHeader) -> u64 {
     match (snapshot.trajectories, snapshot.kind) {
         (0, code::SAMPLES | code::CHARACTERISTICS) => snapshot.rows.into(),
@@ -118,7 +120,7 @@ pub fn trajectories_behind(snapshot: &SnapshotHeader) -> u64 {
 pub struct Snapshot<'a> {
     /// Its header.
     pub header: &'a SnapshotHeader,
-    /// What its header says that it is.
+    /// Its kind, with the fields of this kind.
     pub content: Content,
     /// Its columns, one after the other.
     pub items: &'a [f64],
@@ -128,7 +130,7 @@ impl Snapshot<'_> {
     /// Its columns, of which its kind has `N`.
     ///
     /// # Errors
-    /// If there are not so many.
+    /// If their number is not `N`.
     pub fn columns<const N: usize>(&self) -> Result<[&[f64]; N], String> {
         let columns: Vec<&[f64]> = self.items.chunks_exact(self.header.rows.max(1) as usize).collect();
         let count = columns.len();
@@ -146,10 +148,10 @@ pub struct Place<'a> {
 }
 
 impl Place<'_> {
-    /// The problem in the terms of the plane, and the comparison grid at the snapshot's time.
+    /// The problem in the plane, and the comparison grid at the snapshot's time.
     ///
     /// # Errors
-    /// If the scenario's model is none of the plane's.
+    /// If the scenario's model is not planar.
     pub fn in_plane(&self) -> Result<(&Problem<Planar>, Grid), String> {
         let plane = self.assignment.plane.as_ref();
         let plane = plane.ok_or_else(|| {
@@ -159,7 +161,7 @@ impl Place<'_> {
         Ok((&plane.problem, *grid))
     }
 
-    /// What is asked of a cloud in any space.
+    /// Calls `read` with the description of the figures to compute of a cloud in the scenario's space.
     pub fn ask<T>(&self, read: impl FnOnce(&Question<'_>) -> T) -> T {
         let Assignment { space, said, .. } = self.assignment;
         let circles: Vec<bool> = (0..space.variables.len()).map(|k| space.is_circle(k)).collect();
@@ -182,10 +184,10 @@ pub struct Memory {
     carried: Option<CarriedDensity>,
 }
 
-/// What is said of a cloud at a snapshot, and what the method says of its own reliability.
+/// The figures of a cloud at a snapshot, and the method's diagnostics.
 #[derive(Debug)]
 pub struct Estimated {
-    /// The quantities of the scenario's space, in their order; NaN is what the method withholds.
+    /// The quantities of the scenario's space, in their order; NaN if the method withholds one.
     pub values: Vec<f64>,
     /// Their standard errors; NaN where the method has none.
     pub errors: Vec<f64>,
@@ -195,16 +197,17 @@ pub struct Estimated {
     pub mass_on_grid: f64,
     /// What the diagnostics are, see [`messages::layout::diagnostic`].
     pub diagnostic: u32,
-    /// The diagnostics; NaN where there is nothing to say.
+    /// The diagnostics; NaN where there are none.
     pub diagnostics: [f64; 4],
-    /// Of characteristics on a carried mesh: how far their densities are off from what the points imply; else NaN.
+    /// Of characteristics on a carried mesh: mean relative error of their densities against those that follow from
+    /// the points; else NaN.
     pub carried_density_error: f64,
-    /// How many samples there are, if they were reduced before they came here.
+    /// Number of samples, if they were reduced before they were sent.
     pub reduced: Option<u32>,
 }
 
 impl From<Estimate> for Estimated {
-    /// In the plane.
+    /// The figures of an estimate in the plane.
     fn from(estimate: Estimate) -> Self {
         let mass_on_grid = estimate.mass();
         let Estimate { joint, marginal_phi, marginal_e, moments, standard_errors, circular, .. } = estimate;
@@ -222,12 +225,12 @@ impl From<Estimate> for Estimated {
 }
 
 impl Estimated {
-    /// The numbers of a message on it.
+    /// The payload of the density message.
     pub fn numbers(&self) -> Vec<f64> {
         [&self.values, &self.errors].into_iter().chain(&self.densities).flatten().copied().collect()
     }
 
-    /// Of a cloud in any space.
+    /// The figures of a cloud in any space.
     pub fn of_cloud(cloud: &Cloud, place: &Place<'_>) -> Self {
         let space = &place.assignment.space;
         let circular = |k: usize| cloud.circular[k].unwrap_or(Circular { mean: f64::NAN, resultant: f64::NAN });

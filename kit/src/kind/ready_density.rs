@@ -1,4 +1,4 @@
-//! Densities that their propagator has computed on the comparison grid itself.
+//! Densities that their propagator itself has computed on the comparison grid.
 
 use density::angle::Circular;
 use density::estimate::{Estimate, Moments};
@@ -15,13 +15,13 @@ const STATED: usize = DENSITY_HEAD - 4;
 const MOMENTS: usize = 6;
 
 impl Kind for Density {
-    /// A method withholds what it does not stand behind, by NaN, and says how far it came, by its error estimates.
+    /// A method may withhold figures by writing NaN; its error estimates give the accuracy that was reached.
     fn breach(&self, _: &Space, _: usize, items: &[f64]) -> Option<Breach> {
         let (head, joint) = items.split_at(DENSITY_HEAD.min(items.len()));
         in_head(head).or_else(|| in_joint(joint)).map(|what| Breach { rule: Rule::Finite, what })
     }
 
-    /// NaN stands for what is withheld.
+    /// NaN stands for figures that are withheld.
     fn estimate(&self, snapshot: &Snapshot, _: &mut Memory, at: &Place) -> Result<Estimated, String> {
         let [values] = snapshot.columns()?;
         let (_, grid) = at.in_plane()?;

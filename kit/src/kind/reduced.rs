@@ -1,4 +1,4 @@
-//! Samples that were reduced where they are: what shards have made of theirs is added up.
+//! Samples that their propagator has reduced to counts and sums, which are added up over all shards.
 
 use density::sample_sums::SampleSums;
 use messages::content::{Content, Reduced};
@@ -14,7 +14,7 @@ impl Kind for Reduced {
         not_finite(rows, items)
     }
 
-    /// What shards have made of their samples, one after the other.
+    /// The snapshot holds the counts and sums of all shards, one shard after the other.
     fn estimate(&self, snapshot: &Snapshot, _: &mut Memory, at: &Place) -> Result<Estimated, String> {
         let (header, (_, grid)) = (snapshot.header, at.in_plane()?);
         let [mut rest] = snapshot.columns()?;
@@ -43,7 +43,7 @@ impl Kind for Reduced {
         Ok(Self.into())
     }
 
-    /// How many samples it is of is known when it is read.
+    /// The number of samples is in the numbers themselves, so it is checked when they are read.
     fn has_a_row_for_each(&self) -> bool {
         false
     }

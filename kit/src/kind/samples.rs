@@ -29,7 +29,7 @@ impl Kind for Samples {
         Ok((*self).into())
     }
 
-    /// The standard errors of samples that were drawn in groups need each of them.
+    /// Samples that were drawn in groups cannot be reduced: their standard errors need the samples of each group.
     fn may_be_reduced(&self) -> bool {
         groups(self).is_none()
     }
@@ -39,7 +39,7 @@ impl Kind for Samples {
     }
 }
 
-/// In a space of any variables.
+/// The estimate in a space of any variables.
 fn in_any_space(samples: &Samples, snapshot: &Snapshot, at: &Place) -> Result<Estimated, String> {
     if groups(samples).is_some() {
         return Err("samples in groups are for planar models alone; leave out their replicates".into());
@@ -48,7 +48,7 @@ fn in_any_space(samples: &Samples, snapshot: &Snapshot, at: &Place) -> Result<Es
     Ok(Estimated::of_cloud(&at.ask(|question| of_samples(&columns, question)), at))
 }
 
-/// How many groups samples were drawn in; `None` if they are independent.
+/// Number of groups in which samples were drawn; `None` if they are independent.
 pub fn groups(samples: &Samples) -> Option<usize> {
     (samples.replicates > 1).then_some(samples.replicates as usize)
 }

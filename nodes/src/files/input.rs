@@ -17,11 +17,11 @@ use crate::files::key_path::key_at;
 use crate::files::toml_words::in_plain_words;
 use crate::files::unknown_key::UnknownKey;
 
-/// Longest file that is read \[bytes\]; a launch file with all its cases has a hundredth of it.
+/// Longest file that is read \[bytes\]; a launch file with all its cases is about a hundredth of it.
 const LONGEST: u64 = 1 << 20;
 /// Longest text of a file that an error repeats \[characters\].
 const LONGEST_QUOTE: usize = 300;
-/// Tables of which a file has a list.
+/// Tables that a file has as a list.
 const LISTS: [&str; 1] = ["propagator"];
 
 /// An error in a user's file.
@@ -63,7 +63,7 @@ impl InputFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// If it cannot be read, is longer than any such file, or is not UTF-8 text.
+    /// If it cannot be read, is longer than any file of these kinds, or is not UTF-8 text.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let unreadable = |problem: String| InputError { file: path.into(), line: 0, key: String::new(), problem };
         let mut bytes = Vec::new();
@@ -76,7 +76,7 @@ impl InputFile {
         Self::from_bytes(path, bytes)
     }
 
-    /// Bytes that stand for a file.
+    /// Takes bytes as if they were the content of the file `path`.
     ///
     /// # Errors
     /// If they are not UTF-8 text.
@@ -89,7 +89,7 @@ impl InputFile {
         })
     }
 
-    /// Text that stands for a file.
+    /// Takes a text as if it were the content of the file `path`.
     pub fn from_text(path: &Path, text: &str) -> Self {
         Self { path: path.into(), text: text.into() }
     }
@@ -104,7 +104,7 @@ impl InputFile {
         &self.text
     }
 
-    /// The file as a table of values that know where they stand.
+    /// The file as a table of values that know their places in the text.
     ///
     /// # Errors
     /// [`InputError`] if it is not TOML.
@@ -115,7 +115,8 @@ impl InputFile {
         })
     }
 
-    /// An error about a key that stands in its table twice, or about a list of tables that is written as one.
+    /// An error about a key that is in its table twice, or about a list of tables that is written without double
+    /// brackets.
     fn duplicate(&self, span: Option<Range<usize>>) -> InputError {
         let told = self.error_at(span, "stands in its table for the second time; leave out one of the two");
         let line = self.text.lines().nth(told.line.saturating_sub(1)).unwrap_or("");
@@ -144,7 +145,7 @@ impl InputFile {
         InputError { key, problem: format!("{table} lacks the key `{missing}`"), ..told }
     }
 
-    /// The file, as what it looks like.
+    /// The kind of the file in words, as its keys show it.
     fn kind_in_words(&self) -> String {
         self.kind().map_or("the file".into(), |kind| format!("the {}", kind.words().trim_start_matches("a ")))
     }
@@ -179,13 +180,13 @@ impl InputFile {
         self.error_at(Some(value.span()), problem)
     }
 
-    /// An error about a key that is not there.
+    /// An error about a key that is missing.
     pub fn error_in_whole(&self, key: &str, problem: &str) -> InputError {
         InputError { key: key.into(), ..self.error_at(None, problem) }
     }
 
     fn error_at(&self, span: Option<Range<usize>>, problem: &str) -> InputError {
-        // What is missing from the file as a whole is said of all its bytes, or of none.
+        // The TOML reader reports a key that is missing from the whole file at all of its bytes, or at none.
         let whole = [0..self.text.len(), 0..0];
         let start = span.filter(|span| !whole.contains(span)).map(|span| span.start);
         let before = start.and_then(|start| self.text.get(..start)).unwrap_or("");
@@ -199,7 +200,8 @@ impl InputFile {
     }
 }
 
-/// Text from a file as an error may repeat it: cut in the middle where too long, and without codes that a terminal would obey.
+/// Text from a file as an error may repeat it: cut in the middle if it is too long, and without codes that a terminal
+/// would obey.
 fn printable(quoted: &str) -> String {
     let length = quoted.chars().count();
     if length <= LONGEST_QUOTE {
@@ -230,18 +232,19 @@ pub(crate) fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usi
     }
 }
 
-/// For serde: a whole number that is at least 1, where the key is there at all.
+/// For serde: a whole number that is at least 1, if the key is present.
 pub(crate) fn positive_option<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<usize>, D::Error> {
     positive(deserializer).map(Some)
 }
 
-/// For serde: a whole number that is at least 0; one that no TOML file can hold could not be passed on.
+/// For serde: a whole number that is at least 0. A number that is too large for a TOML file is refused, since it
+/// could not be passed on.
 pub(crate) fn natural<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
     let number = i64::deserialize(deserializer)?;
     u64::try_from(number).map_err(|_| D::Error::custom(format!("{number} is not allowed, it must be at least 0")))
 }
 
-/// For serde: a whole number that is at least 0, where the key is there at all.
+/// For serde: a whole number that is at least 0, if the key is present.
 pub(crate) fn natural_option<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
     natural(deserializer).map(Some)
 }

@@ -1,8 +1,9 @@
-//! The key that a place in a TOML file belongs to, with the tables it stands in: `orbit.radiation`.
+//! The key to which a place in a TOML file belongs, with its tables: `orbit.radiation`.
 
 use toml::de::{DeTable, DeValue};
 
-/// The innermost key whose name or value holds byte `offset` of `text`, made out by its looks where the text is not TOML.
+/// The innermost key whose name or value contains byte `offset` of `text`. If the text is not TOML, the key is
+/// guessed from the lines.
 pub(crate) fn key_at(text: &str, offset: usize) -> String {
     let known = DeTable::parse(text).ok().and_then(|table| in_table(table.get_ref(), offset));
     known.unwrap_or_else(|| by_looks(text, offset))
@@ -22,7 +23,7 @@ fn in_table(table: &DeTable<'_>, offset: usize) -> Option<String> {
     outer
 }
 
-/// Tables and arrays of tables may go on where other tables stand in between: all are searched.
+/// Tables and arrays of tables may continue after other tables, so all are searched.
 fn in_value(value: &DeValue<'_>, offset: usize) -> Option<String> {
     match value {
         DeValue::Table(table) => in_table(table, offset),
@@ -31,7 +32,7 @@ fn in_value(value: &DeValue<'_>, offset: usize) -> Option<String> {
     }
 }
 
-/// For text that is not TOML: what stands before `=` on the line, and the last header before it.
+/// For text that is not TOML: the text before `=` on the line, and the last table header before it.
 fn by_looks(text: &str, offset: usize) -> String {
     let before = text.get(..offset).unwrap_or(text);
     let current = text.lines().nth(before.matches('\n').count()).unwrap_or("").trim();

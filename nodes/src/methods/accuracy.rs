@@ -1,4 +1,4 @@
-//! How accurately a case propagates, as a launch file says it: by the largest error.
+//! The accuracy with which a case propagates orbits, as a launch file gives it: the largest error.
 
 use density::flow::{Accuracy, Flow};
 use density::model::registry::Planar;

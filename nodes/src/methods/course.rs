@@ -21,7 +21,7 @@ impl Course {
         Self { orbits, first, times: problem.times.clone() }
     }
 
-    /// Moves the orbits to snapshot `index` and returns how many they are.
+    /// Moves the orbits to snapshot `index` and returns the number of orbits.
     ///
     /// # Errors
     /// [`Failure::LostOrbit`] names the orbit that cannot be followed.

@@ -56,16 +56,17 @@ pub struct Settings {
     /// Seed of points that are not on a lattice; 1 unless set.
     #[serde(deserialize_with = "natural_option", skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// Where the characteristics start; by default on a lattice, as printed random.
+    /// Where the characteristics start; by default on a lattice, in mode `as-printed` at random points.
     #[serde(deserialize_with = "choice_option", skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementChoice>,
-    /// How the density is put together; by default carried, as printed by hull.
+    /// How the density is computed; by default on a carried mesh, in mode `as-printed` on a hull mesh.
     #[serde(deserialize_with = "choice_option", skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshChoice>,
-    /// Interpolation points an axis of a hull mesh, the paper's Ngrid; 5000 unless set.
+    /// Interpolation points per axis of a hull mesh, the paper's Ngrid; 5000 unless set.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub resolution: Option<usize>,
-    /// Degree to which a lattice interpolates between its points; 1 is linear; 7 unless set, or the largest that fits.
+    /// Degree to which a lattice interpolates between its points; 1 is linear. Unless set, it is 7, or the largest
+    /// that fits.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub degree: Option<usize>,
     /// Corrected, or as the paper printed it: without the Jacobian, random points, hull interpolation.
@@ -76,10 +77,10 @@ pub struct Settings {
     pub accuracy: Option<AccuracySetting>,
 }
 
-/// Degree of a lattice that has room for it, unless set.
+/// Degree of a lattice that is large enough for it, unless set.
 const USUAL_DEGREE: usize = 7;
 
-/// Why a lattice of so many points a side does not take a degree.
+/// Why a lattice with `side` points per side cannot have the degree `degree`.
 fn degree_problem(degree: usize, side: usize) -> String {
     if degree > MOST_DEGREE {
         return format!("{degree} is not allowed, it must be at most {MOST_DEGREE}");
@@ -133,12 +134,12 @@ impl Settings {
         self.resolution.unwrap_or(5000)
     }
 
-    /// Points a side of a lattice.
+    /// Points per side of a lattice.
     fn side(&self) -> usize {
         self.samples.isqrt()
     }
 
-    /// Unless set, the usual one, or the largest that fits a smaller lattice.
+    /// The degree that is set; else `USUAL_DEGREE`, or the largest that fits if the lattice is smaller.
     fn degree(&self) -> usize {
         self.degree.unwrap_or_else(|| USUAL_DEGREE.min(self.side().saturating_sub(1)).max(1))
     }
@@ -237,13 +238,13 @@ pub struct DensityEvolution {
     work: Option<Work>,
 }
 
-/// Characteristics on their way.
+/// The characteristics of the scenario under way.
 #[derive(Debug)]
 struct Work {
     problem: Problem<Planar>,
-    /// All of the case.
+    /// The initial points of the whole case.
     start: Points,
-    /// Those that are propagated here.
+    /// The points that this process propagates.
     range: Range<usize>,
     course: Course,
     densities: Vec<f64>,
@@ -307,8 +308,8 @@ impl Propagator for DensityEvolution {
         n.copy_from_slice(&work.densities);
     }
 
-    /// Of the flow that a lattice interpolates, or of scattered characteristics, which all weigh alike; all of them, in the first
-    /// shard alone.
+    /// The curve follows from the flow that a lattice interpolates, or from scattered characteristics, which all have
+    /// equal weight. Only the first shard computes it, from all points of the case.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         if self.shard.index > 0 {
             return Ok(Passage::Cannot("the first shard computes it for all".into()));
@@ -328,8 +329,8 @@ impl Propagator for DensityEvolution {
     }
 }
 
-/// The rows of a curve that estimates its own error. Who has passed has passed: what has surely passed by an earlier time has
-/// passed by this one, and what can have passed by this one cannot exceed what can have by a later one.
+/// The rows of a curve that estimates its own error. An orbit that has passed stays so: the lower end of an interval
+/// is therefore not below that of an earlier time, and the upper end is not above that of a later time.
 fn rows(curve: &PassageCurve, times: &[f64]) -> Vec<[f64; PASSAGE_COLUMNS]> {
     let row = |((&time, &p), &error): ((&f64, &f64), &f64)| [time, p, (p - error).max(0.0), (p + error).min(1.0)];
     let mut rows: Vec<_> = times.iter().zip(&curve.probability).zip(&curve.error).map(row).collect();

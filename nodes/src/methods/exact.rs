@@ -19,14 +19,14 @@ pub struct Settings {
     pub moment_error: f64,
     /// Tolerated L1 error of the joint density.
     pub joint_error: f64,
-    /// Orbits that moments, the probability above the critical eccentricity, the joint density and the first-passage curve may
-    /// take each, at one snapshot.
+    /// Most orbits that are used at one snapshot for the moments, for the probability above the critical
+    /// eccentricity, for the joint density and for the first-passage curve, each by itself.
     pub most_orbits: usize,
     /// Error estimate of the moments, in standard deviations, above which they are withheld.
     pub largest_moment_error: f64,
-    /// The same of probabilities.
+    /// Error estimate of a probability above which it is withheld.
     pub largest_probability_error: f64,
-    /// The same of the joint density, in L1.
+    /// Error estimate of the joint density, in L1, above which it is withheld.
     pub largest_joint_error: f64,
     /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -159,7 +159,7 @@ impl Propagator for ExactDensity {
         let flow = AccuracySetting::flow(self.accuracy, plane.problem.model);
         let ExactSettings { most_orbits, limits, .. } = self.settings;
         let curve = curve(&plane.problem, &flow, times, most_orbits)?;
-        // A probability that is not stood behind is withheld; its bounds are known all the same.
+        // A probability whose error estimate is too large is withheld; its bounds are known nevertheless.
         let row = |(&time, p): (&f64, &Estimated)| {
             let value = if p.error <= limits.probability { p.value } else { f64::NAN };
             [time, value, (p.value - p.error).max(0.0), (p.value + p.error).min(1.0)]

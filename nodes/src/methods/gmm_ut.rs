@@ -39,22 +39,23 @@ pub enum SplitChoice {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// How the initial Gaussian is split; as printed: along the eccentricity unless said otherwise.
+    /// How the initial Gaussian is split; in mode `as-printed` along the eccentricity unless set.
     #[serde(deserialize_with = "choice_option", skip_serializing_if = "Option::is_none")]
     pub split: Option<SplitChoice>,
     /// Components along the direction of a split that is not adaptive; odd, 39 unless set.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub components: Option<usize>,
-    /// Components across it; odd, 1 unless set.
+    /// Components across that direction; odd, 1 unless set.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub across: Option<usize>,
-    /// Whether the library of a split that is not adaptive keeps the variance exactly; it does not unless set.
+    /// Whether the library of a split that is not adaptive keeps the variance exactly; false unless set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep_variance: Option<bool>,
     /// Most sigma points of an adaptive split.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub sigma_points: Option<usize>,
-    /// Most components that are published: more are merged, keeping mean and covariance (slow).
+    /// Most components that are published; if there are more, they are merged, which keeps mean and covariance
+    /// (slow).
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub merge_to: Option<usize>,
     /// Corrected, or as the paper printed it.
@@ -200,7 +201,7 @@ pub struct GaussianMixture {
     course: Option<Course>,
 }
 
-/// A mixture on its way.
+/// The mixture of the scenario under way.
 #[derive(Debug)]
 struct Course {
     propagator: mixture::MixturePropagator<Planar>,

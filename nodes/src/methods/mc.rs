@@ -25,9 +25,9 @@ use kit::{Form, Passage, Propagator};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DrawsChoice {
-    /// Not at all.
+    /// Not at all: independent draws.
     Independent,
-    /// In pairs of opposites.
+    /// In antithetic pairs, which lie opposite one another about the mean.
     Antithetic,
     /// As points of a scrambled Sobol sequence.
     Sobol,
@@ -46,7 +46,8 @@ pub struct Settings {
     /// How draws depend on one another: independent, antithetic pairs, or a scrambled Sobol sequence.
     #[serde(deserialize_with = "choice")]
     pub draws: DrawsChoice,
-    /// Independent groups, from whose spread the standard errors follow; 1 only for independent draws.
+    /// Number of independent groups, from whose spread the standard errors follow; 1 is allowed only for independent
+    /// draws.
     #[serde(deserialize_with = "positive")]
     pub replicates: usize,
     /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
@@ -125,19 +126,20 @@ pub struct MonteCarlo {
     sample: Option<Sample>,
 }
 
-/// Orbits on their way, and when each first had the critical eccentricity.
+/// The orbits of the scenario under way, and when each first had the critical eccentricity.
 #[derive(Debug)]
 struct Sample {
-    /// Number of the first.
+    /// Number of the first orbit in the case.
     first: usize,
     orbits: Orbits<Planar>,
-    /// At which time of the curve each orbit had passed, or [`PENDING`]: a byte an orbit, of which there may be many.
+    /// Position in `curve_times` of the time by which each orbit had passed, or [`PENDING`]. It takes one byte per
+    /// orbit, since there may be many orbits.
     points: Vec<u8>,
     curve_times: Vec<f64>,
     problem: Problem<Planar>,
 }
 
-/// The orbit has not passed. No time of the curve has this number.
+/// Stands for an orbit that has not passed. No time of the curve has this position.
 const PENDING: u8 = u8::MAX;
 const _: () = assert!(PASSAGE_TIMES < PENDING as usize);
 
@@ -184,7 +186,8 @@ impl Propagator for MonteCarlo {
         }
     }
 
-    /// Of the same orbits, noted on their way: an interval holds for independent draws only.
+    /// The curve is counted from the same orbits while they are propagated. It has an interval only for independent
+    /// draws.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let sample = self.sample.as_ref().ok_or_else(Failure::no_scenario)?;
         if times != sample.curve_times {

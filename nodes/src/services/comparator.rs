@@ -1,4 +1,4 @@
-//! The comparator: errors of every case against the reference, and what each cost.
+//! The comparator: computes the errors of every case against the reference, and the effort of every case.
 //!
 //! A figure that the first reference withholds is compared with the next one that states it (see [`crate::services::yardstick`]).
 
@@ -22,7 +22,7 @@ use kit::screen::{receive, refuse};
 use kit::session::Session;
 use kit::space::{Quantity, Space};
 
-/// What has arrived of a scenario: the densities of each case, by snapshot.
+/// The densities of a scenario that have arrived, by case and snapshot.
 #[derive(Debug, Default)]
 pub(crate) struct Results {
     cases: BTreeMap<String, BTreeMap<u32, Reading>>,
@@ -136,7 +136,7 @@ fn publish(
     Ok(outlet.send_items(header(comparison::END, ""), &[])?)
 }
 
-/// What is said of one snapshot of a case against one reference.
+/// A comparison of one snapshot of a case with one reference.
 #[derive(Debug)]
 pub(crate) struct Compared<'a> {
     kind: u32,
@@ -144,7 +144,8 @@ pub(crate) struct Compared<'a> {
     rows: Vec<f64>,
 }
 
-/// Compares a snapshot of a case with the references that have it, in their order: each figure with the first that states it.
+/// Compares a snapshot of a case with the references that have this snapshot, in their order: each figure with the
+/// first reference that states it.
 pub(crate) fn compare<'a>(case: &Reading, references: &[(&'a str, &Reading)]) -> Vec<Compared<'a>> {
     let quantities = case.space.quantities();
     let mut said = Vec::new();
@@ -177,12 +178,13 @@ pub(crate) fn errors(case: &Reading, reference: &Reading) -> Vec<f64> {
     case.space.quantities().into_iter().flat_map(row).collect()
 }
 
-/// How far a quantity is from its reference value, an angle the short way round.
+/// Difference of a quantity from its reference value; for an angle, the short way round.
 pub(crate) fn difference(space: &Space, quantity: Quantity, value: f64, reference: f64) -> f64 {
     if space.is_angle(quantity) { nearest(value - reference, 0.0) } else { value - reference }
 }
 
-/// One row per projection, then the mass that each of the two densities on the first one is short of 1.
+/// One row per projection; then, for each of the two densities on the first projection, by how much its mass falls
+/// short of 1.
 pub(crate) fn distances(case: &Reading, reference: &Reading) -> Vec<f64> {
     let row = |place: usize| {
         let d = distances_on(case, reference, place);
@@ -205,7 +207,8 @@ fn total_seconds(case: &[&Reading]) -> f64 {
     case.iter().map(|p| p.header.propagation_seconds + p.header.estimation_seconds).sum()
 }
 
-/// Effort as in Table 4: seconds of propagation, of estimation, their sum, its ratio to that of the run's baseline.
+/// Effort as in Table 4: seconds of propagation, of estimation, their sum, and the ratio of this sum to that of the
+/// run's baseline.
 pub(crate) fn effort(case: &[&Reading], baseline: Option<f64>) -> [f64; EFFORT_COLUMNS] {
     let propagation: f64 = case.iter().map(|p| p.header.propagation_seconds).sum();
     let estimation: f64 = case.iter().map(|p| p.header.estimation_seconds).sum();
@@ -257,7 +260,7 @@ mod tests {
         assert_eq!(stated(&with_mc[0].rows), [false, false, false, true, false, false, false, false]);
         assert!((with_exact[0].rows[2] - 0.1).abs() < 1e-12 && (with_mc[0].rows[3 * 4 + 2] - 0.1).abs() < 1e-12);
         assert_eq!((of("exact", comparison::DISTANCES).len(), of("mc", comparison::DISTANCES).len()), (0, 1));
-        // Nobody is compared in what it withholds itself.
+        // A case is not compared in figures that it withholds itself.
         assert!(compare(&exact, &[("mc", &mc)]).iter().all(|c| c.kind == comparison::MOMENTS));
     }
 

@@ -1,8 +1,8 @@
-//! The estimator: turns every snapshot, whoever sent it, into a density on the common grid.
+//! The estimator: turns every snapshot of every propagator into a density on the comparison grid.
 //!
-//! It trusts no sender: a snapshot with the wrong shape, order or numbers is refused and blamed on its label; the other
-//! cases go on. A propagator that was restarted sends the scenario anew, and replaces what came of it before; an estimator
-//! that was restarted finds the propagators' snapshots where they have kept them.
+//! It checks all messages: a snapshot with the wrong shape, order or numbers is refused and its label reported as
+//! failed; the other cases go on. A propagator that was restarted sends the scenario anew, which replaces its earlier
+//! snapshots. An estimator that was restarted receives the snapshots that the propagators have kept.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -27,7 +27,7 @@ use kit::screen::receive;
 use kit::session::{ANY_SCENARIO, EffortClock, Session};
 use kit::snapshot_rules::decode;
 
-/// Longest that a snapshot may arrive before the scenario it belongs to.
+/// Longest time by which a snapshot may arrive before the scenario to which it belongs.
 const HEAD_START: Duration = Duration::from_secs(5);
 
 /// Estimates until asked to stop.
@@ -70,10 +70,10 @@ struct ScenarioWork {
     awaited: Option<String>,
 }
 
-/// What has come of a case.
+/// The state of a case in the scenario under way.
 #[derive(Default)]
 struct Attempt {
-    /// How often its propagator was restarted; of shards each counts for itself.
+    /// How often its propagator was restarted. The restarts of shards are counted in `gathering` instead.
     number: u32,
     case: CaseEstimator,
     gathering: Gathering,
@@ -81,7 +81,7 @@ struct Attempt {
     gathering_seconds: f64,
 }
 
-/// A density, and the snapshot that it is of.
+/// A density, and the header of the snapshot from which it was estimated.
 struct Answer {
     snapshot: SnapshotHeader,
     estimated: Estimated,
@@ -103,13 +103,13 @@ impl<'a> Estimator<'a> {
         })
     }
 
-    /// Takes in scenario and roster.
+    /// Receives new rosters and scenarios.
     fn look_around(&mut self) -> Result<(), Failure> {
         self.roster.update(self.session, &self.rosters)?;
         while let Some(message) = receive(self.session, &self.scenarios)? {
             if self.newest.is_news(message.header().scenario) {
                 let assignment = Assignment::read(&message)?;
-                // As a propagator's: an outlet a scenario.
+                // One outlet per scenario, as in a propagator.
                 self.densities = None;
                 let (cases, refused) = (BTreeMap::new(), BTreeSet::new());
                 self.work = Some(ScenarioWork { assignment, cases, refused, done: 0, awaited: None });
@@ -129,7 +129,7 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Deals with a snapshot of whatever sender and scenario.
+    /// Handles a snapshot of any sender and scenario.
     fn handle(&mut self, message: &Message<Snapshot>) -> Result<(), Failure> {
         let header = message.header();
         let label = unpack(&header.label);
@@ -164,7 +164,7 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Tells whose snapshots are waited for: the launcher cannot know who has sent too few.
+    /// Reports the case whose snapshots are waited for: the launcher cannot know which case has sent too few.
     fn tell_awaited(&mut self) -> Result<(), Failure> {
         let Some(work) = &mut self.work else { return Ok(()) };
         let alive = self.roster.cases.iter().filter(|(label, failed)| !failed && !work.refused.contains(label));
@@ -177,7 +177,7 @@ impl<'a> Estimator<'a> {
         Ok(())
     }
 
-    /// Scenario and snapshot come from different processes: the answer may be here before the question.
+    /// Waits for the scenario of a snapshot. The two come from different processes, so the snapshot may arrive first.
     fn await_scenario(&mut self, scenario: u32) -> Result<(), Failure> {
         let mut watch = Watch::start();
         while self.work.as_ref().is_none_or(|work| work.assignment.scenario() < scenario)
@@ -203,8 +203,9 @@ impl ScenarioWork {
         self.cases.get(label).map_or(0, |attempt| attempt.case.snapshots_done())
     }
 
-    /// Estimates a snapshot of a case of so many shards, if that is known; `None` if it is one of a shard and others are
-    /// missing, or if a later attempt of the same case has replaced it.
+    /// Estimates a snapshot of a case that has `shards` shards, if this number is known. Returns `None` if the
+    /// snapshot is that of one shard and those of others are missing, or if a later attempt of the same case has
+    /// replaced it.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -238,7 +239,7 @@ impl ScenarioWork {
 }
 
 impl Attempt {
-    /// Takes in a shard's snapshot, and estimates the whole if no other is missing.
+    /// Adds the snapshot of a shard, and estimates the whole snapshot if no other part is missing.
     fn gather(
         &mut self,
         header: &SnapshotHeader,
@@ -264,14 +265,14 @@ fn publish(outlet: &Outlet<Density>, Answer { snapshot, estimated, seconds }: &A
         propagation_seconds: snapshot.seconds,
         estimation_seconds: *seconds,
         mass_on_grid: *mass_on_grid,
-        // Samples that were reduced are as many trajectories.
+        // Each sample that was reduced is one trajectory.
         trajectories: estimated.reduced.map_or_else(|| trajectories_behind(snapshot), u64::from),
         scenario: snapshot.scenario,
         index: snapshot.index,
         count: snapshot.count,
         rows: estimated.reduced.unwrap_or(snapshot.rows),
         quantities: values.len() as u32,
-        // What becomes of samples does not depend on where they were reduced.
+        // The kind of the result does not depend on where the samples were reduced.
         kind: if estimated.reduced.is_some() { kind::SAMPLES } else { snapshot.kind },
         diagnostic: estimated.diagnostic,
         diagnostics: estimated.diagnostics,

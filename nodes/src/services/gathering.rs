@@ -1,8 +1,8 @@
 //! The shards of a case, put together snapshot by snapshot.
 //!
-//! Each shard sends the rows of its range; once all have sent theirs, their columns, one range after the other, are the
-//! snapshot that a case in one piece would have sent. A shard that was restarted sends the scenario anew. What it sends again is
-//! the same bytes, so what has been put together stays as it is.
+//! Each shard sends the rows of its range. Once all have sent theirs, their columns, one range after the other, form
+//! the snapshot that a case without shards would have sent. A shard that was restarted sends the scenario anew. It
+//! sends the same bytes again, so snapshots that have been put together stay as they are.
 
 use std::collections::BTreeMap;
 
@@ -14,13 +14,14 @@ use kit::kind::{self, Snapshot};
 use kit::shard::{MOST_SHARDS, Shard};
 use kit::snapshot_rules::decode;
 
-/// What has come of the shards of a case.
+/// The snapshots that have come from the shards of a case.
 #[derive(Debug, Default)]
 pub struct Gathering {
-    /// The first snapshot that came, and what the whole is: all others must fit to it.
+    /// The header of the first snapshot that came, and the content of the whole snapshot. All others must agree with
+    /// it.
     first: Option<(SnapshotHeader, Content)>,
     shards: BTreeMap<u32, Progress>,
-    /// By snapshot and shard, what has not been put together yet.
+    /// The parts that have not been put together yet, by snapshot and shard.
     waiting: BTreeMap<usize, BTreeMap<u32, (SnapshotHeader, Vec<f64>)>>,
     done: usize,
 }
@@ -35,23 +36,23 @@ struct Progress {
 /// A snapshot of all shards.
 #[derive(Debug, PartialEq)]
 pub struct Whole {
-    /// As of a case in one piece.
+    /// The header that a case without shards would have sent.
     pub header: SnapshotHeader,
-    /// What it is.
+    /// Its kind and the fields of this kind.
     pub content: Content,
     /// Its columns.
     pub items: Vec<f64>,
 }
 
 impl Whole {
-    /// As a snapshot that came in one piece.
+    /// The same as a snapshot of a case without shards.
     pub fn as_snapshot(&self) -> Snapshot<'_> {
         Snapshot { header: &self.header, content: self.content, items: &self.items }
     }
 }
 
 impl Gathering {
-    /// Takes in a shard's snapshot; returns the whole one if that was the last that was missing.
+    /// Adds the snapshot of a shard; returns the whole snapshot if this was the last part that was missing.
     ///
     /// # Errors
     /// What is wrong with it, naming the shard.
@@ -83,13 +84,13 @@ impl Gathering {
         if parts.len() < first.0.shards as usize {
             return Ok(None);
         }
-        // Shards send in order: whoever has sent this snapshot has sent all before.
+        // Shards send in order: a shard that has sent this snapshot has sent all before.
         self.done = index + 1;
         Ok(self.waiting.remove(&index).map(|parts| put_together(first, parts.into_values().collect())))
     }
 }
 
-/// What the whole is that a shard's snapshot is a part of.
+/// The content of the whole snapshot to which a shard's snapshot belongs.
 fn whole_of(Snapshot { header, content, .. }: &Snapshot) -> Result<Content, String> {
     let SnapshotHeader { shard, shards, .. } = **header;
     if shard >= shards || shards > MOST_SHARDS {
@@ -98,14 +99,15 @@ fn whole_of(Snapshot { header, content, .. }: &Snapshot) -> Result<Content, Stri
     kind::of(content).of_all_shards()
 }
 
-/// Whether a shard's snapshot has the rows of its range, and is part of the same whole as the `first` that came.
+/// Checks that a shard's snapshot has the rows of its range, and belongs to the same whole as the `first` one that
+/// came.
 fn check(
     Snapshot { header, content, .. }: &Snapshot,
     whole: Content,
     (first, first_whole): &(SnapshotHeader, Content),
 ) -> Result<(), String> {
     let SnapshotHeader { shard, shards, total, rows, .. } = **header;
-    // By their bytes, for NaN is not equal to itself.
+    // Contents are compared by their bytes, since NaN is not equal to itself.
     let form = |content: Content| (content.code(), content.details());
     if (shards, total, form(whole)) != (first.shards, first.total, form(*first_whole)) {
         return Err(format!(

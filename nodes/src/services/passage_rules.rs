@@ -1,6 +1,7 @@
-//! What a first-passage curve must be, whoever sent it.
+//! The rules for a first-passage curve of any sender.
 //!
-//! The recorder does not use a curve that breaks a rule ([`breach`]), and tells [`doubts`]; `phasecloud check` reports both.
+//! The recorder does not use a curve that breaks a rule ([`breach`]), and notes its [`doubts`]; `phasecloud check`
+//! reports both.
 
 use density::model::registry::Planar;
 use density::problem::Problem;
@@ -11,20 +12,21 @@ use kit::assignment::Assignment;
 use kit::kind::counted_samples;
 use kit::space::Quantity;
 
-/// Sums of many probabilities may miss 0, 1 or one another by rounding.
+/// Tolerated rounding error of sums of many probabilities.
 const ROUNDING: f64 = 1e-6;
-/// Standard errors that numbers of samples may be off.
+/// Tolerated error of figures that come from samples, in standard errors.
 const SIGMAS: f64 = 5.0;
-/// What a curve that was neither counted nor bounded may contradict other numbers by.
+/// Tolerated error of a curve that was not counted from samples and has no interval.
 const GENEROUS: f64 = 0.01;
-/// What a probability of a method that knows nothing of its error may be off.
+/// Tolerated error of a probability of a method that does not know its error.
 const UNKNOWN: f64 = 1e-3;
-/// What a count may miss a whole number by, and up to how many samples that is more than rounding.
+/// Tolerated difference of a count from a whole number. Beyond `MOST_COUNTED` samples rounding may cause a larger
+/// one.
 const COUNT_ROUNDING: f64 = 1e-3;
 const MOST_COUNTED: u64 = 1_000_000_000;
-/// Samples that are drawn in opposite pairs tell as much as half as many independent ones.
+/// Samples that are drawn in antithetic pairs count as half as many independent samples.
 pub const INDEPENDENT: f64 = 0.5;
-/// Probabilities below this are good in their order of magnitude only.
+/// Of probabilities below this, only the order of magnitude is right.
 const LEAST_PROBABILITY: f64 = 1e-12;
 
 /// A row of a curve.
@@ -36,7 +38,7 @@ pub struct Row {
     pub probability: f64,
     /// Lower end of its interval; NaN if it has none.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of its interval; NaN if it has none.
     pub high: f64,
 }
 
@@ -95,12 +97,13 @@ fn breach_of_row(Row { time, probability, low, high }: &Row) -> Option<String> {
     Some(format!("the probability at {time} yr {what}"))
 }
 
-/// Whether a curve falls: less has passed by a row than by an earlier one, even at the ends of their intervals.
+/// Checks that a curve does not fall: a probability must not be below an earlier one, even at the ends of their
+/// intervals.
 fn falls(rows: &[Row]) -> Option<String> {
     if let Some(pair) = rows.windows(2).find(|pair| pair[1].time <= pair[0].time) {
         return Some(format!("a row at {} yr follows one at {} yr; times ascend", pair[1].time, pair[0].time));
     }
-    // The most that has certainly passed, and what is claimed to have, with their times.
+    // The largest lower end and the largest probability so far, with their times.
     let (mut certain, mut claimed) = ((0.0, 0.0), (0.0, 0.0));
     for row in rows {
         let (low, high) = row.ends();
@@ -122,7 +125,7 @@ fn falls(rows: &[Row]) -> Option<String> {
     None
 }
 
-/// A curve that breaks no rule, without what rounding adds to or takes from probabilities.
+/// A curve that breaks no rule, with the rounding errors of its probabilities removed.
 pub fn without_rounding(items: &[f64]) -> Vec<f64> {
     let mut items = items.to_vec();
     for row in items.chunks_exact_mut(PASSAGE_COLUMNS) {
@@ -135,8 +138,9 @@ pub fn without_rounding(items: &[f64]) -> Vec<f64> {
     items
 }
 
-/// What a curve of `samples` equal samples (0 if it was not counted) contradicts that is known: the initial Gaussian, and the
-/// probabilities of being above the critical eccentricity at the snapshots of the same case.
+/// The known facts that a curve contradicts: the initial Gaussian, and the probabilities of being above the critical
+/// eccentricity at the snapshots of the same case. `samples` is the number of equally weighted samples from which the
+/// curve was counted, 0 if it was not counted.
 pub fn doubts(items: &[f64], samples: u64, assignment: &Assignment, snapshots: &[&Reading]) -> Vec<String> {
     let rows = rows(items);
     let Some(first) = rows.first() else { return Vec::new() };
@@ -147,7 +151,7 @@ pub fn doubts(items: &[f64], samples: u64, assignment: &Assignment, snapshots: &
     at_start.into_iter().chain(uncounted).chain(overtaken).collect()
 }
 
-/// A share of so many samples is a whole number of them divided by their number.
+/// A probability that is counted from samples is a whole number divided by the number of samples.
 fn not_a_count(rows: &[Row], samples: u64) -> Option<String> {
     if samples == 0 || samples > MOST_COUNTED {
         return None;
@@ -172,7 +176,7 @@ fn more_than_there_are(samples: u64, snapshots: &[&Reading]) -> Option<String> {
     })
 }
 
-/// Who is above the critical eccentricity at `t = 0` has passed, and nobody else has.
+/// At `t = 0` exactly the orbits at or above the critical eccentricity have passed.
 fn off_the_start(first: &Row, samples: u64, problem: &Problem<Planar>) -> Option<String> {
     let right = problem.initial.probability_above(problem.critical_e);
     let (low, high) = first.ends();
@@ -187,17 +191,17 @@ fn off_the_start(first: &Row, samples: u64, problem: &Problem<Planar>) -> Option
     })
 }
 
-/// Who is above the critical eccentricity has passed.
+/// Every orbit that is above the critical eccentricity has passed.
 fn overtaken(rows: &[Row], samples: u64, reading: &Reading) -> Option<String> {
     let (above, snapshot) = (reading.value(Quantity::AboveCritical), &reading.header);
-    // The curve does not fall: by the next of its times at least as many have passed.
+    // The curve does not fall: at its next time it is at least as high as at the time of the snapshot.
     let row = rows.iter().find(|row| row.time >= snapshot.time * (1.0 - 1e-12))?;
     let (low, high) = row.ends();
     let of_snapshot = match snapshot.diagnostic {
         diagnostic::NUMERICAL => 10.0 * snapshot.diagnostics[2],
         _ => SIGMAS * reading.error(Quantity::AboveCritical),
     };
-    // Of a mesh or a mixture nothing is known of the error.
+    // The error of a mesh or a mixture is not known.
     let least = above - if of_snapshot.is_nan() { UNKNOWN } else { of_snapshot };
     let is_counted = samples > 0 && !row.is_withheld();
     let claimed = if row.is_withheld() { high } else { row.probability };
@@ -214,17 +218,19 @@ fn overtaken(rows: &[Row], samples: u64, reading: &Reading) -> Option<String> {
     })
 }
 
-/// Kullback-Leibler divergence of a coin of probability `p` from one of `q`: of `n` independent samples a share of `p` or less has a
-/// probability of at most `exp(-n D(p, q))` where that of one is `q > p` (Chernoff).
+/// Kullback-Leibler divergence `D(p, q)` of two Bernoulli distributions with the probabilities `p` and `q`. If each
+/// of `n` independent samples has the probability `q > p`, a share of `p` or less of them has a probability of at
+/// most `exp(-n D(p, q))` (Chernoff).
 pub fn divergence(p: f64, q: f64) -> f64 {
     let q = q.clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY);
     let term = |p: f64, q: f64| if p > 0.0 { p * (p / q).ln() } else { 0.0 };
     term(p, q) + term(1.0 - p, 1.0 - q)
 }
 
-/// What a probability of a curve of `samples` samples (0 if it was not counted) may be off: counting noise, or what its own
-/// interval of this width says of the truth outside it. The ends of a 95 % interval lie two standard errors from its middle, so five
-/// are three quarters of its width beyond them; a narrow one may be an error estimate, which is right within a factor of ten.
+/// Tolerated error of a probability of a curve. For a curve that was counted from `samples` samples this is the
+/// counting noise. For others (`samples` is 0) it follows from the `width` of the interval. The ends of a 95 %
+/// interval lie two standard errors from its middle, so five standard errors reach three quarters of its width beyond
+/// them. A narrow interval may be an error estimate, which is right within a factor of ten.
 pub fn allowance(probability: f64, samples: u64, width: f64) -> f64 {
     match samples {
         0 if width > 0.0 => (10.0 * width).min(GENEROUS.max(0.75 * width)) + 1e-9,
@@ -255,7 +261,7 @@ mod tests {
             &[[0.0, NAN, NAN], [0.3, NAN, NAN], [0.3, NAN, NAN]][..],
             &[[0.0, 0.0, 0.1], [NAN, 0.0, 0.9], [1.0, 0.9, 1.0]],
             &[[0.0, 0.0, 0.0], [1.000_000_3, 1.0, 1.000_000_3]],
-            &[[0.5, 0.5, 0.5], [0.5, 0.4, 0.6]], // less certain, not less
+            &[[0.5, 0.5, 0.5], [0.5, 0.4, 0.6]], // the interval widens, but the probability does not fall
             &[],
         ] {
             assert_eq!(breach(&curve(good)), None);
@@ -324,7 +330,7 @@ mod tests {
         assert!(few.contains("by 1 yr only 0.30000"), "ten samples cannot have missed what is certain: {few}");
         assert!(doubts(&[[0.0, NAN, NAN], [0.333, 0.1, 0.6]], 10, 0.3).contains("0.333 by 0.5 yr is no whole number"));
         assert!(doubts(&good, 5_000, 0.4).contains("counted from 5000 samples, but its snapshots have 2000"));
-        // Withheld within bounds: nothing is claimed that could be wrong.
+        // All probabilities are withheld within bounds: nothing is stated that could be wrong.
         assert_eq!(doubts(&[[NAN, 0.0, 1.0]; 3], 0, 1.0), "");
         assert_eq!(doubts(&good, 0, NAN), "", "a withheld probability contradicts nothing");
     }

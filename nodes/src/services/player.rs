@@ -1,7 +1,8 @@
 //! The player: takes the part of a node and sends what that node sent in a recorded run.
 //!
-//! It plays a propagator, the estimator or the comparator, whichever its name says. The scenario comes from a living
-//! scenario node; one that differs from the recorded one is refused, for the answers would not belong to it.
+//! It plays a propagator, the estimator or the comparator, depending on its name. The scenario comes from a running
+//! scenario node. A scenario that differs from the recorded one is refused, because the answers would not belong to
+//! it.
 
 use std::path::Path;
 
@@ -18,7 +19,8 @@ use kit::failure::Failure;
 use kit::newest::Newest;
 use kit::session::Session;
 
-/// What a player has sent in a scenario; it must live until the next, for its messages die with it.
+/// The outlets on which a player has sent in a scenario. They must be kept until the next scenario, because their
+/// messages are lost with them.
 #[derive(Debug)]
 enum Sent {
     Propagator(Box<(Outlet<Passage>, Outlet<Snapshot>)>),
@@ -27,7 +29,7 @@ enum Sent {
 }
 
 impl Sent {
-    /// Its ends, which readers may join late.
+    /// Its outlets, to which readers may connect late.
     fn ports(&self) -> Vec<&dyn Awaited> {
         match self {
             Self::Propagator(both) => vec![&both.0, &both.1],
@@ -44,7 +46,7 @@ impl Sent {
 pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
     let recording = Recording::open(file).map_err(|e| Failure::Refused(e.to_string()))?;
     let scenarios = session.domain.inlet::<Scenario>()?;
-    // What comes on this topic is known, but it must be read.
+    // The snapshots are known from the recording, but they must be received.
     let snapshots = Service::Estimator.is(&session.name).then(|| session.domain.inlet::<Snapshot>()).transpose()?;
     session.ready()?;
     let mut sent: Option<Sent> = None;
@@ -73,8 +75,8 @@ pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Takes all snapshots of a scenario, as the estimator does before it has sent all densities: whoever has those can rely on
-/// everything that was sent before the snapshots.
+/// Receives all snapshots of a scenario, as the estimator does before it has sent all densities: a node that has all
+/// densities can then rely on having everything that was sent before the snapshots.
 fn await_all(session: &Session, recording: &Recording, position: u32, inlet: &Inlet<Snapshot>) -> Result<(), Failure> {
     let mut left = recording.messages::<Snapshot>().filter(|(header, _)| header.scenario == position).count();
     loop {
@@ -132,7 +134,7 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
             Sent::Comparator(send::<Comparison>(session, recording, |h| h.scenario == position)?)
         }
         _ => {
-            // In the order in which a propagator sends: the last snapshot says that all is there.
+            // In the order in which a propagator sends: its last snapshot means that everything has been sent.
             let passages = send::<Passage>(session, recording, |h| mine(h.scenario, &h.label, h.shard))?;
             let snapshots = send::<Snapshot>(session, recording, |h| mine(h.scenario, &h.label, h.shard))?;
             Sent::Propagator(Box::new((passages, snapshots)))
@@ -154,7 +156,7 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
     Ok(sent)
 }
 
-/// Whether the recording has all snapshots of a propagator: `have` of them.
+/// Checks that the recording has all snapshots of a propagator; it has `have` of them.
 fn check_count(recording: &Recording, position: u32, name: &str, have: usize) -> Result<(), Failure> {
     let scenario = recording.messages::<Scenario>().find(|(header, _)| header.scenario == position);
     let count = scenario.map_or(0, |(header, _)| header.snapshots as usize);

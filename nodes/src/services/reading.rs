@@ -1,4 +1,4 @@
-//! A density as it was published: what was said of a cloud at a snapshot, in the terms of the scenario's space.
+//! A density message, decoded: the figures of a cloud at a snapshot, in the scenario's space.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use messages::scenario::Projection;
 use kit::assignment::Assignment;
 use kit::space::{Quantity, Space};
 
-/// What a message on the density topic says.
+/// A decoded message of the density topic.
 #[derive(Debug, Clone)]
 pub struct Reading {
     /// The header.
@@ -26,7 +26,7 @@ impl Reading {
     /// Reads a message on a density of this scenario.
     ///
     /// # Errors
-    /// What does not fit to the scenario.
+    /// What does not fit the scenario.
     pub fn new(header: DensityHeader, numbers: &[f64], assignment: &Assignment) -> Result<Self, String> {
         let Some(axes) = assignment.axes.get(header.index as usize) else {
             return Err(format!("snapshot {} of {}", header.index, assignment.axes.len()));
@@ -57,7 +57,7 @@ impl Reading {
         2 * self.quantities() + self.space.projections[..projection].iter().map(cells).sum::<usize>()
     }
 
-    /// All that is said of the cloud, in the order of the space.
+    /// All quantities of the cloud, in the order of the space.
     pub fn values(&self) -> &[f64] {
         &self.numbers[..self.quantities()]
     }

@@ -1,11 +1,12 @@
-//! Whether methods that know their errors agree: an exact density with its error estimates, against itself, against
-//! samples and against other exact densities of the same run.
+//! Whether methods with known errors agree: an exact density with its error estimates is compared with itself, with
+//! samples and with other exact densities of the same run.
 //!
-//! What an exact method claims may be off by [`ESTIMATES`] of its own error estimates. What samples may be off beyond that
-//! follows from inequalities that hold for any distribution, so that a rare part of a cloud, of which a sample has seen
-//! nothing, alarms nobody: Bernstein's with the sample's own variance for moments (Maurer & Pontil, *Empirical Bernstein
-//! bounds and sample variance penalization*, 2009, Theorem 4), Chernoff's for counts, McDiarmid's for the total variation. The
-//! number of comparisons is counted, and each gets its part of [`FALSE_ALARMS`].
+//! A figure of an exact method may be off by [`ESTIMATES`] times its own error estimate. The further error that is
+//! allowed for samples follows from inequalities that hold for any distribution, so that a rare part of a cloud,
+//! which a sample has missed, raises no alarm: Bernstein's with the sample's own variance for moments (Maurer &
+//! Pontil, *Empirical Bernstein bounds and sample variance penalization*, 2009, Theorem 4), Chernoff's for counts,
+//! McDiarmid's for the total variation. The number of comparisons is counted, and each gets its part of
+//! [`FALSE_ALARMS`].
 
 use messages::layout::diagnostic;
 
@@ -17,12 +18,12 @@ use kit::space::Quantity;
 
 /// Probability of an alarm in a run in which all methods are right.
 const FALSE_ALARMS: f64 = 1e-4;
-/// An error estimate that is right within a factor of this is believed.
+/// Factor by which a true error may exceed its error estimate.
 const ESTIMATES: f64 = 10.0;
-/// What sums of many bins may miss by rounding.
+/// Tolerated rounding error of sums over many bins.
 const ROUNDING: f64 = 1e-9;
 
-/// What a case has said in a scenario.
+/// The results of a case in a scenario.
 pub(super) struct Said<'a> {
     pub(super) label: &'a str,
     pub(super) snapshots: Vec<&'a Reading>,
@@ -57,10 +58,10 @@ struct Comparison {
     test: Test,
 }
 
-/// How it is judged.
+/// How a comparison is judged.
 enum Test {
-    /// A difference, of which `known` is allowed; of samples also what noise explains: so many standard errors, and as much of
-    /// `range` as a part of the cloud that a sample of `samples` has missed.
+    /// A difference, of which `known` is allowed. For samples, noise is allowed in addition: a number of standard
+    /// errors, and the part of `range` that a part of the cloud can cause that all `samples` samples have missed.
     Difference { difference: f64, known: f64, standard_error: f64, range: f64, samples: f64 },
     /// A share of samples, where the probability lies in an interval.
     Count { share: f64, samples: f64, interval: (f64, f64) },
@@ -69,7 +70,7 @@ enum Test {
 }
 
 impl Test {
-    /// Whether it fails where an alarm may have a probability of `4 exp(-l)`.
+    /// Whether it fails, if a false alarm may have a probability of `4 exp(-l)`.
     fn fails(&self, l: f64) -> bool {
         match *self {
             Self::Difference { difference, known, standard_error, range, samples } => {
@@ -87,7 +88,7 @@ impl Test {
     }
 }
 
-/// Everything that contradicts itself or another in one of `scenarios` scenarios of a run.
+/// All contradictions within a case or between two cases, in one of the `scenarios` scenarios of a run.
 pub(super) fn contradictions(cases: &[Said<'_>], critical: f64, scenarios: u32) -> Vec<Contradiction> {
     let mut comparisons = Vec::new();
     for (place, exact) in cases.iter().enumerate().filter(|(_, case)| case.is_exact()) {
@@ -108,8 +109,9 @@ pub(super) fn contradictions(cases: &[Said<'_>], critical: f64, scenarios: u32) 
     failed.map(|Comparison { label, time, what, .. }| Contradiction { label, time, what }).collect()
 }
 
-/// What an exact density says twice: its joint density has a mass, and the re-entry variable a mean and a probability of being above
-/// its critical value.
+/// Compares figures that an exact density states twice: its joint density gives a mass, which must be 1, and the mean
+/// of the re-entry variable and the probability that it is above its critical value, which are also stated by
+/// themselves.
 fn with_itself(label: &str, reading: &Reading, critical: f64) -> Vec<Comparison> {
     let (header, space) = (&reading.header, &reading.space);
     let reentry = space.reentry;
@@ -155,7 +157,7 @@ fn with_itself(label: &str, reading: &Reading, critical: f64) -> Vec<Comparison>
     ]
 }
 
-/// What an exact density says of a snapshot, and somebody else who knows errors too.
+/// Compares a snapshot of an exact density with that of another case with known errors.
 fn of_snapshots(exact: (&str, &Reading), other: (&str, &Reading)) -> Vec<Comparison> {
     let (a, b) = (Cloud::of(exact.1), Cloud::of(other.1));
     let (Some(a), Some(b)) = (a, b) else { return Vec::new() };
@@ -164,7 +166,7 @@ fn of_snapshots(exact: (&str, &Reading), other: (&str, &Reading)) -> Vec<Compari
     let mut compare = |what: &str, values: (f64, f64), test: Test| {
         let (label, time) = (exact.0.to_owned(), header.time);
         let what = format!("{} and {} disagree: {what} is {} and {}", exact.0, other.0, told(values.0), told(values.1));
-        // What is withheld, or has no known error, is not compared.
+        // Figures that are withheld, or have no known error, are not compared.
         let is_known = match test {
             Test::Difference { difference, known, standard_error, .. } => {
                 difference.is_finite() && known.is_finite() && standard_error.is_finite()
@@ -212,7 +214,7 @@ fn of_snapshots(exact: (&str, &Reading), other: (&str, &Reading)) -> Vec<Compari
     found
 }
 
-/// Total variation of the joint densities, and at most what is to be expected of counting.
+/// Total variation of the joint densities, and an upper bound of the one that counting noise is expected to cause.
 fn variation(exact: &Reading, sampled: &Reading, samples: f64) -> Option<(f64, f64)> {
     let (a, b) = (&exact.header, &sampled.header);
     counted_samples(b)?;
@@ -227,7 +229,7 @@ fn variation(exact: &Reading, sampled: &Reading, samples: f64) -> Option<(f64, f
     Some((distance, expected))
 }
 
-/// What an exact method and another one say of first passages.
+/// Compares the first-passage curves of an exact method and of another case.
 fn of_passages(exact: &Said<'_>, other: &Said<'_>) -> Vec<Comparison> {
     let pairs = rows(&exact.passage).into_iter().zip(rows(&other.passage));
     let pairs = pairs.filter(|(a, b)| (a.time - b.time).abs() <= 1e-9 * a.time.abs());
@@ -258,7 +260,8 @@ fn of_passages(exact: &Said<'_>, other: &Said<'_>) -> Vec<Comparison> {
     compared.collect()
 }
 
-/// Where the probability of an exact method's row lies if its error estimate is right within [`ESTIMATES`].
+/// The interval in which the probability of an exact method's row lies if its error estimate is right within a factor
+/// of [`ESTIMATES`].
 fn widened(row: &Row) -> Option<(f64, f64)> {
     let Row { probability: p, low, high, .. } = *row;
     let ends = if row.is_withheld() { (low, high) } else { (p - ESTIMATES * (p - low), p + ESTIMATES * (high - p)) };

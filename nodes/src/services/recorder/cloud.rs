@@ -1,4 +1,4 @@
-//! The moments of two clouds side by side, with all that they may differ by if both are right.
+//! The moments of two clouds side by side, with the differences that are allowed if both are right.
 
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -10,13 +10,15 @@ use messages::scenario::Range;
 use crate::services::reading::Reading;
 use kit::space::Quantity;
 
-/// Sectors of the circle at whose edges moments may cut it.
+/// Number of sectors of the circle. Moments may cut the circle at the edges of the sectors.
 const SECTORS: f64 = 256.0;
-/// Errors of samples in groups follow from the groups' spread; those of pairs may be larger than those of independent samples.
+/// Factor by which standard errors may exceed those of independent samples, if samples are drawn in antithetic pairs
+/// and their errors follow from the spread of groups.
 const GROUPED: f64 = std::f64::consts::SQRT_2;
 
-/// The probability that lies where the circle is cut, opposite to `mean`, by the density of an angle. What is off the axis lies close to it,
-/// so it counts if the axis spans half the circle.
+/// The probability near the point opposite to `mean` at which the circle is cut, according to the density of an
+/// angle. The probability that is off the axis lies close to the axis, so it counts only if the axis spans half the
+/// circle.
 fn near_the_cut((density, axis): (&[f64], Axis), mean: f64, half_width: f64) -> f64 {
     let width = axis.width();
     let reach = half_width + 0.5 * width;
@@ -34,7 +36,7 @@ fn near_the_cut((density, axis): (&[f64], Axis), mean: f64, half_width: f64) -> 
 pub(super) struct Cloud<'a> {
     reading: &'a Reading,
     pub(super) is_exact: bool,
-    /// How many samples it is of, or 0.
+    /// Number of its samples; 0 for a density with error estimates.
     pub(super) samples: f64,
 }
 
@@ -45,15 +47,16 @@ pub(super) struct Compared {
     pub(super) difference: f64,
     /// Error estimates of both in the units of the difference.
     pub(super) estimates: (f64, f64),
-    /// What another cut of the circle explains.
+    /// The difference that another cut of the circle can explain.
     pub(super) branch: f64,
     pub(super) standard_error: f64,
-    /// What moving one sample from end to end of the cloud would change, times the number of samples.
+    /// The change of the moment if one sample moves from one end of the cloud to the other, times the number of
+    /// samples.
     pub(super) range: f64,
 }
 
 impl<'a> Cloud<'a> {
-    /// `None` of a method that does not know its errors.
+    /// `None` for a method that does not know its errors.
     pub(super) fn of(reading: &'a Reading) -> Option<Self> {
         let is_exact = reading.header.diagnostic == diagnostic::NUMERICAL;
         let is_sampled = reading.error(Quantity::Mean(reading.space.reentry)).is_finite();
@@ -61,12 +64,13 @@ impl<'a> Cloud<'a> {
         (is_exact || is_sampled).then_some(Self { reading, is_exact, samples })
     }
 
-    /// An error estimate in standard deviations or of the resultant vector; 0 of samples.
+    /// An error estimate in standard deviations or of the resultant vector; 0 for samples.
     fn estimate(&self, place: usize) -> f64 {
         if self.is_exact { self.reading.header.diagnostics[place] } else { 0.0 }
     }
 
-    /// The standard error of a moment, and not less than that of as many samples of a Gaussian; 0 of an exact density.
+    /// The standard error of a moment, at least that of as many samples of a Gaussian; 0 for an exact density. For
+    /// one sample of a Gaussian it would be `gaussian`.
     fn standard_error(&self, moment: Quantity, gaussian: f64) -> f64 {
         if self.is_exact {
             return 0.0;
@@ -74,7 +78,8 @@ impl<'a> Cloud<'a> {
         self.reading.error(moment).max(GROUPED * gaussian / self.samples.sqrt())
     }
 
-    /// All moments that an exact cloud and another one state: of numbers, then of angles, then covariances.
+    /// All moments of an exact cloud and of another one: first those of numbers, then those of angles, then
+    /// covariances.
     pub(super) fn compared(exact: &Self, other: &Self) -> Vec<Compared> {
         let pair = Pair { exact, other };
         let count = exact.reading.space.variables.len();
@@ -97,7 +102,7 @@ impl Pair<'_> {
         (self.exact.reading.value(quantity), self.other.reading.value(quantity))
     }
 
-    /// The deviation of a variable, by the exact cloud if that states it.
+    /// The standard deviation of a variable, from the exact cloud if that states it, else from the other one.
     fn unit(&self, variable: usize) -> f64 {
         let (a, b) = self.values(Quantity::Deviation(variable));
         if a.is_finite() { a } else { b }
@@ -107,7 +112,7 @@ impl Pair<'_> {
         (self.exact.estimate(0) * unit, self.other.estimate(0) * unit)
     }
 
-    /// How far a variable can be from itself.
+    /// The greatest distance between two values of a variable; a full turn for an angle.
     fn whole(&self, variable: usize) -> f64 {
         match self.exact.reading.space.variables[variable].range {
             Range::Circle => TURN,
@@ -140,7 +145,7 @@ impl Pair<'_> {
         self.compared(Quantity::Mean(k), difference, self.unit(k), TURN * self.cut(k), self.range(k))
     }
 
-    /// Of two deviations the squares are compared: those are means.
+    /// Compares the squares of the standard deviations, since squares are means.
     fn deviation(&self, k: usize) -> Compared {
         let ((a, b), unit, range) = (self.values(Quantity::Deviation(k)), self.unit(k), self.range(k));
         let branch = TURN * TURN * self.cut(k);
@@ -173,7 +178,8 @@ impl Pair<'_> {
         self.compared(quantity, first - second, unit, branch, self.range(a) * self.range(b))
     }
 
-    /// At most the probability of an angle that two clouds may put on different sides of the cut; 0 of other variables.
+    /// Upper bound of the probability that the two clouds may put on different sides of the cut of an angle; 0 for
+    /// other variables.
     fn cut(&self, variable: usize) -> f64 {
         if !self.exact.reading.space.is_circle(variable) {
             return 0.0;
@@ -184,7 +190,7 @@ impl Pair<'_> {
         let near = [self.exact, self.other].into_iter().filter_map(of).fold(f64::NAN, f64::max);
         let is_clear = near == 0.0 && self.exact.reading.marginal(variable).is_some();
         let n = self.other.samples;
-        // What a sample may have there beyond its share.
+        // The samples may have more there than the expected number.
         if is_clear || n == 0.0 { near } else { near + 5.0 * (near / n).sqrt() + 15.0 / n }
     }
 }

@@ -1,7 +1,7 @@
-//! First-passage curves against that of the reference, whoever sent them and whatever they know of their errors.
+//! Compares all first-passage curves with that of the reference, whether or not their errors are known.
 //!
-//! A curve does not fall, so the reference's bounds hold between its own times too: by any time at least as many have passed as
-//! by the last of its times before, and at most as many as by the next.
+//! A curve does not fall, so the reference's bounds hold between its own times too: at any time the probability is at
+//! least that at the reference's last time before, and at most that at its next time.
 
 use super::agreement::{Contradiction, Said};
 use crate::services::passage_rules::{Row, allowance, rows};
@@ -14,7 +14,8 @@ struct Curve<'a> {
     samples: u64,
 }
 
-/// Where a curve is farthest from the bounds of the reference's, beyond what both may be off; one for each case that is.
+/// For each case whose curve lies outside the bounds of the reference's curve by more than both may be off: the row
+/// at which it is farthest outside.
 pub(super) fn off_the_reference(cases: &[Said<'_>], roster: &Roster) -> Vec<Contradiction> {
     let curves =
         || cases.iter().map(|case| Curve { label: case.label, rows: rows(&case.passage), samples: case.counted });
@@ -28,7 +29,7 @@ fn farthest(curve: &Curve<'_>, reference: &Curve<'_>) -> Option<Contradiction> {
     let claimed = curve.rows.iter().filter(|row| !row.is_withheld());
     let excess = |row: &Row| {
         let bounds = bounds(reference, row.time);
-        // Counting noise is about the share itself, what an interval says about its ends.
+        // Counting noise is an error of the probability itself, that of an interval one of its ends.
         let (low, high) = if curve.samples > 0 { (row.probability, row.probability) } else { row.ends() };
         let below = bounds.low - bounds.low_allowance - high;
         let above = low - bounds.high - bounds.high_allowance;
@@ -43,7 +44,7 @@ fn farthest(curve: &Curve<'_>, reference: &Curve<'_>) -> Option<Contradiction> {
     Some(Contradiction { label: curve.label.into(), time: row.time, what })
 }
 
-/// Between which probabilities a curve lies at a time, and what each of them may be off.
+/// The probabilities between which a curve lies at a time, and the tolerated error of each.
 struct Bounds {
     low: f64,
     low_allowance: f64,

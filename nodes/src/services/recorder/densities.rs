@@ -16,7 +16,8 @@ use kit::kind::counted_samples;
 /// The open archive.
 pub(super) struct Densities {
     path: PathBuf,
-    /// Left open if the run ends before it is finished: dropped then, it would write its own words to standard error.
+    /// Not dropped if the run ends before the archive is finished: dropping it would then print a message to standard
+    /// error.
     archive: ManuallyDrop<NpzWriter<BufWriter<File>>>,
 }
 

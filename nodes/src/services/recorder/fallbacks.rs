@@ -1,4 +1,4 @@
-//! Where another case than the first reference is what all are compared with, and why.
+//! Notes on where cases are compared with another case than the first reference, and why.
 
 use std::collections::BTreeMap;
 
@@ -8,8 +8,8 @@ use crate::services::passage_rules::rows;
 use crate::services::roster::Roster;
 use crate::services::yardstick::{Figure, stand_for};
 
-/// A note for every reference that has failed, for every snapshot at which the first withholds something, and one for its
-/// first-passage curve. `passages` are the curves that can be used.
+/// The notes for every reference that has failed, for every snapshot at which the first reference withholds a figure,
+/// and for its first-passage curve. `passages` are the curves that can be used.
 pub(super) fn of(recording: &Recording, roster: &Roster, passages: &BTreeMap<String, RecordedPassage>) -> Vec<Note> {
     let mut notes = Vec::new();
     let mut note = |method: &str, t_yr: f64, text: String| {
@@ -19,7 +19,7 @@ pub(super) fn of(recording: &Recording, roster: &Roster, passages: &BTreeMap<Str
     let is_there = |label: &str| !roster.has_failed(label) && recording.case(label).is_some();
     let there: Vec<&str> = roster.references.iter().map(String::as_str).filter(|label| is_there(label)).collect();
     for (place, label) in roster.references.iter().enumerate().filter(|(_, label)| !is_there(label)) {
-        // Whoever stands behind another that is there is not missed.
+        // A reference that has failed is not missed if one before it in the list is there.
         if there.first().is_none_or(|first| roster.references.iter().position(|other| other == first) > Some(place)) {
             note(
                 label,

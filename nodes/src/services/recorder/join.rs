@@ -1,4 +1,4 @@
-//! One results folder out of the folders of its scenarios.
+//! Joins the folders of the scenarios of a run into one results folder.
 
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, BufWriter, Write};
@@ -10,8 +10,8 @@ use zip::{ZipArchive, ZipWriter};
 use super::{SCENARIO, part};
 use kit::failure::Failure;
 
-/// Moves what the recorder has written of scenarios `0..scenarios` up into `folder`: tables one after the other, archives
-/// entry by entry. The scenarios themselves are there already, as their authors wrote them.
+/// Moves what the recorder has written of scenarios `0..scenarios` up into `folder`: tables one after the other,
+/// archives entry by entry. The scenario files themselves are there already, as their authors wrote them.
 ///
 /// # Errors
 /// [`Failure::File`] if something cannot be read or written.
@@ -71,7 +71,7 @@ fn join_tables(tables: &[PathBuf], whole: &Path) -> io::Result<()> {
 
 /// All entries of all archives.
 fn join_archives(archives: &[PathBuf], whole: &Path) -> io::Result<()> {
-    // Left open where an entry cannot be copied: dropped then, it would write its own words to standard error.
+    // Not dropped if an entry cannot be copied: dropping it would then print a message to standard error.
     let mut joined = ManuallyDrop::new(ZipWriter::new(BufWriter::new(File::create(whole)?)));
     for archive in archives {
         let mut entries = ZipArchive::new(BufReader::new(File::open(archive)?))?;

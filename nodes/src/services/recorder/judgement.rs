@@ -1,4 +1,5 @@
-//! All that is to be said about the results of a scenario before they are written: in words, and which curves can be used.
+//! Judges the results of a scenario before they are written: notes, verdicts, and which first-passage curves can be
+//! used.
 
 use std::collections::BTreeMap;
 
@@ -9,17 +10,17 @@ use super::{RecordedPassage, Recording, curves, fallbacks};
 use crate::services::passage_rules::{breach, doubts, without_rounding};
 use crate::services::roster::Roster;
 
-/// What is said.
+/// The result of judging a scenario.
 pub(super) struct Judgement {
     /// The rows of `notes.csv`: fallbacks first, then errors, warnings and remarks.
     pub(super) notes: Vec<Note>,
     /// The rows of `verdicts.csv`.
     pub(super) verdicts: Vec<VerdictRow>,
-    /// The first-passage curves that can be right, by label.
+    /// The first-passage curves that break no rule, by label.
     pub(super) passages: BTreeMap<String, RecordedPassage>,
 }
 
-/// Judges the cases of a scenario that have not failed.
+/// Judges the cases of a scenario that have not failed, and notes which have.
 pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judgement {
     let assignment = &recording.assignment;
     let scenario = &assignment.said.name;

@@ -1,7 +1,8 @@
-//! The recorder: keeps what estimator and comparator publish as plain files, a folder a scenario.
+//! The recorder: writes what estimator and comparator publish to plain files, one folder per scenario.
 //!
-//! A scenario's folder is complete when the recorder says that it is done with the scenario, and not touched again: a recorder
-//! that was restarted goes on with the scenario under work. [`join`] makes one results folder of them.
+//! The folder of a scenario is complete when the recorder reports that it is done with the scenario, and is not
+//! changed after that. A recorder that was restarted continues with the scenario under way. [`join`] makes one
+//! results folder of all of them.
 
 mod agreement;
 mod cloud;
@@ -50,12 +51,13 @@ struct RecordedPassage {
     values: Vec<f64>,
 }
 
-/// What has arrived of a scenario.
+/// The results of a scenario that have arrived.
 #[derive(Debug)]
 pub(crate) struct Recording {
     assignment: Assignment,
     densities: BTreeMap<(String, u32), Reading>,
-    /// By label, kind, snapshot and reference: a restarted comparator says everything once more.
+    /// By label, kind, snapshot and reference: a restarted comparator sends everything once more, which replaces the
+    /// old values.
     comparisons: BTreeMap<(String, u32, u32, String), RecordedComparison>,
     /// By label and shard.
     passages: BTreeMap<(String, u32), RecordedPassage>,
@@ -66,7 +68,7 @@ impl Recording {
         Self { assignment, densities: BTreeMap::new(), comparisons: BTreeMap::new(), passages: BTreeMap::new() }
     }
 
-    /// Takes in a density that passed the screen, if it is of this scenario and fits to it.
+    /// Adds a density that has passed the screen, if it belongs to this scenario and fits it.
     pub(crate) fn take_density(&mut self, header: DensityHeader, numbers: &[f64]) {
         let fitting = Reading::new(header, numbers, &self.assignment).ok();
         if let Some(reading) = fitting.filter(|_| header.scenario == self.assignment.scenario()) {
@@ -114,13 +116,14 @@ impl Recording {
             && self.compared().all(|label| self.case(&label).is_some())
     }
 
-    /// The first case that was compared, has not failed, and has not said what it knows of first passages. It did before its last
-    /// snapshot, but a message dies with its publisher, and no publisher hears at once of a reader that comes late.
+    /// The first case that was compared, has not failed, and whose message on first passages is missing. The
+    /// propagator has sent it before its last snapshot, but a message is lost if its publisher ends, and a publisher
+    /// does not notice at once a reader that comes late.
     fn without_passage(&self, roster: &Roster) -> Option<String> {
         self.compared().find(|label| !roster.has_failed(label) && !self.has_passage(label))
     }
 
-    /// Whether every process of a case has said what it knows of first passages.
+    /// Whether every process of a case has sent its message on first passages.
     fn has_passage(&self, label: &str) -> bool {
         let mut parts = self.passages.iter().filter(|((of, _), _)| of == label).map(|(_, part)| part);
         parts.next().is_some_and(|part| parts.count() + 1 >= part.header.shards as usize)
@@ -135,13 +138,13 @@ pub fn part(folder: &Path, scenario: u32) -> PathBuf {
     folder.join(format!("part-{scenario:06}"))
 }
 
-/// Whether a path is that of a scenario's files, or of a beginning of them.
+/// Whether a path is that of a scenario's folder, whether complete or not.
 pub fn is_part(path: &Path) -> bool {
     path.is_dir() && path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("part-"))
 }
 
-/// Records scenario after scenario, each into its [`part`] of `folder`, which exists, and every message onto `tape`, a
-/// recording that has been begun, if there is one. Methods are judged against `tolerance`.
+/// Records scenario after scenario, each into its [`part`] of `folder`, which must exist. If there is a `tape`, a
+/// recording that has been begun, every message is added to it. Methods are judged against `tolerance`.
 ///
 /// # Errors
 /// [`Failure::Stopped`] is the normal end; [`Failure::File`] if something cannot be written.
