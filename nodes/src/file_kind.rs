@@ -70,7 +70,7 @@ impl FileKind {
     /// # Errors
     /// If the file is of another kind: which, and what to do with it.
     pub fn expect(self, file: &InputFile) -> Result<(), InputError> {
-        let Ok(table) = file.table() else { return Ok(()) }; // the reader says what is wrong
+        let Ok(table) = file.table() else { return Ok(()) }; // the TOML reader reports the error
         match Self::told_by(table.get_ref()) {
             Some((kind, key)) if kind != self => Err(file.error(key, &self.instead_of(kind, file))),
             _ => Ok(()),

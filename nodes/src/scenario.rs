@@ -1,4 +1,4 @@
-//! The scenario node: publishes one problem after the other, the next when the recorder has finished the last.
+//! The scenario node: publishes one problem after the other, each when the recorder has finished the previous one.
 
 use std::path::PathBuf;
 
@@ -36,7 +36,7 @@ pub enum Source {
     Files(Vec<PathBuf>),
     /// A sweep file. A scenario that cannot be done is reported and left out.
     Sweep(PathBuf),
-    /// Whoever sends requests. One that cannot be done is reported.
+    /// Requests that arrive. One that cannot be done is reported.
     Requests,
 }
 
@@ -82,7 +82,7 @@ pub fn run(session: &Session, settings: &Settings) -> Result<(), Failure> {
     desk.stay()
 }
 
-/// What a combination of a sweep is called where it is refused.
+/// The name of a combination of a sweep in the report that it is refused.
 pub fn combination_name(index: usize) -> String {
     format!("scenario {index} of the sweep")
 }
@@ -96,13 +96,13 @@ struct Desk<'a> {
     first: u32,
     /// Position of the next scenario.
     position: u32,
-    /// Scenarios in the run; 0 if nobody knows.
+    /// Scenarios in the run; 0 if the number is not known.
     count: u32,
 }
 
 impl Desk<'_> {
-    /// Publishes a scenario, which the request of that number may have asked for, unless that is done already, and waits until
-    /// it is recorded.
+    /// Publishes a scenario and waits until it is recorded; does neither if its position is before the first one to
+    /// publish. `request` is the number of the request that asked for it, if one did.
     fn publish(&mut self, ScenarioFile { name, problem }: &ScenarioFile, request: Option<u32>) -> Result<(), Failure> {
         if problem.times.len() > self.most_snapshots {
             return Err(Failure::Refused(format!(
@@ -131,7 +131,7 @@ impl Desk<'_> {
         Ok(())
     }
 
-    /// Reports that the scenario `name` cannot be done, if so; then it is the next one's turn.
+    /// Reports that the scenario `name` cannot be done, if so; the node then goes on with the next one.
     fn report_refusal(&self, published: Result<(), Failure>, name: &str, request: Option<u32>) -> Result<(), Failure> {
         match published {
             Err(failure @ (Failure::Stopped | Failure::Port(_))) => Err(failure),
@@ -163,7 +163,7 @@ impl Desk<'_> {
         }
     }
 
-    /// Holds the last scenario for late readers.
+    /// Keeps the last scenario for late readers until asked to stop.
     fn stay(self) -> Result<(), Failure> {
         loop {
             while self.reports.receive()?.is_some() {}
