@@ -1,8 +1,8 @@
 //! Whether the densities that characteristics carry along are those that follow from their points.
 //!
 //! A carried mesh keeps the probability of its elements and needs no `n` after `t = 0`. The flow keeps the measure
-//! `e/s dphi de`, so the points alone determine `n`: it must be the initial Gaussian's density times `(e/s) /
-//! (e0/s0)`. A propagator that sends another `n` contradicts its own points.
+//! `e/s dphi de`, so the points alone determine `n`: it must be the initial Gaussian's density times
+//! `(e/s) / (e0/s0)`. A propagator that sends another `n` contradicts its own points.
 
 use std::f64::consts::TAU;
 

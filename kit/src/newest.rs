@@ -1,5 +1,6 @@
-//! The newest scenario that a node knows: a scenario that is published again, for example by a restarted scenario
-//! node, is not new.
+//! The newest scenario that a node knows.
+//!
+//! A scenario that is published again, for example by a restarted scenario node, is not new.
 
 /// The newest scenario that a node has taken on; scenarios of a run are numbered in ascending order.
 #[derive(Debug, Clone, Copy, Default)]

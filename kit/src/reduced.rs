@@ -1,7 +1,8 @@
-//! Samples that were reduced where they are, as the numbers of a snapshot of kind `REDUCED`.
+//! Samples that were reduced to counts and sums, as the numbers of a snapshot of kind `REDUCED`.
 //!
-//! What [`SampleSums`] holds are whole numbers, and so are the numbers here: counts as they are, each sum in two,
-//! `high * 2^52 + low`, for a number of a payload holds 53 bits. Sectors of the circle without samples are left out.
+//! [`SampleSums`] holds whole numbers, and so does a snapshot: a count is one number, and a sum is two numbers,
+//! `high * 2^52 + low`, since a number of a payload holds 53 bits. Sectors of the circle without samples are left
+//! out.
 //!
 //! ```text
 //! samples, above, sectors, then the common sums, then for each sector its number, samples and sums, then the bins' counts
@@ -17,7 +18,7 @@ const HEAD: usize = 3 + 2 * COMMON_SUMS;
 const SECTOR: usize = 2 + 2 * SECTOR_SUMS;
 /// Bits of the lower number of a sum.
 const LOW_BITS: u32 = 52;
-/// Whole numbers up to this are numbers of a payload.
+/// Largest whole number up to which a payload holds all whole numbers exactly.
 const LARGEST: i128 = 1 << 53;
 
 /// The most numbers that a snapshot can have, on a grid of `bins` bins.
@@ -52,7 +53,8 @@ fn push_sums(numbers: &mut Vec<f64>, sums: &[i128]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads one snapshot's numbers from the front of `numbers`, on a grid of `bins` bins; returns what follows it, too.
+/// Reads one snapshot's numbers from the front of `numbers`, on a grid of `bins` bins; also returns the numbers that
+/// follow.
 ///
 /// # Errors
 /// What cannot be right.
@@ -91,7 +93,7 @@ fn sum(counts: impl Iterator<Item = u64>) -> u128 {
     counts.map(u128::from).sum()
 }
 
-/// What is still to be read.
+/// The numbers that are still to be read.
 struct Reader<'a>(&'a [f64]);
 
 impl Reader<'_> {

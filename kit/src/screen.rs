@@ -1,8 +1,10 @@
-//! What may pass from a topic into a node. Anybody in the domain can send anything; a message that cannot be right is
-//! refused, and its sender is named.
+//! Decides which messages a node accepts from a topic.
 //!
-//! Three questions: is it of this run, may its sender say this, and is it what its header says? Propagators speak on
-//! `snapshot`, `passage` and `status` alone, and under their own labels.
+//! Any process in the domain can send anything, so a message that cannot be right is refused, and its sender is
+//! named.
+//!
+//! There are three questions: does the message belong to this run, may its sender send it, and does it agree with its
+//! header? Propagators send only on `snapshot`, `passage` and `status`, and only under their own labels.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
@@ -21,14 +23,14 @@ use crate::sender::label_of;
 use crate::session::Session;
 use crate::shard::{MOST_SHARDS, label_of_member};
 
-/// Most bins of a comparison grid an axis.
+/// Most bins per axis of a comparison grid.
 pub const MOST_BINS: usize = 2000;
 /// Most cases of a run.
 pub const MOST_CASES: usize = 64;
 
 /// A topic whose messages can be judged.
 pub trait Screened: Topic {
-    /// The label under which a propagator speaks; `None` on topics on which only phasecloud's own processes do.
+    /// The label under which a propagator sends; `None` on topics on which only phasecloud's own processes send.
     fn propagator(header: &Self::Header) -> Option<String>;
 
     /// Whether header and items fit together.
@@ -38,7 +40,7 @@ pub trait Screened: Topic {
     fn check(header: &Self::Header, items: &[Self::Item]) -> Result<(), String>;
 }
 
-/// Why a message is refused, and to whom that is to be put down.
+/// Why a message is refused, and who sent it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refusal {
     /// The sender's label, or its process where it has none.
@@ -47,7 +49,7 @@ pub struct Refusal {
     pub why: String,
 }
 
-/// Refusals already told, so that a babbler is told of once a scenario.
+/// Refusals that have been reported, so that each sender is reported only once per scenario and topic.
 #[derive(Debug, Default)]
 pub struct ReportedRefusals {
     refusals: RefCell<BTreeSet<(u32, String, &'static str)>>,
@@ -62,8 +64,8 @@ impl ReportedRefusals {
         self.refusals.borrow_mut().retain(|(of, ..)| *of >= scenario);
     }
 
-    /// The scenario that a refused message is charged to: its own, which may be over, or about to begin; what claims to be of
-    /// a later one is charged to the newest.
+    /// The scenario in which a refused message is reported: the one that the message names, which may be over, or
+    /// about to begin; if the message names a later one, the newest scenario.
     fn charged_to(&self, claimed: u32) -> u32 {
         let newest = self.newest.get();
         if claimed <= newest.saturating_add(1) { claimed } else { newest }
@@ -74,7 +76,7 @@ impl ReportedRefusals {
     }
 }
 
-/// The next message that may pass; of the others the launcher is told.
+/// The next message that is accepted; the others are reported to the launcher.
 ///
 /// # Errors
 /// [`Failure::Port`] if the topic cannot be read.
@@ -91,7 +93,8 @@ pub fn receive<T: Screened>(session: &Session, inlet: &Inlet<T>) -> Result<Optio
     Ok(None)
 }
 
-/// Tells the launcher, once a scenario, that what `sender` says on a topic, of `scenario` as it claims, is not used.
+/// Reports to the launcher, once per scenario, that a message of `sender` on a topic is not used; `scenario` is the
+/// one that the message names.
 ///
 /// # Errors
 /// [`Failure::Port`] if the launcher cannot be told.
@@ -117,7 +120,7 @@ pub fn screen<T: Screened>(run_id: u64, message: &Message<T>) -> Result<(), Refu
     })
 }
 
-/// Judges a message of the propagator `sender`, or of somebody who is not known to be one.
+/// Judges a message of the propagator `sender`, or of a process that is not known to be a propagator.
 fn judge<T: Screened>(run_id: u64, header: &T::Header, items: &[T::Item], sender: Option<&str>) -> Result<(), String> {
     match (sender, T::propagator(header)) {
         (Some(_), None) => return Err("only phasecloud's own processes speak there".into()),
@@ -160,7 +163,7 @@ impl Screened for Density {
 
     fn check(header: &Self::Header, items: &[f64]) -> Result<(), String> {
         let DensityHeader { index, count, quantities, .. } = *header;
-        // Whether there are as many as the scenario wants is asked by whoever knows the scenario.
+        // Code that knows the scenario checks whether there are as many as it asks for.
         if items.len() <= 2 * quantities as usize {
             return Err(format!("{} numbers with {quantities} quantities and their errors", items.len()));
         }
@@ -181,7 +184,8 @@ impl Screened for Passage {
         if rows > PASSAGE_TIMES || items.len() != rows * PASSAGE_COLUMNS {
             return Err(format!("{} numbers for {rows} rows of at most {PASSAGE_TIMES}", items.len()));
         }
-        // What a curve says is judged when it is recorded: one that cannot be right costs a case its curve, not its moments.
+        // The probabilities are judged when the curve is recorded: if they are impossible, the case loses its curve,
+        // but not its moments.
         match items.chunks_exact(PASSAGE_COLUMNS).find(|row| !row[0].is_finite()) {
             Some(row) => Err(format!("{} is not a time", row[0])),
             None => Ok(()),

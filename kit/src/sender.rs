@@ -1,19 +1,19 @@
-//! Who sent a message: the label that the launcher gave the process, whatever the message itself says.
+//! The sender of a message: the label that the launcher gave the process, whatever label the message itself has.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use crate::session::LABEL_VARIABLE;
 
-/// The labels that were found: some messages are read when their sender is gone.
+/// The labels that were found, by process id: some messages are read when their sender has already ended.
 static SEEN: Mutex<BTreeMap<u32, String>> = Mutex::new(BTreeMap::new());
 
-/// The label in the environment of a process, which its children inherit; `None` for processes that are no propagators, that
-/// nobody can look into, or that were gone before anybody did.
+/// The label in the environment of a process, which its children inherit; `None` for processes that are no
+/// propagators, whose environment cannot be read, or that had ended before it was read.
 pub fn label_of(process: u32) -> Option<String> {
     let mut seen = SEEN.lock().unwrap_or_else(PoisonError::into_inner);
-    // What has ended and is not yet reaped has no environment any more, and of pages that are not in memory a part may be
-    // missing: a label once found is kept.
+    // A process that has ended and is not yet reaped has no environment any more, and a part of the environment may
+    // be missing if its pages are not in memory. So a label that was found once is kept.
     match std::fs::read(format!("/proc/{process}/environ")).ok().as_deref().and_then(label_in) {
         Some(label) => {
             seen.insert(process, label.clone());

@@ -1,4 +1,4 @@
-//! What every node has: its name, its access to the run's domain, its line to the launcher, and its ear for signals.
+//! A node's access to a run: its name, the run's domain, its reports to the launcher, and its signals.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
@@ -17,13 +17,13 @@ use crate::screen::ReportedRefusals;
 use crate::shard::Shard;
 use crate::threads;
 
-/// A node sleeps at most this long before it looks around, in case a wake-up was missed.
+/// Longest time that a node sleeps before it checks its ports, in case a wake-up was missed.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
 /// Environment variable that holds a propagator's label.
 pub const LABEL_VARIABLE: &str = "PHASECLOUD_LABEL";
-/// Environment variable that holds the name of a node that a launcher started; a propagator's is its label, that of a shard
-/// with its number.
+/// Environment variable that holds the name of a node that a launcher started. The name of a propagator is its label,
+/// that of a shard is the label with the shard's number.
 pub const NODE_VARIABLE: &str = "PHASECLOUD_NODE";
 /// Environment variable that holds the number that names the run.
 pub const RUN_VARIABLE: &str = "PHASECLOUD_RUN_ID";
@@ -38,18 +38,19 @@ pub const REDUCE_VARIABLE: &str = "PHASECLOUD_REDUCE";
 
 /// Environment variable that says how many seconds a node that was asked to stop may go on computing.
 pub const GRACE_VARIABLE: &str = "PHASECLOUD_GRACE";
-/// The same where nobody says: after this time it ends in the middle of its work, and leaves its files to the launcher.
+/// The same if the variable is not set: after this time the node ends in the middle of its work, and leaves its files
+/// to the launcher.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// The scenario of a failure that belongs to none in particular.
+/// The scenario in the report of a failure that belongs to no particular scenario.
 pub const ANY_SCENARIO: u32 = u32::MAX;
 
 /// A node's access to a run.
 #[derive(Debug)]
 pub struct Session {
-    /// The node's name; a propagator's is its label, that of a shard with its number.
+    /// The node's name. The name of a propagator is its label, that of a shard is the label with the shard's number.
     pub name: String,
-    /// The label of a propagator; of other nodes the name.
+    /// The label of a propagator; for other nodes the name.
     pub label: String,
     /// Which part of its case a propagator computes.
     pub shard: Shard,
@@ -81,12 +82,12 @@ impl Session {
         Self::enter(&place, &label, run_id.ok_or_else(|| missing(RUN_VARIABLE))?)
     }
 
-    /// Enters the domain at `place` as the propagator `label`, or the shard of it that the environment says, or as another
-    /// node of that name. From here on SIGINT and SIGTERM ask the node to stop, and so does the end of the launcher, if one
-    /// started it.
+    /// Enters the domain at `place` as the propagator `label` (or the shard of it that the environment names), or as
+    /// another node of that name. From then on SIGINT and SIGTERM ask the node to stop, and so does the end of the
+    /// launcher, if one started it.
     ///
     /// # Errors
-    /// [`Failure::Port`] if the domain cannot be used, [`Failure::Refused`] if the environment does not say a shard.
+    /// [`Failure::Port`] if the domain cannot be used, [`Failure::Refused`] if the environment names no valid shard.
     pub fn enter(place: &Place, label: &str, run_id: u64) -> Result<Self, Failure> {
         let shard = Shard::from_environment()?;
         Self::enter_as(place, label, shard, run_id)
@@ -102,7 +103,7 @@ impl Session {
         threads::prepare();
         end_with_launcher()?;
         let refused = |e: std::io::Error| Failure::Refused(format!("cannot catch signals: {e}"));
-        // A node that a launcher started ends with it, and as the launcher it outlives the terminal.
+        // A node that a launcher started ends with the launcher. Like the launcher it outlives the terminal.
         let signals = if launcher().is_some() { Signals::outlive_terminal(&[]) } else { Signals::catch(&[]) };
         let signals = signals.map_err(refused)?;
         signals.end_process_after(grace()).map_err(refused)?;
@@ -125,7 +126,8 @@ impl Session {
         })
     }
 
-    /// Tells everyone what has happened in the scenario at a position in the run.
+    /// Reports to all readers of the status topic what has happened in the scenario at position `scenario` in the
+    /// run.
     ///
     /// # Errors
     /// [`Failure::Port`] if the message cannot be sent.
@@ -151,7 +153,7 @@ impl Session {
         self.report(scenario, Event::Progress { done: done as u64, of: of as u64 })
     }
 
-    /// Reports that the node, having done so much, cannot go on without `what` from a case.
+    /// Reports that the node, after `done` units of work, cannot go on without `what` from a case.
     ///
     /// # Errors
     /// As [`Session::report`].
@@ -180,14 +182,14 @@ impl Session {
     /// # Errors
     /// [`Failure::Stopped`] if the node has been asked to stop.
     pub fn wait(&self, ports: &[&dyn Awaited]) -> Result<(), Failure> {
-        // Who comes late must also hear what has been reported.
+        // Readers that come late must also get the reports.
         let ports: Vec<&dyn Awaited> = ports.iter().copied().chain([&self.status as &dyn Awaited]).collect();
         self.signals.wait(&ports, LONGEST_SLEEP)?;
         self.check_launcher()?;
         self.check_stop()
     }
 
-    /// Looks up from other waiting: tells late readers what has been reported.
+    /// For nodes that wait for something else: delivers earlier reports to late readers.
     ///
     /// # Errors
     /// [`Failure::Stopped`] if the node has been asked to stop, or its launcher is gone.
@@ -197,7 +199,7 @@ impl Session {
         self.check_stop()
     }
 
-    /// Looks now and then whether the launcher lives.
+    /// Checks, at most once per second, whether the launcher is alive.
     fn check_launcher(&self) -> Result<(), Failure> {
         if self.launcher_seen.get().elapsed() >= LONGEST_SLEEP {
             if self.launcher.is_some_and(|launcher| !is_alive(launcher)) {
@@ -208,6 +210,8 @@ impl Session {
         Ok(())
     }
 
+    /// Checks whether the node has been asked to stop.
+    ///
     /// # Errors
     /// [`Failure::Stopped`] if the node has been asked to stop.
     pub fn check_stop(&self) -> Result<(), Failure> {
@@ -227,7 +231,7 @@ fn launcher() -> Option<i32> {
     std::env::var(LAUNCHER_VARIABLE).ok()?.parse().ok()
 }
 
-/// Whether the launcher that started this process, if one did, lives.
+/// Whether the launcher that started this process is alive; true if none did.
 pub fn has_launcher() -> bool {
     launcher().is_none_or(is_alive)
 }
@@ -240,14 +244,15 @@ pub fn end_with_launcher() -> Result<(), Failure> {
     let Some(launcher) = launcher() else { return Ok(()) };
     set_parent_process_death_signal(Some(Signal::TERM))
         .map_err(|e| Failure::Refused(format!("cannot follow the launcher: {e}")))?;
-    // It may have died before the kernel was asked; a parent between the launcher and this process is no reason to end.
+    // The launcher may have died before the kernel was asked. A parent between the launcher and this process is no
+    // reason to end.
     if is_alive(launcher) { Ok(()) } else { Err(Failure::Stopped) }
 }
 
-/// Whether a process is there, and not only what its parent has not yet asked about.
+/// Whether a process is alive, and not one that has ended but has not been reaped by its parent.
 fn is_alive(process: i32) -> bool {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    // The state follows the name, which is in brackets and may hold anything.
+    // The state follows the name, which is in brackets and may contain anything.
     stat.rsplit_once(") ").is_some_and(|(_, rest)| !rest.starts_with(['Z', 'X']))
 }
 

@@ -1,15 +1,15 @@
-//! A case may run as several processes, its shards: each computes a range of the rows, and together they are the case.
+//! Shards: processes that share a case. Each computes a range of its rows.
 //!
-//! What a shard computes depends on the settings and on the rows' numbers alone, so the whole is the same bytes for any number
-//! of shards.
+//! A row depends only on the settings and on its number, so the whole case has the same bytes for any number of
+//! shards.
 
 use std::ops::Range;
 
 use crate::failure::Failure;
 
-/// Environment variable that holds which shard of its case a process is, from 0; not set for a case in one piece.
+/// Environment variable that holds which shard of its case a process is, from 0; not set for a case without shards.
 pub const SHARD_VARIABLE: &str = "PHASECLOUD_SHARD";
-/// Environment variable that holds how many shards the case has; not set for a case in one piece.
+/// Environment variable that holds how many shards the case has; not set for a case without shards.
 pub const SHARDS_VARIABLE: &str = "PHASECLOUD_SHARDS";
 /// Most shards of a case.
 pub const MOST_SHARDS: u32 = 64;
@@ -17,17 +17,17 @@ pub const MOST_SHARDS: u32 = 64;
 /// A shard of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which, from 0.
+    /// Its number, from 0.
     pub index: u32,
-    /// Of how many; 1 if the case is in one piece.
+    /// Number of shards of the case; 1 if the case is not split.
     pub count: u32,
 }
 
 impl Shard {
-    /// A case in one piece.
+    /// The only process of a case that is not split.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
-    /// Whether the case is in one piece.
+    /// Whether the case is not split.
     pub fn is_whole(self) -> bool {
         self.count <= 1
     }
@@ -35,7 +35,7 @@ impl Shard {
     /// Shard `index` of `count`.
     ///
     /// # Errors
-    /// If there is none.
+    /// If there is no such shard.
     pub fn new(index: u32, count: u32) -> Result<Self, String> {
         if index < count && count <= MOST_SHARDS {
             return Ok(Self { index, count });
@@ -43,10 +43,10 @@ impl Shard {
         Err(format!("there is no shard {index} of {count}; shards are numbered from 0, and at most {MOST_SHARDS}"))
     }
 
-    /// What the environment says.
+    /// The shard that the environment names.
     ///
     /// # Errors
-    /// [`Failure::Refused`] if that is no shard.
+    /// [`Failure::Refused`] if that is no valid shard.
     pub fn from_environment() -> Result<Self, Failure> {
         let variables = [SHARD_VARIABLE, SHARDS_VARIABLE].map(|name| std::env::var(name).ok());
         match &variables {
@@ -61,13 +61,13 @@ impl Shard {
         }
     }
 
-    /// The rows of the shard, of `total` in all.
+    /// The rows of the shard, of `total` rows of the case.
     pub fn range(self, total: usize) -> Range<usize> {
         let edge = |k: u32| (total as u128 * u128::from(k) / u128::from(self.count.max(1))) as usize;
         edge(self.index)..edge(self.index + 1)
     }
 
-    /// As [`Shard::range`], of which something must be left for every shard.
+    /// As [`Shard::range`], but every shard must have at least one row.
     ///
     /// # Errors
     /// [`Failure::Refused`] if there are fewer rows than shards.
@@ -78,7 +78,7 @@ impl Shard {
         Err(Failure::Refused(format!("{total} rows are too few for {} shards; take fewer shards", self.count)))
     }
 
-    /// The name of the process: the label, for a shard with its number.
+    /// The name of the process: the label, for a shard followed by its number.
     pub fn member(self, label: &str) -> String {
         if self.is_whole() { label.into() } else { format!("{label}/{}", self.index) }
     }

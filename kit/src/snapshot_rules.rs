@@ -1,7 +1,7 @@
-//! What every snapshot must be, whoever sent it.
+//! The rules for a snapshot of any sender.
 //!
-//! The estimator refuses a snapshot that breaks a rule, the kit does not send one whose numbers do, and `phasecloud check`
-//! reports rule by rule.
+//! The estimator refuses a snapshot that breaks a rule, the kit does not send one whose numbers break a rule, and
+//! `phasecloud check` reports rule by rule.
 
 use std::fmt;
 
@@ -24,7 +24,7 @@ pub enum Rule {
     Time,
     /// Its kind is known, and it holds as many numbers as it says.
     Shape,
-    /// All numbers are finite, but for what a density withholds.
+    /// All numbers are finite, except figures that a density withholds.
     Finite,
     /// All variables of trajectories lie in their ranges: `0 <= e < 1`.
     Range,
@@ -48,7 +48,7 @@ impl fmt::Display for Breach {
 /// The snapshot that should be number `expected` of the scenario, decoded.
 ///
 /// # Errors
-/// The gravest rule that it breaks.
+/// The most severe rule that it breaks.
 pub fn decode<'a>(
     header: &'a SnapshotHeader,
     items: &'a [f64],
@@ -63,8 +63,8 @@ pub fn decode<'a>(
     }
 }
 
-/// All rules that a snapshot breaks which should be number `expected` of the scenario; the gravest comes first. Numbers are
-/// looked at only if their shape is right.
+/// All rules that a snapshot breaks, if it should be number `expected` of the scenario; the most severe comes first.
+/// Numbers are checked only if their shape is right.
 pub fn breaches(header: &SnapshotHeader, items: &[f64], assignment: &Assignment, expected: usize) -> Vec<Breach> {
     judge(header, items, assignment, expected).1
 }
@@ -109,7 +109,7 @@ fn judge<'a>(
     (snapshot, found)
 }
 
-/// What is wrong with number `sent` where number `expected` of so many is due; they are counted from 0.
+/// What is wrong with snapshot number `sent` if number `expected` of `count` is due; they are counted from 0.
 fn out_of_order(sent: u32, expected: usize, count: usize) -> Option<String> {
     match sent as usize {
         _ if expected >= count => Some(format!("it is one too many, all {count} have been sent")),
@@ -121,7 +121,7 @@ fn out_of_order(sent: u32, expected: usize, count: usize) -> Option<String> {
     }
 }
 
-/// Whether the snapshot holds as many numbers as it says, and can be read out on the comparison grid.
+/// Checks that the snapshot holds as many numbers as it says, and can be evaluated on the comparison grid.
 fn shape(Snapshot { header, content, items }: &Snapshot, assignment: &Assignment) -> Result<(), String> {
     let column_count = content.column_count(assignment.space.variables.len()) as u32;
     if header.columns != column_count || header.rows == 0 {

@@ -1,22 +1,22 @@
-//! The space of a scenario, its variables and the projections on which densities are compared, and what is said of a cloud in it.
+//! The space of a scenario: its variables, its projections, and the quantities of a cloud in it.
 
 use messages::scenario::{Projection, Range, Variable};
 
-/// The variables of a scenario's model, and what is compared in them.
+/// The variables of a scenario's model, and the projections on which densities are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Space {
-    /// The variables in which orbits are given and read out.
+    /// The variables in which initial orbits and snapshots are given.
     pub variables: Vec<Variable>,
     /// Position of the variable that grows to its critical value when the satellite re-enters.
     pub reentry: usize,
-    /// In which variables densities are compared; the first of them is what is called the joint density.
+    /// The projections on which densities are compared; the density on the first of them is called the joint density.
     pub projections: Vec<Projection>,
 }
 
-/// A number that is said of a cloud.
+/// A number that describes a cloud.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Mean of a variable, by its position; of an angle on the branch around its circular mean.
+    /// Mean of a variable, by its position; for an angle, on the branch around its circular mean.
     Mean(usize),
     /// Standard deviation of a variable.
     Deviation(usize),
@@ -31,8 +31,9 @@ pub enum Quantity {
 }
 
 impl Space {
-    /// What is said of a cloud, in the order of a message: mean and deviation of each variable, the covariances of its pairs, the
-    /// probability above the critical value, then what is said of angles.
+    /// The quantities of a cloud in the order of a message: mean and standard deviation of each variable, the
+    /// covariances of all pairs, the probability above the critical value, then circular mean and mean resultant
+    /// length of each angle.
     pub fn quantities(&self) -> Vec<Quantity> {
         let circles = (0..self.variables.len()).filter(|&k| self.is_circle(k));
         self.moments()
@@ -41,7 +42,7 @@ impl Space {
             .collect()
     }
 
-    /// Those that have standard errors: all before what is said of angles.
+    /// The quantities that have standard errors: all except the circular means and resultant lengths of angles.
     pub fn moments(&self) -> Vec<Quantity> {
         let count = self.variables.len();
         let single = (0..count).flat_map(|k| [Quantity::Mean(k), Quantity::Deviation(k)]);
@@ -49,12 +50,12 @@ impl Space {
         single.chain(pairs).chain([Quantity::AboveCritical]).collect()
     }
 
-    /// The place of a quantity in that order.
+    /// The place of a quantity in the order of `quantities`.
     pub fn place(&self, quantity: Quantity) -> Option<usize> {
         self.quantities().iter().position(|known| *known == quantity)
     }
 
-    /// Whether a variable is an angle without a beginning.
+    /// Whether a variable is an angle on the full circle.
     pub fn is_circle(&self, variable: usize) -> bool {
         self.variables.get(variable).is_some_and(|variable| variable.range == Range::Circle)
     }
@@ -101,7 +102,7 @@ impl Space {
         }
     }
 
-    /// Whether its error is the short way round.
+    /// Whether a quantity is an angle, so that its error is measured the short way round.
     pub fn is_angle(&self, quantity: Quantity) -> bool {
         match quantity {
             Quantity::Mean(k) => self.is_circle(k),
@@ -119,7 +120,7 @@ impl Space {
         }
     }
 
-    /// How a variable is written.
+    /// The symbol of a variable.
     pub fn symbol(&self, variable: usize) -> &str {
         self.variables.get(variable).map_or("?", |variable| variable.symbol.as_str())
     }

@@ -1,9 +1,10 @@
-//! The threads that a process computes with.
+//! The threads with which a process computes.
 
 use rayon::ThreadPoolBuilder;
 
-/// Sees to it that computing does not fail for want of threads: where the system refuses them (`ulimit -u`, `ulimit -v`), the
-/// one that there is computes alone, with the same results. To be called by the thread that will compute.
+/// Prevents computations from failing for lack of threads: if the system refuses new threads (`ulimit -u`,
+/// `ulimit -v`), the existing thread computes alone, with the same results. Must be called by the thread that will
+/// compute.
 pub(crate) fn prepare() {
     if let Err(refused) = ThreadPoolBuilder::new().build() {
         tracing::warn!("one thread computes alone: {refused}");

@@ -1,5 +1,6 @@
-//! Measures how long a snapshot takes from its sender's last write to its reader's first read, in two processes, and
-//! for comparison the shortest time in which this machine wakes a process.
+//! Measures how long a snapshot takes from its sender's last write to its reader's first read, in two processes.
+//!
+//! For comparison it also measures the shortest time in which this machine wakes a process.
 //!
 //! `cargo run --release -p phasecloud-messages --example latency [MESSAGES]` prints median and 99th percentile. The
 //! time of a copy would grow with the size: to copy 240 MB once takes 20 ms and more.
@@ -70,7 +71,7 @@ fn measure(messages: usize) -> Outcome {
     Ok(place.remove()?)
 }
 
-/// What a sender is told to do.
+/// The task of a sender.
 #[derive(Debug, Clone, Copy)]
 struct Task {
     way: &'static str,
@@ -79,8 +80,8 @@ struct Task {
     messages: usize,
 }
 
-/// Starts a sender, asks it for message after message, and prints how long they took. `read` waits for something to arrive, and
-/// returns the time that is in it, if it is a message.
+/// Starts a sender, asks it for message after message, and prints how long they took. `read` waits for something to
+/// arrive, and returns the time that is in it, if it is a message.
 fn report(place: &Place, task: Task, read: &mut dyn FnMut(&mut Child) -> Outcome<Option<f64>>) -> Outcome {
     let Task { way, size, rest, messages } = task;
     let mut sender = Command::new(std::env::current_exe()?)

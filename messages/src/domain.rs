@@ -32,7 +32,7 @@ const LONGEST: usize = 107 - 1 - 39 - 6;
 pub struct Place {
     /// Folder of its management files.
     pub root: PathBuf,
-    /// What its names in shared memory start with.
+    /// The beginning of its names in shared memory.
     pub prefix: String,
 }
 
@@ -59,7 +59,7 @@ impl Place {
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, problem));
         }
         std::fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root)?;
-        // Somebody else may have made the folder, or the one it lies in, before.
+        // Another user may have made the folder, or the one in which it lies, before.
         let parent = self.root.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let (own, above) = (self.root.symlink_metadata()?, parent.metadata()?);
         let user = rustix::process::getuid().as_raw();
@@ -148,7 +148,7 @@ fn remove_if_present(result: std::io::Result<()>) -> std::io::Result<()> {
     }
 }
 
-/// Longest wait of a publisher for a reader whose buffer is full, unless told otherwise.
+/// Longest wait of a publisher for a reader whose buffer is full, unless set otherwise.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A process's access to a domain.

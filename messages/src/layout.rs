@@ -41,10 +41,10 @@ codes! {
 header! {
     /// A density estimated from a snapshot, in the space of the scenario. Payload: `quantities` numbers that describe
     /// the cloud (mean and standard deviation of each variable, the covariances of all pairs, the probability that
-    /// the re-entry variable exceeds its critical value at this instant, and for each angle its circular mean in `[0,
-    /// 2π)` and its mean resultant length); their standard errors, NaN where the method has none; then the density on
-    /// every projection of the scenario, first variable outermost. NaN stands for what the method withholds: any of
-    /// the quantities, or all densities and with them `mass_on_grid`.
+    /// the re-entry variable exceeds its critical value at this instant, and for each angle its circular mean in
+    /// `[0, 2π)` and its mean resultant length); their standard errors, NaN where the method has none; then the
+    /// density on every projection of the scenario, first variable outermost. NaN stands for what the method
+    /// withholds: any of the quantities, or all densities and with them `mass_on_grid`.
     #[type_name("phasecloud/DensityHeader/3")]
     pub struct DensityHeader {
         /// Names the run.
@@ -114,15 +114,15 @@ header! {
 }
 
 /// Numbers in a row of a first-passage curve: time \[yr\], probability, lower and upper end of its 95 % interval or,
-/// for an exact method, of its error estimate; both ends are NaN where a method has neither. `0 <= low <= probability
-/// <= high <= 1`, and probabilities do not fall. A probability that is NaN between a lower and an upper end is
-/// withheld: the true value lies between the ends.
+/// for an exact method, of its error estimate; both ends are NaN where a method has neither.
+/// `0 <= low <= probability <= high <= 1`, and probabilities do not fall. A probability that is NaN between a lower
+/// and an upper end is withheld: the true value lies between the ends.
 pub const PASSAGE_COLUMNS: usize = payload::PASSAGE.len();
 /// Times of a first-passage curve.
 pub const PASSAGE_TIMES: usize = 65;
 
 codes! {
-    /// What a comparison says.
+    /// What a comparison contains.
     pub mod comparison {
         /// Errors of the quantities of the cloud at one snapshot: one row of [`ERROR_COLUMNS`](super::ERROR_COLUMNS)
         /// numbers per quantity, NaN in the rows of quantities that are not compared with this reference. There is

@@ -112,7 +112,7 @@ impl<T: Topic> Outlet<T> {
         Ok(outlet)
     }
 
-    /// Borrows room for a message of `items` items, all zero.
+    /// Borrows memory for a message of `items` items, all zero.
     ///
     /// # Errors
     /// [`PortError`] if `items` is more than the outlet was made for, or too many drafts are open.

@@ -63,7 +63,7 @@ pub trait Topic: 'static {
 pub struct Capacity {
     /// Processes that publish snapshots: every shard of a case is one.
     pub propagators: usize,
-    /// Cases, each of which counts once however many shards it has.
+    /// Cases; a case counts once, however many shards it has.
     pub cases: usize,
     /// Snapshots of the longest scenario.
     pub snapshots: usize,

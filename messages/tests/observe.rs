@@ -1,4 +1,4 @@
-//! Observers read along; nobody waits for them.
+//! Observers read along; no publisher waits for them.
 #![allow(missing_docs)]
 
 use messages::domain::{HeldDomain, Place};

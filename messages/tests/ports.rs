@@ -143,7 +143,7 @@ fn a_wait_ends_with_a_message_and_sleeps_when_there_is_none() {
         signals.wait(ports, at_most).unwrap();
         start.elapsed()
     };
-    slept(&[&inlet, &other, &outlet], nap); // all were told that readers have joined
+    slept(&[&inlet, &other, &outlet], nap); // takes the events that say that readers have joined
     for index in 0..SNAPSHOTS as u32 {
         outlet.send_items(header(index), &[0.0; 3]).unwrap();
         let watchdog = Duration::from_secs(60);

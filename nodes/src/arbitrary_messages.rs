@@ -1,5 +1,4 @@
-//! Messages with arbitrary bytes, given to all code that reads headers: nothing may panic or accept an invalid
-//! message.
+//! Gives messages with arbitrary bytes to all code that reads headers: none may panic, or accept what is invalid.
 
 use bytemuck::{Pod, bytes_of_mut, cast_slice_mut};
 use messages::content::{

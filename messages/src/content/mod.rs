@@ -42,8 +42,8 @@ codes! {
         /// Samples that their propagator has reduced to counts and sums, in one column of whole numbers: the number
         /// of samples, how many of them are above the critical eccentricity, how many sectors of the circle hold any;
         /// four sums over all samples; for each such sector its number, its number of samples, and ten sums; the
-        /// number of samples in each bin of the comparison grid, `phi` outermost. A sum is two numbers, `high * 2^52
-        /// + low`, in units of 2^-60; `density/src/sample_sums/` says which sums.
+        /// number of samples in each bin of the comparison grid, `phi` outermost. A sum is two numbers,
+        /// `high * 2^52 + low`, in units of 2^-60; `density/src/sample_sums/` says which sums.
         pub const REDUCED: u32 = 5;
         /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
         pub const MIXTURE: u32 = 3;
@@ -51,7 +51,7 @@ codes! {
 }
 
 codes! {
-    /// How the estimator makes a density of characteristics.
+    /// How the estimator computes a density from characteristics.
     pub mod treatment {
         /// Triangles of the initial points, carried by the flow, each with its probability.
         pub const CARRIED_MESH: u32 = 0;

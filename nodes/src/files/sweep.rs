@@ -24,7 +24,7 @@ struct Raw {
 struct Axis {
     key: String,
     values: Values,
-    /// Where the sweep file has it.
+    /// The place of the key in the sweep file.
     place: Spanned<()>,
 }
 
@@ -124,7 +124,7 @@ impl Sweep {
         format!("{stem}-{index:0digits$}")
     }
 
-    /// Which scenario is called `name`.
+    /// The index of the scenario that is called `name`.
     pub fn index_of(&self, name: &str) -> Option<usize> {
         let index = name.rsplit_once('-')?.1.parse().ok()?;
         (index < self.count && self.name(index) == name).then_some(index)
@@ -191,7 +191,8 @@ fn not_varied(scenario: &Table, key: &str) -> String {
     format!("{why}; what can be varied is {}", numbers(scenario).join(", "))
 }
 
-/// Orbit and times can each be given in two ways: what is to be said of a key of the way that the scenario has not taken.
+/// Orbit and times can each be given in two ways. This is the message about a key of the way that the scenario does
+/// not use.
 fn given_otherwise(scenario: &Table, key: &str) -> Option<&'static str> {
     let has = |table: &str, key: &str| scenario.get(table).is_some_and(|table| table.get(key).is_some());
     match key {

@@ -20,7 +20,8 @@ const RANGE: &str =
 const RANGE_KEYS: [&str; 3] = ["from", "to", "count"];
 
 impl Values {
-    /// The values as a file gives them. Every one makes a scenario of its own, and all that is written has an effect.
+    /// Reads the values from a file. Each must make a different scenario, and everything that is written must have an
+    /// effect.
     ///
     /// # Errors
     /// What is wrong and what would be right.

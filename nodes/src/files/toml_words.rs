@@ -1,4 +1,4 @@
-//! What the readers of TOML say about a value, in the words of who writes the file: "a whole number", not `i64`.
+//! Translates messages of the TOML reader into the words of users: "a whole number", not `i64`.
 
 use serde::de::value::{Error as WordsError, StrDeserializer};
 use serde::de::{Deserialize, Deserializer, Error, IntoDeserializer, Visitor};
@@ -6,16 +6,17 @@ use serde::de::{Deserialize, Deserializer, Error, IntoDeserializer, Visitor};
 /// Largest whole number of a TOML file.
 const LARGEST: i64 = i64::MAX;
 
-/// The message of a reader in plain words; one that is plain already stays as it is.
+/// The message of a TOML reader in plain words; a message that is plain already stays as it is.
 pub fn in_plain_words(message: &str) -> String {
     let told = about_value(message).or_else(|| about_choice(message)).or_else(|| about_length(message));
     told.unwrap_or_else(|| message.to_owned())
 }
 
-/// A value of another type than the one that belongs there, or out of its range.
+/// For a value of the wrong type, or outside its range.
 fn about_value(message: &str) -> Option<String> {
     let rest = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid value: "))?;
-    // What was found may be a text that has these words in it; what is wanted has not.
+    // The value that was found may be a text that contains these words; the description of the expected value does
+    // not.
     let (found, wanted) = rest.rsplit_once(", expected ")?;
     if let Some(integer) = found.strip_prefix("integer `").and_then(|rest| rest.split('`').next())
         && integer.parse::<i64>().is_err()
@@ -38,7 +39,7 @@ fn is_whole(number: f64) -> bool {
     number.fract() == 0.0 && number.abs() < LARGEST as f64
 }
 
-/// What a value is, as the file has it.
+/// The value that was found, as it is written in the file.
 fn found_in_words(found: &str) -> String {
     let quoted = ["integer", "floating point", "boolean", "character"].iter().find_map(|kind| {
         let rest = found.strip_prefix(kind)?.strip_prefix(" `")?;
@@ -51,7 +52,7 @@ fn found_in_words(found: &str) -> String {
     })
 }
 
-/// What belongs there.
+/// The description of the expected value.
 fn wanted_in_words(wanted: &str) -> &str {
     match wanted {
         "i8" | "i16" | "i32" | "i64" | "i128" | "isize" => WHOLE,
@@ -66,24 +67,25 @@ fn wanted_in_words(wanted: &str) -> &str {
     }
 }
 
-/// A word that is none of those that may stand there.
+/// For a word that is not one of those that are allowed.
 fn about_choice(message: &str) -> Option<String> {
     let (found, wanted) = message.strip_prefix("unknown variant `")?.rsplit_once("`, expected ")?;
     Some(format!("\"{found}\" is not allowed, it must be {}", wanted.replace('`', "\"")))
 }
 
-/// A list of the wrong length.
+/// For a list of the wrong length.
 fn about_length(message: &str) -> Option<String> {
     let (length, wanted) = message.strip_prefix("invalid length ")?.split_once(", expected ")?;
     Some(format!("has {length} values, it must be {wanted}"))
 }
 
-/// For serde: one of the words that `T` knows. Without it, whatever is no text is answered without them.
+/// For serde: one of the words that `T` knows. Without this function the error about a value that is not text would
+/// not name these words.
 pub fn choice<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<T, D::Error> {
     deserializer.deserialize_any(Choice(std::marker::PhantomData))
 }
 
-/// As [`choice`], where the key is there at all.
+/// As [`choice`], if the key is present.
 pub(crate) fn choice_option<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Option<T>, D::Error> {
@@ -95,7 +97,7 @@ struct Choice<T>(std::marker::PhantomData<T>);
 impl<'de, T: Deserialize<'de>> Visitor<'de> for Choice<T> {
     type Value = T;
 
-    /// The words are those that `T` itself names when it is given none.
+    /// The words are those in the error of `T` about an empty word.
     fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let none: StrDeserializer<'_, WordsError> = "".into_deserializer();
         let answer = T::deserialize(none).err().map(|error| error.to_string()).unwrap_or_default();

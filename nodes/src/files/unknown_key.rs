@@ -1,6 +1,6 @@
-//! A key that nobody knows: which was probably meant, and which may stand there.
+//! An unknown key: which key was probably meant, and which keys are allowed.
 
-/// What a reader says of such a key.
+/// What the TOML reader reports about an unknown key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownKey {
     key: String,
@@ -8,7 +8,7 @@ pub struct UnknownKey {
 }
 
 impl UnknownKey {
-    /// The key that a reader's message is about, if it is about one that it does not know.
+    /// Decodes the message of a TOML reader, if it is about an unknown key.
     pub fn told_by(message: &str) -> Option<Self> {
         let (key, known) = message.strip_prefix("unknown field `")?.rsplit_once("`, expected ")?;
         let known = known.split('`').skip(1).step_by(2).map(str::to_owned).collect();
@@ -25,7 +25,8 @@ impl UnknownKey {
         told(&self.key, &[(self.known(), "")])
     }
 
-    /// As [`UnknownKey::problem`], where other keys may stand beside those that the reader knows; both with what they are.
+    /// As [`UnknownKey::problem`], if `others` are allowed beside the keys that the reader knows; `what` and
+    /// `what_others` describe the two groups of keys.
     pub fn problem_beside(&self, what: &str, others: &[&str], what_others: &str) -> String {
         told(&self.key, &[(self.known(), what), (others.to_vec(), what_others)])
     }
@@ -35,7 +36,7 @@ impl UnknownKey {
     }
 }
 
-/// What is said of an unknown key: lists of what may stand there, each with what its keys are.
+/// The message about an unknown key: lists of the keys that are allowed, each with a description of these keys.
 pub fn told(key: &str, known: &[(Vec<&str>, &str)]) -> String {
     let list = |(keys, what): &(Vec<&str>, &str)| {
         let keys = keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
@@ -48,14 +49,14 @@ pub fn told(key: &str, known: &[(Vec<&str>, &str)]) -> String {
     }
 }
 
-/// The word among `known` that `word` is most like, if it is much like it.
+/// The word among `known` that is most similar to `word`, if it is similar enough.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = |word: &str| word.chars().count().min(LONGEST);
     let is_like = |(distance, other): &(usize, &str)| 3 * distance <= length(word).max(length(other));
     known.into_iter().map(|other| (distance(word, other), other)).filter(is_like).min().map(|(_, other)| other)
 }
 
-/// How many letters are to be put in, left out, changed or swapped with their neighbour to make `b` of `a`.
+/// Number of letters that must be inserted, deleted, changed or swapped with their neighbour to turn `a` into `b`.
 fn distance(a: &str, b: &str) -> usize {
     let [a, b] = [a, b].map(|word| word.chars().take(LONGEST).collect::<Vec<_>>());
     let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).collect()];
@@ -74,7 +75,7 @@ fn distance(a: &str, b: &str) -> usize {
     rows[a.len()][b.len()]
 }
 
-/// Letters of a word that are looked at; no key has as many.
+/// Largest number of letters of a word that are compared; every key is shorter.
 const LONGEST: usize = 64;
 
 #[cfg(test)]

@@ -32,8 +32,8 @@ impl CaseEstimator {
     }
 }
 
-/// Checks that density and moments are finite: even numbers that are each allowed may lead to others, such as `phi` =
-/// 1e308. NaN is allowed only if the method may withhold figures (`may`).
+/// Checks that density and moments are finite: numbers that are each allowed, such as `phi` = 1e308, may still lead
+/// to others that are not finite. NaN is allowed only if the method may withhold figures (`may`).
 fn check_finite(Estimated { values, densities, .. }: &Estimated, may: bool) -> Result<(), String> {
     let is_good = |number: &f64| number.is_finite() || (may && number.is_nan());
     let is_withheld = may && densities[0].iter().all(|density| density.is_nan());

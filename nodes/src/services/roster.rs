@@ -1,4 +1,4 @@
-//! Who takes part in a run and who has failed, as the launcher tells.
+//! The roster: which cases take part in a run and which have failed, as the launcher reports it.
 
 use std::collections::BTreeMap;
 
@@ -10,16 +10,17 @@ use kit::failure::Failure;
 use kit::screen::receive;
 use kit::session::Session;
 
-/// The cases of a run, and how they stand in one scenario.
+/// The cases of a run, and their state in one scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Roster {
     /// Position of that scenario in the run.
     pub scenario: u32,
-    /// Labels of the cases that all are compared with: the first that has a quantity and has not failed.
+    /// Labels of the references, in their order: cases are compared with the first that states a quantity and has not
+    /// failed.
     pub references: Vec<String>,
     /// Label of the case whose effort is 1 (Sect. 4.2 of Sun et al. 2022: Monte Carlo's); empty if there is none.
     pub baseline: String,
-    /// All labels in the launch file's order, with whether they have failed.
+    /// All labels in the launch file's order, each with whether the case has failed.
     pub cases: Vec<(String, bool)>,
     /// Why cases have failed, by label.
     pub reasons: BTreeMap<String, String>,
@@ -28,7 +29,7 @@ pub struct Roster {
 }
 
 impl Roster {
-    /// Takes in what the launcher has said since.
+    /// Receives the rosters that the launcher has sent since the last call.
     ///
     /// # Errors
     /// [`Failure::Port`] if the topic cannot be read.
@@ -49,7 +50,7 @@ impl Roster {
         Ok(())
     }
 
-    /// Whether anything has been told at all.
+    /// Whether a roster has arrived.
     pub fn is_known(&self) -> bool {
         !self.cases.is_empty()
     }

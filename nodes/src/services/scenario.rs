@@ -1,4 +1,4 @@
-//! The scenario node: publishes one problem after the other, the next when the recorder has finished the last.
+//! The scenario node: publishes one problem after the other, each when the recorder has finished the previous one.
 
 use std::path::PathBuf;
 
@@ -37,7 +37,7 @@ pub enum Source {
     Files(Vec<PathBuf>),
     /// A sweep file. A scenario that cannot be done is reported and left out.
     Sweep(PathBuf),
-    /// Whoever sends requests. One that cannot be done is reported.
+    /// Requests that arrive. One that cannot be done is reported.
     Requests,
 }
 
@@ -83,7 +83,7 @@ pub fn run(session: &Session, settings: &ScenarioSettings) -> Result<(), Failure
     publisher.stay()
 }
 
-/// What a combination of a sweep is called where it is refused.
+/// The name of a combination of a sweep in the report that it is refused.
 pub fn combination_name(index: usize) -> String {
     format!("scenario {index} of the sweep")
 }
@@ -97,7 +97,7 @@ struct Publisher<'a> {
     first: u32,
     /// Position of the next scenario.
     position: u32,
-    /// Scenarios in the run; 0 if nobody knows.
+    /// Scenarios in the run; 0 if the number is not known.
     count: u32,
 }
 
@@ -132,7 +132,7 @@ impl Publisher<'_> {
         Ok(())
     }
 
-    /// Reports that the scenario `name` cannot be done, if so; then it is the next one's turn.
+    /// Reports that the scenario `name` cannot be done, if so; the node then goes on with the next one.
     fn report_refusal(&self, published: Result<(), Failure>, name: &str, request: Option<u32>) -> Result<(), Failure> {
         match published {
             Err(failure @ (Failure::Stopped | Failure::Port(_))) => Err(failure),
@@ -164,7 +164,7 @@ impl Publisher<'_> {
         }
     }
 
-    /// Holds the last scenario for late readers.
+    /// Keeps the last scenario for late readers until asked to stop.
     fn stay(self) -> Result<(), Failure> {
         loop {
             while self.reports.receive()?.is_some() {}

@@ -1,24 +1,24 @@
 //! What a figure is compared with at a snapshot: the first reference that states it.
 //!
-//! A method may withhold what it does not stand behind (NaN in a message). Each quantity is a figure of its own, all densities are one. A
-//! reference that has failed states nothing.
+//! A method may withhold a figure (NaN in a message). Each quantity is a figure of its own, and all densities
+//! together are one figure. A reference that has failed states nothing.
 
 use messages::layout::diagnostic;
 
 use crate::services::reading::Reading;
 use kit::space::{Quantity, Space};
 
-/// What is stated or withheld as one.
+/// A figure that is stated or withheld as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Figure {
-    /// A number that is said of the cloud.
+    /// A quantity of the cloud.
     Quantity(Quantity),
     /// The densities on all projections.
     Densities,
 }
 
 impl Figure {
-    /// All there are in a space.
+    /// All figures of a space.
     pub fn all(space: &Space) -> impl Iterator<Item = Self> {
         space.quantities().into_iter().map(Self::Quantity).chain([Self::Densities])
     }
@@ -39,7 +39,8 @@ impl Figure {
         }
     }
 
-    /// The method's own estimate of its error, in the units of [`diagnostic::NUMERICAL`]; NaN if it has none.
+    /// The method's own estimate of the figure's error, in the units of [`diagnostic::NUMERICAL`]; NaN if it has
+    /// none.
     pub fn error_estimate(self, reading: &Reading) -> f64 {
         let [moments, circular, probability, joint] = reading.header.diagnostics;
         match self {

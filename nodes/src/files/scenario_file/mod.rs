@@ -109,7 +109,7 @@ fn in_words(error: &ProblemError) -> String {
     format!("{} is not allowed, it must be {}", plain(error.value), error.right)
 }
 
-/// The text of a scenario file that says `problem`.
+/// The text of a scenario file that states `problem`.
 pub fn to_text(name: &str, problem: &Problem<Planar>) -> String {
     let Problem { model, initial, times, critical_e } = problem;
     let parameters = model.parameters();

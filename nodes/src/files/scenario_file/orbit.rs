@@ -1,4 +1,4 @@
-//! What moves the satellite, as a scenario file says it: the forces, and the parameters of the model in which they act.
+//! The forces on the satellite, as a scenario file gives them, and the parameters of the model in which they act.
 
 use density::model::parameter::Parameter;
 use density::model::registry::{self, DEFAULT_FORCES, ModelError, Planar};
@@ -30,7 +30,7 @@ pub(super) struct Orbit {
 }
 
 impl Orbit {
-    /// Everything that may stand in the table, by its key.
+    /// All values that the table may have, by key.
     fn values(&self) -> [(&'static str, &Option<Spanned<f64>>); 7] {
         [
             ("radiation", &self.radiation),
@@ -47,7 +47,7 @@ impl Orbit {
         self.values().into_iter().find(|(known, _)| *known == key).and_then(|(_, value)| value.as_ref())
     }
 
-    /// The line and key of what is wrong with the parameter `name`; of the whole table if it follows from others.
+    /// An error at the parameter `name`; at the whole table if the parameter follows from others.
     pub(super) fn locate(table: &Spanned<Self>, file: &InputFile, name: &str, problem: &str) -> InputError {
         match table.get_ref().value(name) {
             Some(value) => file.error(value, problem),
@@ -77,7 +77,7 @@ pub(super) fn read(file: &InputFile, model: Option<&Model>, orbit: &Spanned<Orbi
         }
         _ => return Err(file.error(orbit, &what_is_needed(name, &forces))),
     };
-    // Of a satellite all forces of the model are known; those that do not act are taken out.
+    // A satellite determines the parameters of all forces of the model; those of forces that do not act are set to 0.
     let values: Vec<_> = density::model::PlanarHamiltonian::parameters(&whole)
         .into_iter()
         .map(|(parameter, value)| (parameter.name, if forces.contains(&parameter.force) { value } else { 0.0 }))
@@ -122,7 +122,7 @@ fn parameters(file: &InputFile, name: &str, forces: &[&str], orbit: &Spanned<Orb
     Planar::by_name(name, &given).map_err(|error: ModelError| file.error(orbit, &error.to_string()))
 }
 
-/// A satellite says it all: no parameter stands beside it.
+/// Refuses parameters beside a satellite, which determines all of them.
 fn refuse_parameters(file: &InputFile, name: &str, orbit: &Spanned<Orbit>) -> Result<(), InputError> {
     let given = all_parameters().find_map(|parameter| Some((parameter, orbit.get_ref().value(parameter.name)?)));
     match given {

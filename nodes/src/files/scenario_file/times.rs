@@ -1,4 +1,4 @@
-//! When snapshots are taken, as a scenario file says it.
+//! The snapshot times, as a scenario file gives them.
 
 use density::problem::MOST_YEARS;
 use messages::scenario::MOST_SNAPSHOTS;
@@ -18,7 +18,7 @@ pub(super) struct Times {
 }
 
 impl Times {
-    /// Where the times stand that are wrong.
+    /// An error at the place of the times that are wrong.
     pub(super) fn locate(table: &Spanned<Self>, file: &InputFile, problem: &str) -> InputError {
         match table.get_ref() {
             Self { at: Some(at), .. } => file.error(at, problem),
@@ -42,7 +42,7 @@ fn number(
     }
 }
 
-/// The times \[yr\] that the table says.
+/// The times \[yr\] that the table gives.
 pub(super) fn read(file: &InputFile, times: &Spanned<Times>) -> Result<Vec<f64>, InputError> {
     match times.get_ref() {
         Times { end: Some(end), step: Some(step), at: None } => stepped_times(file, end, step),
@@ -51,7 +51,7 @@ pub(super) fn read(file: &InputFile, times: &Spanned<Times>) -> Result<Vec<f64>,
     }
 }
 
-/// How many snapshots a scenario may have: as many as a message holds.
+/// Whether a scenario may have this number of snapshots: from 2 to as many as a message holds.
 pub fn is_right_number_of_times(times: usize) -> bool {
     (2..=MOST_SNAPSHOTS).contains(&times)
 }
@@ -73,7 +73,7 @@ fn listed_times(file: &InputFile, at: &Spanned<Vec<f64>>) -> Result<Vec<f64>, In
 
 /// Least time between two snapshots \[yr\].
 const LEAST_GAP: f64 = 1e-6;
-/// What times that were written with few digits may miss that by.
+/// Tolerated relative rounding error of `LEAST_GAP`, for times that were written with few digits.
 const ROUNDING: f64 = 1e-6;
 
 fn stepped_times(file: &InputFile, end_at: &Spanned<f64>, every: &Spanned<f64>) -> Result<Vec<f64>, InputError> {

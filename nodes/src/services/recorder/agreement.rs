@@ -1,5 +1,7 @@
-//! Whether methods with known errors agree: an exact density with its error estimates is compared with itself, with
-//! samples and with other exact densities of the same run.
+//! Whether methods with known errors agree.
+//!
+//! An exact density with its error estimates is compared with itself, with samples and with other exact densities of
+//! the same run.
 //!
 //! A figure of an exact method may be off by [`ESTIMATES`] times its own error estimate. The further error that is
 //! allowed for samples follows from inequalities that hold for any distribution, so that a rare part of a cloud,

@@ -1,5 +1,4 @@
-//! Judges the results of a scenario before they are written: notes, verdicts, and which first-passage curves can be
-//! used.
+//! Judges the results of a scenario before they are written: notes, verdicts, and usable first-passage curves.
 
 use std::collections::BTreeMap;
 

@@ -15,36 +15,37 @@ use crate::services::reading::Reading;
 use crate::services::yardstick::Figure;
 use kit::space::Quantity;
 
-/// An exact density whose own error estimate is above this, in standard deviations, is told.
+/// Error estimate of the moments of an exact density, in standard deviations, above which there is a note.
 const MOMENT_ERROR: f64 = 1e-6;
-/// Likewise for the resultant vector.
+/// The same for the resultant vector.
 const CIRCULAR_ERROR: f64 = 1e-6;
-/// Likewise for the probability above the critical eccentricity.
+/// The same for the probability above the critical eccentricity.
 const PROBABILITY_ERROR: f64 = 1e-6;
-/// Likewise for the L1 error of its joint density.
+/// The same for the L1 error of its joint density.
 const JOINT_ERROR: f64 = 1e-3;
-/// Densities that characteristics carry along are told if they are off by more than this on average.
+/// Mean relative error of the densities that characteristics carry along, above which there is a note.
 const CARRIED_DENSITY_ERROR: f64 = 1e-3;
-/// The comparison grid holds the image of the 4-sigma ellipse, 0.9997 of the probability: less than this is told.
+/// Probability on the comparison grid below which there is a note. The grid holds the image of the 4-sigma ellipse,
+/// 0.9997 of the probability.
 const LEAST_MASS: f64 = 0.95;
-/// And more than this.
+/// Probability on the comparison grid above which there is a note.
 const MOST_MASS: f64 = 1.001;
 
-/// A mixture with more of its probability below `e = 0` is told.
+/// Probability of a mixture below `e = 0` above which there is a note.
 const MASS_BELOW_ZERO: f64 = 0.005;
-/// An initial Gaussian with more of its probability beyond `e = 1` is told of a mixture.
+/// Probability of the initial Gaussian beyond `e = 1` above which there is a note on a mixture.
 const MASS_BEYOND_ONE: f64 = 5e-4;
-/// An error estimate, in standard deviations or of a probability, that says nothing any more.
+/// Error estimate, in standard deviations or of a probability, from which on an error counts as unknown.
 const NOTHING_KNOWN: f64 = 100.0;
-/// Weights of a mixture that add up to something farther from 1 are told.
+/// Difference from 1 of the sum of a mixture's weights above which there is a note.
 const WEIGHTS: f64 = 1e-3;
-/// A cloud of a mean resultant length below this is said to reach round the circle.
+/// Mean resultant length below which a note says that the cloud reaches round the circle.
 const ROUND_THE_CIRCLE: f64 = 0.3;
 
-/// How grave a note is: the words that it begins with in `notes.csv`, the gravest first.
+/// How severe a note is: the words with which it begins in `notes.csv`, the most severe first.
 pub const SEVERITIES: [&str; 4] = ["fallback: ", "lost: ", "error: ", "warning: "];
 
-/// The place of a note in the order of gravity; plain remarks come last.
+/// The place of a note in the order of severity; plain remarks come last.
 pub fn severity(note: &str) -> usize {
     SEVERITIES.iter().position(|word| note.starts_with(word)).unwrap_or(SEVERITIES.len())
 }
@@ -58,7 +59,7 @@ pub(super) struct Note {
     pub(super) note: String,
 }
 
-/// Remarks and warnings that a density's own diagnostics and its mass call for.
+/// The remarks and warnings that follow from a density's diagnostics and its mass.
 pub(super) fn of_density(reading: &Reading) -> Vec<String> {
     let header = &reading.header;
     let said = match header.diagnostic {
@@ -132,7 +133,7 @@ fn of_mixture(header: &DensityHeader) -> Vec<String> {
     said
 }
 
-/// What a cloud that reaches round a circle does to the moments of its angle.
+/// A remark for every angle round whose circle the cloud reaches.
 fn of_spread(reading: &Reading) -> Vec<String> {
     let space = &reading.space;
     let round = |k: usize| (k, reading.value(Quantity::ResultantLength(k)));
@@ -147,7 +148,8 @@ fn of_spread(reading: &Reading) -> Vec<String> {
     said.collect()
 }
 
-/// What an exact density states in spite of a large error estimate, and what it withholds.
+/// A warning about figures that an exact density states in spite of a large error estimate, and a remark on those
+/// that it withholds.
 fn of_estimates(reading: &Reading) -> Vec<String> {
     let space = &reading.space;
     let [moments, circular, probability, joint] = reading.header.diagnostics;
@@ -186,13 +188,13 @@ fn of_estimates(reading: &Reading) -> Vec<String> {
     large.into_iter().chain(withheld).collect()
 }
 
-/// What a snapshot withholds, each with the error estimate that was reached.
+/// The figures that a snapshot withholds, each with the error estimate that was reached.
 pub(super) fn withheld(reading: &Reading) -> Vec<String> {
     let all = Figure::all(&reading.space).filter(|figure| !figure.is_stated(reading));
     all.map(|figure| with_estimate(figure, reading)).collect()
 }
 
-/// A figure that is withheld, and why.
+/// A figure that is withheld, in words, with its error estimate.
 pub(super) fn with_estimate(figure: Figure, reading: &Reading) -> String {
     let words = figure.in_words(&reading.space);
     match figure.error_estimate(reading) {
@@ -210,12 +212,12 @@ fn of_mass(reading: &Reading) -> Option<String> {
             off_the_grid(reading)
         ));
     }
-    // A density that withholds its joint has no mass to judge.
+    // A snapshot that withholds its joint density has no mass to judge.
     (mass > MOST_MASS)
         .then(|| format!("warning: its density has a mass of {mass:.4} on the comparison grid; a density has 1"))
 }
 
-/// In which direction a cloud is off its grid: numbers are looked at before angles.
+/// In which direction a cloud is off its grid: numbers are examined before angles.
 fn off_the_grid(reading: &Reading) -> String {
     let count = reading.space.variables.len();
     let is_circle = |k: &usize| reading.space.is_circle(*k);
@@ -230,14 +232,14 @@ fn off_the_grid(reading: &Reading) -> String {
 struct Spread<'a> {
     variable: &'a Variable,
     axis: Axis,
-    /// On the branch of the axis, and as it was said.
+    /// The mean on the branch of the axis, and as it was published.
     mean: (f64, f64),
     deviation: f64,
     is_circle: bool,
 }
 
 impl<'a> Spread<'a> {
-    /// `None` of a variable that no density is compared in.
+    /// `None` for a variable in which no density is compared.
     fn of(reading: &'a Reading, k: usize) -> Option<Self> {
         let (axis, is_circle, said) = (reading.axes[k], reading.space.is_circle(k), reading.value(Quantity::Mean(k)));
         let mean = if is_circle { nearest(said, 0.5 * (axis.low + axis.high)) } else { said };
@@ -279,7 +281,7 @@ fn is_within(number: f64, limit: f64) -> bool {
     number <= limit
 }
 
-/// Why a method has no first-passage curve, or what it withholds of it.
+/// Why a method has no first-passage curve, or what part of the curve it withholds.
 pub(super) fn of_passage(passage: &RecordedPassage) -> Option<String> {
     if passage.values.is_empty() {
         return Some(format!("no first-passage curve: {}", unpack(&passage.header.reason)));
@@ -287,7 +289,8 @@ pub(super) fn of_passage(passage: &RecordedPassage) -> Option<String> {
     withheld_passages(&passage.values).map(|withheld| format!("withheld: {withheld}"))
 }
 
-/// What a curve withholds: at which times, and between which bounds the probability lies at the last of them.
+/// The part of a curve that is withheld: at which times, and between which bounds the probability lies at the last of
+/// them.
 pub(super) fn withheld_passages(values: &[f64]) -> Option<String> {
     let rows = rows(values);
     let withheld: Vec<&Row> = rows.iter().filter(|row| row.is_withheld()).collect();

@@ -1,8 +1,8 @@
-//! The first-passage curve of a case out of those of its shards.
+//! Puts together the first-passage curve of a case from those of its shards.
 //!
-//! A curve that was counted has Wilson's interval, also if its sender gave none.
-//! A probability that was counted is a number of samples over all samples, so the counts of shards add up to those of the
-//! whole, and share and interval of the whole follow as if nobody had split it, to the last bit.
+//! A curve that was counted gets Wilson's interval if its sender gave none. A probability that was counted is a
+//! number of samples divided by the number of all samples, so the counts of the shards add up to those of the whole
+//! case. Its probabilities and intervals are therefore the same as those of a case without shards, to the last bit.
 
 use density::first_passage::empirical::wilson_interval;
 use messages::layout::PASSAGE_COLUMNS;
@@ -14,7 +14,7 @@ use super::RecordedPassage;
 pub(super) fn merged(parts: &[&RecordedPassage]) -> Option<RecordedPassage> {
     let first = *parts.first()?;
     let shards = first.header.shards as usize;
-    // Shard 0 speaks for all if it has not counted.
+    // If shard 0 has not counted its curve from samples, that curve is the curve of the whole case.
     if shards <= 1 || (first.header.shard == 0 && first.header.samples == 0) {
         return Some(with_interval(first.clone()));
     }
@@ -28,7 +28,7 @@ pub(super) fn merged(parts: &[&RecordedPassage]) -> Option<RecordedPassage> {
     Some(RecordedPassage { header, values: values.unwrap_or_default() })
 }
 
-/// Gives the rows of a counted curve that have no interval Wilson's.
+/// Adds Wilson's interval to those rows of a counted curve that have no interval.
 fn with_interval(mut passage: RecordedPassage) -> RecordedPassage {
     let samples = passage.header.samples as f64;
     for row in passage.values.chunks_exact_mut(PASSAGE_COLUMNS).filter(|_| samples > 0.0) {

@@ -68,8 +68,9 @@ pub(super) struct EffortRow<'a> {
     trajectories: f64,
 }
 
-/// A row of `first_passage.csv`: the probability that `e` has ever reached its critical value by `t_yr`, with an interval and what
-/// that is, see [`interval_of`]; NaN without one. A probability that is NaN in an interval is withheld.
+/// A row of `first_passage.csv`: the probability that `e` has ever reached its critical value by `t_yr`, with an
+/// interval (NaN if there is none) and the type of this interval, see [`interval_of`]. A probability that is NaN
+/// between two ends is withheld.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct PassageRow<'a> {
     scenario: &'a str,
@@ -110,7 +111,7 @@ pub(super) fn errors<'a>(
         abs_error: row[2],
         rel_error: row[3],
     };
-    // NaN is what one of the two withholds, or what is compared with another reference.
+    // NaN means that one of the two withholds the quantity, or that it is compared with another reference.
     let is_compared = |(_, row): &(Quantity, &[f64])| !row[2].is_nan();
     let rows = space.quantities().into_iter().zip(recorded.values.chunks_exact(ERROR_COLUMNS));
     rows.filter(is_compared).map(row).collect()
@@ -171,8 +172,8 @@ pub(super) fn passages<'a>(scenario: &'a str, method: &'a str, recorded: &Record
     recorded.values.chunks_exact(PASSAGE_COLUMNS).map(row).collect()
 }
 
-/// What the interval of a row is: of confidence if `samples` were counted, strict bounds if the probability is withheld, else the
-/// method's own estimate of its error.
+/// The type of the interval of a row: a confidence interval if the curve was counted from `samples` samples, strict
+/// bounds if the probability is withheld, else the method's own estimate of its error.
 fn interval_of(row: &[f64], samples: u64) -> &'static str {
     match (row[2].is_nan(), row[1].is_nan(), samples) {
         (true, ..) => "",

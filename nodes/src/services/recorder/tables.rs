@@ -15,14 +15,14 @@ use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::space::Space;
 
-/// An open CSV file with its head, which is there also without rows.
+/// An open CSV file. Its head is written even if there are no rows.
 struct Table {
     path: PathBuf,
     writer: csv::Writer<File>,
 }
 
 impl Table {
-    /// A table of rows like `R`'s.
+    /// A table whose columns are the fields of `R`.
     fn create<R: Default + Serialize>(folder: &Path, name: &str) -> Result<Self, Failure> {
         let head = head(&R::default()).map_err(|e| Failure::file(&folder.join(name), e))?;
         Self::with_head(folder, name, &head)
@@ -57,7 +57,8 @@ fn head(row: &impl Serialize) -> csv::Result<csv::StringRecord> {
     csv::Reader::from_reader(&text[..]).headers().cloned()
 }
 
-/// Writes the files of a scenario into `folder`. It is there whole or not at all, and one that is there stays as it is.
+/// Writes the files of a scenario into `folder`. The folder appears only when it is complete; one that exists already
+/// is left unchanged.
 pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path, tolerance: f64) -> Result<(), Failure> {
     if folder.exists() {
         return Ok(());
@@ -75,7 +76,8 @@ pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path, toler
     fs::rename(&draft, folder).map_err(failed)
 }
 
-/// The scenario as a file says it; one of a model that no file can ask for in the words of its message.
+/// The text of the scenario's file. If no file can ask for the scenario's model, the text states the fields of the
+/// message.
 fn scenario_text(assignment: &Assignment) -> String {
     let said = &assignment.said;
     if let Some(plane) = &assignment.plane {
@@ -126,7 +128,8 @@ impl Tables {
         let (scenario, space) = (&recording.assignment.said.name, &recording.assignment.space);
         for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
             let Some(case) = recording.case(method) else { continue };
-            // Mixtures may have other numbers of components later; what was propagated are those of the first snapshot.
+            // A mixture may have another number of components later; those of the first snapshot are the ones that
+            // were propagated.
             let trajectories = case.first().map_or(0, |first| first.header.trajectories);
             let trajectories = if trajectories > 0 { trajectories as f64 } else { f64::NAN };
             for reading in case {

@@ -1,8 +1,8 @@
 //! The tape: every message of the run as it was sent, in one file.
 //!
-//! The recorder is a reader that publishers wait for, and it calls a scenario done only when all messages of the cases that
-//! were compared are on tape, so nothing of them is lost. What cannot be on tape is what is sent after the last result is
-//! complete: the last reports on the status topic.
+//! Publishers wait for the recorder, and it reports a scenario as done only when all messages of the cases that were
+//! compared are on the tape, so none of these messages is lost. Only messages that are sent after the last result is
+//! complete can be missing: the last reports on the status topic.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use crate::services::roster::Roster;
 use kit::failure::Failure;
 use kit::session::Session;
 
-/// A tape under way.
+/// A tape that is being written.
 pub(super) struct Tape {
     path: PathBuf,
     writer: Writer,
@@ -36,10 +36,10 @@ pub(super) struct Tape {
     compared: BTreeSet<u32>,
 }
 
-/// How many messages there are of a scenario and a label.
+/// Number of messages by scenario and label.
 type Count = BTreeMap<(u32, Label), usize>;
 
-/// Messages of all shards of a case.
+/// Number of messages from all shards of a case, and number of these shards.
 #[derive(Debug, Default)]
 struct OfShards {
     have: usize,
@@ -53,7 +53,7 @@ impl OfShards {
 }
 
 impl Tape {
-    /// Goes on with a recording that has been begun.
+    /// Continues a recording that has been begun.
     pub(super) fn open(session: &Session, path: &Path) -> Result<Self, Failure> {
         let domain = &session.domain;
         Ok(Self {
@@ -73,7 +73,7 @@ impl Tape {
         })
     }
 
-    /// Takes in what has arrived.
+    /// Records all messages that have arrived.
     pub(super) fn take_all(&mut self) -> Result<(), Failure> {
         let Self { path, writer, snapshots_of, passages_of, densities_of, compared, .. } = self;
         take(path, writer, &self.rosters, |_| ())?;
@@ -93,7 +93,7 @@ impl Tape {
         take(path, writer, &self.reports, |_| ())
     }
 
-    /// Whether all messages are there of the cases that were compared.
+    /// Whether all messages of the cases that were compared have been recorded.
     pub(super) fn has_all(&self, recording: &Recording, roster: &Roster) -> bool {
         let scenario = recording.assignment.scenario();
         let count = recording.assignment.times.len();
@@ -110,13 +110,13 @@ impl Tape {
             })
     }
 
-    /// Ends the tape with what has arrived.
+    /// Records all messages that have arrived, and ends the tape.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
         self.take_all()?;
         self.writer.finish().map_err(|e| Failure::file(&self.path, e.problem))
     }
 
-    /// What to wait for.
+    /// The ports to wait for.
     pub(super) fn ports(&self) -> [&dyn Awaited; 7] {
         let Self { scenarios, snapshots, passages, densities, comparisons, reports, rosters, .. } = self;
         [scenarios, snapshots, passages, densities, comparisons, reports, rosters]

@@ -1,8 +1,10 @@
 //! What each method is good for at a tolerance: the rows of `verdicts.csv`.
 //!
-//! Where a reference states a quantity, a method is judged by its distance from that; the reference itself, and a method where
-//! no reference states the quantity, by what it knows of its own errors (`density/src/trust.rs`). Two standard errors of the
-//! method and of the reference are the noise of a distance: what does not exceed it is as good as sampling allows.
+//! If a reference states a quantity, a method is judged by its distance from that reference. The reference itself,
+//! and a method if no reference states the quantity, are judged by what is known of their own errors
+//! (`density/src/trust.rs`). The noise of a distance is, for a moment, two standard errors of the method and of the
+//! reference together, and for a density the counting noise of both. A distance that does not exceed `BEYOND_NOISE`
+//! times its noise is as good as sampling allows.
 
 use density::trust::{self, Kind, Verdict};
 use messages::layout::diagnostic;
@@ -22,7 +24,7 @@ fn judged_quantities(space: &Space) -> Vec<Quantity> {
     space.quantities().into_iter().filter(is_judged).collect()
 }
 
-/// A distance above so many times its noise is more than noise.
+/// A distance that exceeds its noise by more than this factor is not explained by noise.
 const BEYOND_NOISE: f64 = 2.0;
 
 /// A row of `verdicts.csv`.
@@ -47,9 +49,9 @@ pub(super) struct VerdictRow {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Grade {
     Good,
-    /// Not told apart from sampling error, which is above the tolerance.
+    /// Not distinguishable from sampling error, and not known to be within the tolerance.
     AsSampled,
-    /// The method does not judge itself, and nobody else does.
+    /// There is no other reference, and the method knows nothing of its own errors.
     Unknown,
     Bad,
     Withheld,
@@ -112,7 +114,7 @@ fn row(recording: &Recording, roster: &Roster, method: &str, case: &[&Reading], 
     }
 }
 
-/// The one with the worst grade, of those the one with the largest error or noise.
+/// The entry with the worst grade; among several of them, the one with the largest error or noise.
 fn worst(judged: Vec<Judged>) -> Option<Judged> {
     let size = |j: &Judged| if j.error.is_nan() { j.noise } else { j.error.max(j.noise) };
     judged.into_iter().max_by(|a, b| a.grade.cmp(&b.grade).then(size(a).total_cmp(&size(b))))
@@ -166,7 +168,7 @@ fn judge_moment(
     judged(graded(error, noise, tolerance), error, noise, label)
 }
 
-/// What a method knows of a moment itself.
+/// Judges a moment by what the method knows of its own error.
 fn own_moment(
     own: &Reading,
     quantity: Quantity,
@@ -232,7 +234,7 @@ fn judge_density(method: &str, own: &Reading, references: &[(&str, &Reading)], t
     judged(grade, f64::NAN, f64::NAN, ITSELF)
 }
 
-/// A distance and its noise against a tolerance. A distance that is no number is not good.
+/// Grades a distance with its noise against a tolerance. A distance that is NaN is bad.
 fn graded(error: f64, noise: f64, tolerance: f64) -> Grade {
     let is_noise = noise > 0.0 && error <= BEYOND_NOISE * noise;
     match () {
@@ -246,12 +248,13 @@ fn graded(error: f64, noise: f64, tolerance: f64) -> Grade {
 fn trusted(reading: &Reading, tolerance: f64) -> Verdict {
     let (header, space) = (&reading.header, &reading.space);
     let lengths = (0..space.variables.len()).map(|k| reading.value(Quantity::ResultantLength(k)));
-    // Variables that are no angles have none.
+    // Variables that are not angles have no resultant length.
     let shortest = lengths.filter(|length| !length.is_nan()).fold(1.0, f64::min);
     trust::trust(Kind::of_code(header.diagnostic), header.diagnostics, shortest, tolerance)
 }
 
-/// What the error of a quantity is measured in: the deviation of its variable, or 1 for a probability.
+/// The unit in which the error of a quantity is given: the standard deviation of its variable, or 1 for a
+/// probability.
 fn unit(reading: &Reading, quantity: Quantity) -> f64 {
     match quantity {
         Quantity::Mean(k) | Quantity::Deviation(k) => reading.value(Quantity::Deviation(k)),
@@ -259,13 +262,13 @@ fn unit(reading: &Reading, quantity: Quantity) -> f64 {
     }
 }
 
-/// The standard error of a quantity, 0 of methods that have none.
+/// The standard error of a quantity; 0 for methods that have none.
 fn noise_of(reading: &Reading, quantity: Quantity) -> f64 {
     let error = reading.error(quantity);
     if error.is_finite() { error } else { 0.0 }
 }
 
-/// Expected total variation that counting causes, 0 of what was not counted.
+/// Expected total variation that counting causes; 0 for a density that was not counted from samples.
 fn counting_noise(reading: &Reading) -> f64 {
     counted_samples(&reading.header)
         .map_or(0.0, |samples| trust::counting_noise(reading.joint(), reading.cell(0), f64::from(samples)))
