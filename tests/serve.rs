@@ -50,6 +50,26 @@ fn submit(bench: &Bench, file: &Path) -> std::process::Output {
     bench.phasecloud().arg("submit").arg(file).output().unwrap()
 }
 
+/// Whoever reads JSON gets nothing else on standard output, and who wants silence gets silence.
+#[test]
+fn a_sweep_prints_json_alone_or_nothing_where_that_is_asked_for() {
+    let bench = Bench::new();
+    let launch = bench.launch_file("small", SMALL);
+    let sweep = sweep(&bench, "\"initial.e\" = [0.1, 0.145]");
+    let printed = |how: &str| {
+        let mut command = bench.phasecloud();
+        command.arg("serve").arg(&launch).arg("--sweep").arg(&sweep).args(["--out", how.trim_start_matches('-'), how]);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    assert_eq!(printed("--quiet"), "");
+    let objects: Vec<serde_json::Value> =
+        printed("--json").lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let last = objects.last().unwrap();
+    assert_eq!((last["event"].as_str(), last["scenarios"].as_u64()), (Some("served"), Some(2)), "{last}");
+}
+
 #[test]
 fn a_sweep_makes_a_results_folder_a_scenario_and_one_table_of_all() {
     let bench = Bench::new();

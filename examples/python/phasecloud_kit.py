@@ -110,7 +110,7 @@ class Run:
         self._total = 0
         self.outlet, self._reserved, self.sent = None, 0, 0
         self._passage = (np.empty((0, layout.PASSAGE_COLUMNS)), "this propagator does not compute first passages")
-        self._passage_samples = 0
+        self._passage_samples = (0, True)
         self._clock = time.process_time()
 
     def share(self, total):
@@ -157,7 +157,7 @@ class Run:
         seconds = time.process_time() - self._clock
         if self.sent + 1 == len(problem.times):
             # Sent before the last snapshot, so that a reader that has this snapshot can have the passages, too.
-            session.send_passage(problem, *self._passage, self._passage_samples)
+            session.send_passage(problem, *self._passage, *self._passage_samples)
         header = layout.SnapshotHeader(
             run_id=problem.run_id,
             time=problem.times[self.sent],
@@ -181,13 +181,14 @@ class Run:
         session.report(layout.PROGRESS, problem.scenario, (self.sent, len(problem.times)))
         self._clock = time.process_time()
 
-    def first_passages(self, probability, low=np.nan, high=np.nan, samples=0):
+    def first_passages(self, probability, low=np.nan, high=np.nan, samples=0, independent=True):
         """The probability that e has ever reached its critical value by each of `problem.passage_times`, with interval.
 
         Optional; call it before the last snapshot. If the probability is counted from equally weighted samples of this process, `samples`
-        is their number: the counts of shards are added up, and a curve without an interval gets Wilson's. Otherwise the curve of shard 0 is used.
+        is their number: the counts of shards are added up, and a curve without an interval gets Wilson's, unless the samples depend on one another
+        (`independent=False`). Otherwise the curve of shard 0 is used.
         """
-        self._passage_samples = samples
+        self._passage_samples = (samples, independent)
         curve = np.empty((layout.PASSAGE_TIMES, layout.PASSAGE_COLUMNS))
         curve[:, 0], curve[:, 1], curve[:, 2], curve[:, 3] = self._problem.passage_times, probability, low, high
         self._passage = (curve, "")
@@ -257,7 +258,7 @@ class Session:
         )
         self._status.send_numbers(units, header)
 
-    def send_passage(self, problem, curve, reason, samples):
+    def send_passage(self, problem, curve, reason, samples, independent):
         """Sends the first-passage curve, or why there is none."""
         label, reason = _pack(self.label, 32), _pack(reason, 192)
         header = layout.PassageHeader(
@@ -267,6 +268,7 @@ class Session:
             rows=len(curve),
             shard=self.shard,
             shards=self.shards,
+            dependent=int(not independent),
             label=label,
             reason=reason,
         )

@@ -198,13 +198,15 @@ class PassageHeader(ctypes.Structure):
         ("rows", c_uint32),
         ("shard", c_uint32),
         ("shards", c_uint32),
+        ("dependent", c_uint32),
+        ("reserved", c_uint32),
         ("label", Label),
         ("reason", c_uint8 * 192),
     ]
 
     @staticmethod
     def type_name():
-        return "phasecloud/PassageHeader/2"
+        return "phasecloud/PassageHeader/3"
 
 
 class StatusHeader(ctypes.Structure):

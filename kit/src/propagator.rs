@@ -80,9 +80,15 @@ pub enum Passage {
     /// One row per time: time \[yr\], probability, lower and upper end of its interval (NaN without one). If the case
     /// has shards, only the curve of the first shard is used, and it must be that of the whole case.
     Curve(Vec<[f64; PASSAGE_COLUMNS]>),
-    /// The same, counted from the given number of equally weighted samples of this process. The counts of all shards
-    /// are added up.
-    Counted(Vec<[f64; PASSAGE_COLUMNS]>, u64),
+    /// A curve that was counted from equal samples of this process; the counts of shards are added up.
+    Counted {
+        /// As those of a curve.
+        rows: Vec<[f64; PASSAGE_COLUMNS]>,
+        /// How many samples there are.
+        samples: u64,
+        /// Whether they are independent of one another. Only then is the interval of a count known from the count alone.
+        independent: bool,
+    },
     /// The method has no curve, for the given reason.
     Cannot(String),
 }
@@ -291,10 +297,10 @@ fn send_passage(
     outlet: &Outlet<PassageTopic>,
 ) -> Result<(), Failure> {
     let clock = EffortClock::start();
-    let (mut rows, samples, reason) = match propagator.first_passage(&assignment.passage_times())? {
-        Passage::Curve(rows) => (rows, 0, String::new()),
-        Passage::Counted(rows, samples) => (rows, samples, String::new()),
-        Passage::Cannot(reason) => (Vec::new(), 0, reason),
+    let (mut rows, samples, independent, reason) = match propagator.first_passage(&assignment.passage_times())? {
+        Passage::Curve(rows) => (rows, 0, true, String::new()),
+        Passage::Counted { rows, samples, independent } => (rows, samples, independent, String::new()),
+        Passage::Cannot(reason) => (Vec::new(), 0, true, reason),
     };
     // The true curve never falls; rounding and quadrature may make an estimate do so.
     let mut least = 0.0f64;
@@ -312,6 +318,8 @@ fn send_passage(
         rows: rows.len() as u32,
         shard: session.shard.index,
         shards: session.shard.count,
+        dependent: u32::from(!independent),
+        reserved: 0,
         label: pack(&session.label),
         reason: pack(&reason),
     };

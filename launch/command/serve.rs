@@ -15,6 +15,7 @@ use crate::crew::log_sink::start_log;
 use crate::crew::shares;
 use crate::domain::{self, OwnDomain, attach};
 use crate::exit::{BAD_INPUT, INTERRUPTED};
+use crate::live::json;
 use crate::plan::launch_file::{Launch, ScenarioInput};
 use crate::plan::preflight;
 use crate::results::folder::ResultsFolder;
@@ -115,7 +116,7 @@ fn carry_out(arguments: &ServeArguments) -> ExitCode {
         remark!("error: {problem}; {served} scenarios are in {}", folder.path.display());
         return ExitCode::FAILURE;
     }
-    summarise(&folder.path, served, begun);
+    summarise(arguments.shown, &folder.path, served, begun);
     tally.failed.iter().for_each(|case| remark!("error: {case}"));
     let refused = if is_sweep { tally.refused.len() } else { 0 };
     match outcome {
@@ -143,8 +144,14 @@ fn carry_out(arguments: &ServeArguments) -> ExitCode {
     }
 }
 
-fn summarise(path: &Path, served: usize, begun: Instant) {
+fn summarise(shown: Shown, path: &Path, served: usize, begun: Instant) {
     let seconds = begun.elapsed().as_secs_f64();
+    if shown.json {
+        return json::served(path, served, seconds);
+    }
+    if shown.quiet {
+        return;
+    }
     say!("{served} scenarios in {seconds:.1} s, {:.2} a second", served as f64 / seconds);
     say!("Results: {}", path.display());
 }
@@ -220,7 +227,11 @@ fn serve(
     let mut run = Run::begin(commands, *most_snapshots, None, arguments.shown, &log, || now)?;
     own.keep();
     if service.sweep.is_none() {
-        say!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)");
+        match arguments.shown {
+            Shown { json: true, .. } => json::serving(run_id),
+            Shown { quiet: true, .. } => {}
+            _ => say!("serving as {run_id:012x}; ask with: phasecloud submit SCENARIO_FILE... (Ctrl-C ends)"),
+        }
     }
     let completed = run.conduct(|scenario, failures| {
         let failures = of_scenario(failures, scenario);

@@ -27,6 +27,17 @@ pub fn progress(node: &NodeState, scenario: &str, now: Instant) {
     }));
 }
 
+/// Writes that a service takes requests.
+pub fn serving(run_id: u64) {
+    line(&json!({"event": "serving", "run": format!("{run_id:012x}")}));
+}
+
+/// Writes the end of a service, with the folder that holds the results folders of all its scenarios.
+pub fn served(folder: &Path, scenarios: usize, seconds: f64) {
+    let folder = folder.display().to_string();
+    line(&json!({"event": "served", "folder": folder, "scenarios": scenarios, "seconds": seconds}));
+}
+
 /// Writes that a case cannot be completed.
 pub fn failure(name: &str, why: &str) {
     line(&json!({"event": "failure", "node": name, "problem": why}));

@@ -130,9 +130,13 @@ fn payloads() -> String {
         row(&format!("snapshot of kind `{}`", code.name), "column after column", columns);
     }
     row("passage", &format!("one row per time, {PASSAGE_TIMES} times"), &payload::PASSAGE);
-    row("density", "`phi` outermost", &["joint density [1/rad], marginal of phi [1/rad], marginal of e"]);
+    row("density", "first variable outermost", &["quantities, their standard errors, the density on each projection"]);
     row("comparison of moments", "one row per quantity", &payload::ERRORS);
-    row("comparison of densities", "one row each for joint, phi, e", &payload::DISTANCES);
+    row(
+        "comparison of densities",
+        "one row per projection, then the probability that each density is short of 1",
+        &payload::DISTANCES,
+    );
     row("comparison of effort", "one row", &payload::EFFORT);
     row("status", "one row", &payload::STATUS);
     let _ = writeln!(text, "\nA snapshot of kind `DENSITY` has {DENSITY_HEAD} numbers before its joint density.");

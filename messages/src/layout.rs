@@ -89,7 +89,7 @@ header! {
     /// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row of
     /// [`PASSAGE_COLUMNS`] numbers per time; no rows if the method has no curve. If the shards of a case count their
     /// curves from samples, these counts are added up; otherwise the curve of shard 0 is the curve of the case.
-    #[type_name("phasecloud/PassageHeader/2")]
+    #[type_name("phasecloud/PassageHeader/3")]
     pub struct PassageHeader {
         /// Names the run.
         pub run_id: u64,
@@ -106,6 +106,11 @@ header! {
         pub shard: u32,
         /// Shards of the case; 0 or 1 if the case is not split.
         pub shards: u32,
+        /// 1 if the counted samples depend on one another, as pairs of opposites or the points of a sequence do; 0 if they are independent
+        /// or nothing was counted. The counts of dependent samples get no interval.
+        pub dependent: u32,
+        /// 0.
+        pub reserved: u32,
         /// The propagator's label.
         pub label: Label,
         /// Why there is no curve, if there is none.
@@ -268,7 +273,7 @@ mod tests {
         assert_eq!(size_of::<SnapshotHeader>(), 176);
         assert_eq!(size_of::<DensityHeader>(), 152);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
-        assert_eq!(size_of::<PassageHeader>(), 264);
+        assert_eq!(size_of::<PassageHeader>(), 272);
         assert_eq!(size_of::<StatusHeader>(), 464);
         assert_eq!(size_of::<RosterHeader>(), 16);
         assert_eq!(size_of::<RosterEntry>(), 432);

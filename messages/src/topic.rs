@@ -130,7 +130,7 @@ topic!(
 topic!(
     /// From the estimator to the comparator and the recorder.
     Density, "phasecloud/density", DensityHeader, [f64], latched: false,
-    |capacity| 2 * capacity.snapshots * capacity.cases, |_header| rows(&["joint density [1/rad], marginals"])
+    |capacity| 2 * capacity.snapshots * capacity.cases, |_header| rows(&["quantities, their standard errors, densities"])
 );
 topic!(
     /// From the propagators to the recorder.

@@ -194,7 +194,9 @@ impl Propagator for MonteCarlo {
             return Err(Failure::Refused("passages are asked for at other times than they were noted for".into()));
         }
         let curve = curve_of_points(sample.points.iter().map(|&point| point.into()), times);
-        let interval = curve.interval.filter(|_| self.settings.draws == DrawsChoice::Independent);
-        Ok(Passage::Counted(Passage::rows(&EmpiricalCurve { interval, ..curve }), sample.points.len() as u64))
+        let independent = self.settings.draws == DrawsChoice::Independent;
+        let interval = curve.interval.filter(|_| independent);
+        let rows = Passage::rows(&EmpiricalCurve { interval, ..curve });
+        Ok(Passage::Counted { rows, samples: sample.points.len() as u64, independent })
     }
 }

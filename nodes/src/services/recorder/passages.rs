@@ -1,6 +1,6 @@
 //! Puts together the first-passage curve of a case from those of its shards.
 //!
-//! A curve that was counted gets Wilson's interval if its sender gave none. A probability that was counted is a
+//! A curve that was counted from independent samples gets Wilson's interval if its sender gave none. A probability that was counted is a
 //! number of samples divided by the number of all samples, so the counts of the shards add up to those of the whole
 //! case. Its probabilities and intervals are therefore the same as those of a case without shards, to the last bit.
 
@@ -28,10 +28,11 @@ pub(super) fn merged(parts: &[&RecordedPassage]) -> Option<RecordedPassage> {
     Some(RecordedPassage { header, values: values.unwrap_or_default() })
 }
 
-/// Adds Wilson's interval to those rows of a counted curve that have no interval.
+/// Adds Wilson's interval to those rows of a curve counted from independent samples that have no interval.
 fn with_interval(mut passage: RecordedPassage) -> RecordedPassage {
     let samples = passage.header.samples as f64;
-    for row in passage.values.chunks_exact_mut(PASSAGE_COLUMNS).filter(|_| samples > 0.0) {
+    let is_known = samples > 0.0 && passage.header.dependent == 0;
+    for row in passage.values.chunks_exact_mut(PASSAGE_COLUMNS).filter(|_| is_known) {
         if row[2].is_nan() && row[3].is_nan() && (0.0..=1.0).contains(&row[1]) {
             (row[2], row[3]) = wilson_interval(row[1], samples);
         }
@@ -54,7 +55,8 @@ fn add_up(parts: &[&RecordedPassage]) -> Option<Vec<f64>> {
             || parts.iter().map(|part| (&part.values[start..start + PASSAGE_COLUMNS], part.header.samples as f64));
         let passed: f64 = rows().map(|(row, samples)| (row[1] * samples).round()).sum();
         let probability = passed / total;
-        let (low, high) = wilson_interval(probability, total);
+        let is_known = parts.iter().all(|part| part.header.dependent == 0);
+        let (low, high) = if is_known { wilson_interval(probability, total) } else { (f64::NAN, f64::NAN) };
         [first.values[start], probability, low, high]
     };
     Some((0..first.values.len()).step_by(PASSAGE_COLUMNS).flat_map(row).collect())
@@ -76,6 +78,28 @@ mod tests {
         let (rows, samples) = (TIMES.len() as u32, passages.len() as u64);
         let header = PassageHeader { samples, rows, shard: index, shards: count, ..PassageHeader::default() };
         RecordedPassage { header, values }
+    }
+
+    /// Pairs of opposites, or points of a sequence, do not scatter as independent draws do.
+    #[test]
+    fn counts_of_dependent_samples_get_no_interval_neither_whole_nor_in_shards() {
+        let dependent = |shard: Shard| {
+            let mut part = part(&[0.2, 0.4, f64::NAN, 0.9], shard);
+            part.header.dependent = 1;
+            part.values.chunks_exact_mut(PASSAGE_COLUMNS).for_each(|row| row[2..].fill(f64::NAN));
+            part
+        };
+        let whole = merged(&[&dependent(Shard::WHOLE)]).unwrap();
+        let halves = [0, 1].map(|index| dependent(Shard { index, count: 2 }));
+        let of_shards = merged(&halves.each_ref()).unwrap();
+        for curve in [whole, of_shards] {
+            assert!(
+                curve
+                    .values
+                    .chunks_exact(PASSAGE_COLUMNS)
+                    .all(|row| row[1].is_finite() && row[2].is_nan() && row[3].is_nan())
+            );
+        }
     }
 
     #[test]
