@@ -41,6 +41,7 @@
 
 pub mod angle;
 pub mod binning;
+pub mod disposal;
 pub mod distance;
 pub mod estimate;
 pub mod exact;

@@ -113,15 +113,13 @@ pub fn of_samples(columns: &[&[f64]], question: &Question<'_>) -> Cloud {
     };
     let count_in = |projection: &Projection| {
         let mut counts = vec![0u64; projection.len()];
-        for i in 0..rows {
-            let bin = projection.axes.iter().try_fold(0, |bin, &(variable, axis)| {
+        let bin_of = |i: usize| {
+            projection.axes.iter().try_fold(0, |bin, &(variable, axis)| {
                 let value = on_axis(columns[variable][i], question.circles[variable], axis);
                 Some(bin * axis.bins + axis.bin(value)?)
-            });
-            if let Some(bin) = bin {
-                counts[bin] += 1;
-            }
-        }
+            })
+        };
+        (0..rows).filter_map(bin_of).for_each(|bin| counts[bin] += 1);
         counts.into_iter().map(|count| count as f64 / (n * projection.cell())).collect()
     };
     let densities = question.projections.iter().map(count_in).collect();
@@ -283,9 +281,9 @@ mod tests {
         for k in 0..3 {
             assert!((exact.mean[k] - MEAN[k]).abs() < 1e-12 || k == 0);
             assert!(nearest(sampled.mean[k] - exact.mean[k], 0.0).abs() < 4.0 * errors.mean[k], "mean {k}");
-            for l in 0..3 {
-                assert!((exact.covariance[k][l] - COVARIANCE[k][l]).abs() < 1e-12);
-                let apart = (sampled.covariance[k][l] - COVARIANCE[k][l]).abs();
+            for (l, right) in COVARIANCE[k].into_iter().enumerate() {
+                assert!((exact.covariance[k][l] - right).abs() < 1e-12);
+                let apart = (sampled.covariance[k][l] - right).abs();
                 assert!(apart < 4.0 * errors.covariance[k][l], "covariance {k} {l}");
             }
         }

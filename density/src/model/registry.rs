@@ -209,6 +209,29 @@ impl Planar {
     }
 }
 
+impl Planar {
+    /// The value of a parameter, by its name.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.parameters().into_iter().find(|(parameter, _)| parameter.name == name).map(|(_, value)| value)
+    }
+
+    /// The same model with another value of a parameter.
+    ///
+    /// # Errors
+    /// [`ModelError::Superfluous`] if it has no such parameter.
+    pub fn with(&self, name: &str, value: f64) -> Result<Self, ModelError> {
+        let values: Vec<(&str, f64)> = self
+            .parameters()
+            .into_iter()
+            .map(|(parameter, old)| (parameter.name, if parameter.name == name { value } else { old }))
+            .collect();
+        match self.value(name) {
+            Some(_) => Self::by_name(self.name(), &values),
+            None => Err(ModelError::Superfluous { model: self.name(), parameter: name.into() }),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
