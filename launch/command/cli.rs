@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use bridge::endpoint::Endpoint;
 use clap::{Args, Parser, Subcommand};
 
+use super::ask::AskArguments;
 use super::domain::DomainArguments;
 use super::new::NewArguments;
 use super::node::NodeArguments;
@@ -38,6 +39,8 @@ pub struct Cli {
 pub enum Command {
     /// Run the cases of a launch file on its scenarios and compare them
     Run(RunArguments),
+    /// Answer how probable re-entry is by when, what it would take, and on what that depends
+    Ask(AskArguments),
     /// Keep the processes of a launch file up and take scenario after scenario
     Serve(ServeArguments),
     /// Ask a running service to work on scenarios, and wait until they are done

@@ -1,7 +1,9 @@
 //! The commands of `phasecloud`, one per file, each with its arguments.
 
+mod ask;
 mod clean;
 mod cli;
+mod derived;
 mod domain;
 mod from_environment;
 mod graph;
@@ -50,6 +52,7 @@ fn carry_out() -> ExitCode {
         Command::Serve(arguments) => serve::run(&arguments),
         Command::Submit(arguments) => submit::run(&arguments),
         Command::Join(arguments) => join(&arguments),
+        Command::Ask(arguments) => output::end(ask::run(&arguments)),
         Command::Clean => clean::run(),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Topics(target) => output::end(observe::topics::run(&target)),

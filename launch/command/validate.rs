@@ -53,10 +53,11 @@ fn scenario(file: &InputFile) -> Result<String, Vec<String>> {
     let scenario = scenario_file::check(file).map_err(|e| vec![e.to_string()])?;
     let times = &scenario.problem.times;
     Ok(format!(
-        "scenario {} with {} snapshots to {} yr",
+        "scenario {} with {} snapshots to {} yr\n  {}",
         scenario.name,
         times.len(),
-        plain(times.last().copied().unwrap_or(0.0))
+        plain(times.last().copied().unwrap_or(0.0)),
+        super::derived::of(&scenario.problem).lines().join("\n  ")
     ))
 }
 

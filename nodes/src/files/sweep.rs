@@ -177,7 +177,8 @@ fn axis(scenario: &Table, key: &Spanned<String>, value: &Value) -> Result<Axis, 
 
 /// The numbers of a scenario, as `TABLE.KEY`.
 fn numbers(scenario: &Table) -> Vec<String> {
-    let is_number = |value: &Value| value.is_float() || value.is_integer();
+    // A text is a number with a unit; the values that a sweep gives it are in the key's own unit.
+    let is_number = |value: &Value| value.is_float() || value.is_integer() || value.is_str();
     let of_table = |(name, value): (&String, &Value)| {
         let keys = value.as_table().into_iter().flatten().filter(|(_, value)| is_number(value));
         keys.map(|(key, _)| format!("{name}.{key}")).collect::<Vec<_>>()
@@ -196,10 +197,12 @@ fn not_varied(scenario: &Table, key: &str) -> String {
 fn given_otherwise(scenario: &Table, key: &str) -> Option<&'static str> {
     let has = |table: &str, key: &str| scenario.get(table).is_some_and(|table| table.get(key).is_some());
     match key {
-        "orbit.radiation" | "orbit.oblateness" if has("orbit", "semi_major_axis") => {
+        "orbit.radiation" | "orbit.oblateness" | "orbit.sun" | "orbit.moon" if has("orbit", "area_to_mass") => {
             Some("is not in the scenario, which gives its orbit by the satellite")
         }
-        "orbit.semi_major_axis" | "orbit.area_to_mass" | "orbit.reflectivity" if has("orbit", "radiation") => {
+        "orbit.semi_major_axis" | "orbit.altitude" | "orbit.area_to_mass" | "orbit.reflectivity"
+            if !has("orbit", "area_to_mass") =>
+        {
             Some("is not in the scenario, which gives its orbit by radiation and oblateness")
         }
         "times.end" | "times.step" if has("times", "at") => {

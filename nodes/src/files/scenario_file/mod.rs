@@ -4,7 +4,7 @@ use std::path::Path;
 
 use density::model::PlanarHamiltonian;
 use density::model::registry::{DEFAULT_FORCES, Planar};
-use density::problem::{InitialGaussian, Problem};
+use density::problem::Problem;
 use density::problem_error::{Field, ProblemError};
 use serde::Deserialize;
 use toml::Spanned;
@@ -13,9 +13,14 @@ use crate::files::file_kind::FileKind;
 use crate::files::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use crate::files::plain_number::plain;
 
+use disposal::Disposal;
+use initial::Initial;
 use orbit::{Model, Orbit};
 use times::Times;
 
+mod disposal;
+mod initial;
+mod measure;
 mod orbit;
 mod times;
 
@@ -36,24 +41,9 @@ struct Raw {
     name: Spanned<String>,
     model: Option<Model>,
     orbit: Spanned<Orbit>,
-    initial: Initial,
+    initial: Spanned<Initial>,
     times: Spanned<Times>,
-    disposal: Disposal,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Initial {
-    phi: Spanned<f64>,
-    e: Spanned<f64>,
-    delta_phi: Spanned<f64>,
-    delta_e: Spanned<f64>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Disposal {
-    critical_e: Spanned<f64>,
+    disposal: Spanned<Disposal>,
 }
 
 /// Reads and checks a scenario file.
@@ -74,16 +64,11 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     if !is_plain_name(raw.name.get_ref()) {
         return Err(file.error(&raw.name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", raw.name.get_ref())));
     }
-    let Initial { phi, e, delta_phi, delta_e } = &raw.initial;
-    let initial = InitialGaussian {
-        mean_phi: *phi.get_ref(),
-        mean_e: *e.get_ref(),
-        sigma_phi: 0.5 * delta_phi.get_ref(),
-        sigma_e: 0.5 * delta_e.get_ref(),
-    };
+    let initial = Initial::read(file, &raw.initial)?;
     let model = orbit::read(file, raw.model.as_ref(), &raw.orbit)?;
     let times = times::read(file, &raw.times)?;
-    let problem = Problem::new(model, initial, times, *raw.disposal.critical_e.get_ref());
+    let critical_e = Disposal::read(file, &raw.disposal, orbit::semi_major_axis(file, &raw.orbit)?)?;
+    let problem = Problem::new(model, initial, times, critical_e);
     Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem: problem.map_err(|error| raw.locate(file, &error))? })
 }
 
@@ -91,14 +76,12 @@ impl Raw {
     /// The line and key of what is wrong with the problem.
     fn locate(&self, file: &InputFile, error: &ProblemError) -> InputError {
         let problem = in_words(error);
-        let number = |value: &Spanned<f64>| file.error(value, &problem);
         match error.field {
             Field::Parameter(name) => Orbit::locate(&self.orbit, file, name, &problem),
-            Field::MeanPhi => number(&self.initial.phi),
-            Field::MeanE => number(&self.initial.e),
-            Field::DeltaPhi => number(&self.initial.delta_phi),
-            Field::DeltaE => number(&self.initial.delta_e),
-            Field::CriticalE => number(&self.disposal.critical_e),
+            field @ (Field::MeanPhi | Field::MeanE | Field::DeltaPhi | Field::DeltaE) => {
+                Initial::locate(&self.initial, file, field, &problem)
+            }
+            Field::CriticalE => Disposal::locate(&self.disposal, file, &problem),
             Field::Times => Times::locate(&self.times, file, &problem),
         }
     }
@@ -222,7 +205,49 @@ mod tests {
         );
         refused(all, "sun = 2.0\nmoon = 0.0\n", "orbit.sun: 2 is not allowed, it must be 0 or greater, at most 1");
         let mixed = satellite.replace("[orbit]", "[orbit]\nradiation = 0.1");
-        assert!(load(&mixed).unwrap_err().to_string().contains("orbit.radiation: follows from semi_major_axis"));
+        assert!(load(&mixed).unwrap_err().to_string().contains("orbit.radiation: follows from the satellite"));
+    }
+
+    #[test]
+    fn a_file_may_say_it_in_the_units_of_a_person() {
+        let in_degrees = load_with("phi = 2.2069", "phi = \"126.446 deg\"").unwrap().problem.initial.mean_phi;
+        assert!((in_degrees - 126.446f64.to_radians()).abs() < 1e-15);
+        let one = load_with("delta_phi = 0.39\ndelta_e = 0.05", "sigma_phi = \"10 deg\"\nsigma_e = 0.025")
+            .unwrap()
+            .problem
+            .initial;
+        assert!((one.sigma_phi - 10f64.to_radians()).abs() < 1e-15 && one.sigma_e == 0.025);
+        let times = load_with("end = 2.0\nstep = 0.5", "end = \"730.512726 d\"\nstep = \"182.6281815 d\"")
+            .unwrap()
+            .problem
+            .times;
+        assert!((times[4] - 2.0).abs() < 1e-12 && times.len() == 5, "{times:?}");
+        let satellite = |axis: &str| format!("{axis}\narea_to_mass = 10.0\nreflectivity = 1.2");
+        let orbit = "radiation = 0.15\noblateness = 0.40921";
+        let model = |axis: &str| load_with(orbit, &satellite(axis)).unwrap().problem.model;
+        let axis = model("semi_major_axis = 2.5");
+        for other in ["semi_major_axis = \"15945.3425 km\"", "altitude = 9567.2055", "altitude = \"1.5 R_E\""] {
+            let close = axis.parameters().into_iter().zip(model(other).parameters());
+            assert!(close.into_iter().all(|((_, a), (_, b))| (a / b - 1.0).abs() < 1e-12), "{other}");
+        }
+        let by_height = GOOD
+            .replace(orbit, &satellite("altitude = 9567.2055"))
+            .replace("critical_e = 0.6", "altitude = \"120 km\"");
+        let critical = load(&by_height).unwrap().problem.critical_e;
+        assert!((critical - (1.0 - (1.0 + 120.0 / 6378.137) / 2.5)).abs() < 1e-12, "{critical}");
+        let told = |from: &str, to: &str| load_with(from, to).unwrap_err().to_string();
+        assert!(told("critical_e = 0.6", "altitude = 120").contains("disposal.altitude: needs the semi-major axis"));
+        assert!(told("critical_e = 0.6", "").contains("disposal: must have either critical_e or altitude"));
+        assert!(
+            told("delta_e = 0.05", "delta_e = 0.05\nsigma_e = 0.025")
+                .contains("initial.sigma_e: stands beside delta_e")
+        );
+        assert!(told("delta_e = 0.05", "").contains("initial: must have either sigma_e or delta_e"));
+        assert!(told("delta_e = 0.05", "sigma_e = 0.7").contains("initial.sigma_e: two of it: 1.4 is not allowed"));
+        let too_high = by_height.replace("\"120 km\"", "10_000");
+        assert!(load(&too_high).unwrap_err().to_string().contains("must be below that of the orbit, 9567.2 km"));
+        let twice = GOOD.replace(orbit, &satellite("altitude = 9567.2055\nsemi_major_axis = 2.5"));
+        assert!(load(&twice).unwrap_err().to_string().contains("orbit.altitude: stands beside semi_major_axis"));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The forces on the satellite, as a scenario file gives them, and the parameters of the model in which they act.
 
+use density::model::earth;
 use density::model::parameter::Parameter;
 use density::model::registry::{self, DEFAULT_FORCES, ModelError, Planar};
 use density::problem_error::Field;
@@ -7,6 +8,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::in_words;
+use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
 
 /// The table `[model]`.
@@ -20,36 +22,40 @@ pub(super) struct Model {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Orbit {
-    radiation: Option<Spanned<f64>>,
-    oblateness: Option<Spanned<f64>>,
-    sun: Option<Spanned<f64>>,
-    moon: Option<Spanned<f64>>,
-    semi_major_axis: Option<Spanned<f64>>,
-    area_to_mass: Option<Spanned<f64>>,
-    reflectivity: Option<Spanned<f64>>,
+    radiation: Option<Spanned<Measure>>,
+    oblateness: Option<Spanned<Measure>>,
+    sun: Option<Spanned<Measure>>,
+    moon: Option<Spanned<Measure>>,
+    semi_major_axis: Option<Spanned<Measure>>,
+    altitude: Option<Spanned<Measure>>,
+    area_to_mass: Option<Spanned<Measure>>,
+    reflectivity: Option<Spanned<Measure>>,
 }
 
 impl Orbit {
     /// All values that the table may have, by key.
-    fn values(&self) -> [(&'static str, &Option<Spanned<f64>>); 7] {
+    fn values(&self) -> [(&'static str, &Option<Spanned<Measure>>); 8] {
         [
             ("radiation", &self.radiation),
             ("oblateness", &self.oblateness),
             ("sun", &self.sun),
             ("moon", &self.moon),
             ("semi_major_axis", &self.semi_major_axis),
+            ("altitude", &self.altitude),
             ("area_to_mass", &self.area_to_mass),
             ("reflectivity", &self.reflectivity),
         ]
     }
 
-    fn value(&self, key: &str) -> Option<&Spanned<f64>> {
+    fn value(&self, key: &str) -> Option<&Spanned<Measure>> {
         self.values().into_iter().find(|(known, _)| *known == key).and_then(|(_, value)| value.as_ref())
     }
 
     /// An error at the parameter `name`; at the whole table if the parameter follows from others.
     pub(super) fn locate(table: &Spanned<Self>, file: &InputFile, name: &str, problem: &str) -> InputError {
-        match table.get_ref().value(name) {
+        // A semi-major axis may have been given by the altitude.
+        let value = table.get_ref().value(name);
+        match value.or_else(|| table.get_ref().altitude.as_ref().filter(|_| name == "semi_major_axis")) {
             Some(value) => file.error(value, problem),
             None => file.error(table, &format!("gives {name}: {problem}")),
         }
@@ -63,13 +69,14 @@ pub(super) fn read(file: &InputFile, model: Option<&Model>, orbit: &Spanned<Orbi
         let problem = format!("no model has the forces {} together", forces.join(", "));
         model.map_or_else(|| file.error(orbit, &problem), |model| file.error(&model.forces, &problem))
     })?;
-    let of_satellite = ["semi_major_axis", "area_to_mass", "reflectivity"].map(|key| orbit.get_ref().value(key));
-    let whole = match of_satellite {
-        [None, None, None] => parameters(file, name, &forces, orbit)?,
-        [Some(axis), Some(ratio), Some(reflectivity)] => {
+    let axis = semi_major_axis(file, orbit)?;
+    let [ratio, reflectivity] = ["area_to_mass", "reflectivity"].map(|key| orbit.get_ref().value(key));
+    let whole = match (axis, ratio, reflectivity) {
+        (None, None, None) => parameters(file, name, &forces, orbit)?,
+        (Some(axis), Some(ratio), Some(reflectivity)) => {
             refuse_parameters(file, name, orbit)?;
-            let [axis, ratio, reflectivity] = [axis, ratio, reflectivity].map(|value| *value.get_ref());
-            match Planar::of_satellite(name, axis, ratio, reflectivity) {
+            let number = |value| measure::read(file, value, Dimension::Number);
+            match Planar::of_satellite(name, axis, number(ratio)?, number(reflectivity)?) {
                 Some(Ok(model)) => model,
                 Some(Err(error)) => return Err(locate(file, orbit, error.field, &in_words(&error))),
                 None => return Err(file.error(orbit, &format!("there is no model \"{name}\""))),
@@ -83,6 +90,23 @@ pub(super) fn read(file: &InputFile, model: Option<&Model>, orbit: &Spanned<Orbi
         .map(|(parameter, value)| (parameter.name, if forces.contains(&parameter.force) { value } else { 0.0 }))
         .collect();
     Planar::by_name(name, &values).map_err(|error| file.error(orbit, &error.to_string()))
+}
+
+/// The semi-major axis \[Earth radii\], if the file gives it: by itself, or by the height above the equator of a circular orbit.
+pub(super) fn semi_major_axis(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Option<f64>, InputError> {
+    match orbit.get_ref() {
+        Orbit { semi_major_axis: Some(axis), altitude: None, .. } => {
+            measure::read(file, axis, Dimension::Radius).map(Some)
+        }
+        Orbit { semi_major_axis: None, altitude: Some(height), .. } => {
+            let height = measure::read(file, height, Dimension::Height)?;
+            Ok(Some(1.0 + height * 1_000.0 / earth::RADIUS))
+        }
+        Orbit { semi_major_axis: Some(_), altitude: Some(height), .. } => {
+            Err(file.error(height, "stands beside semi_major_axis, which says the same; leave out one of them"))
+        }
+        _ => Ok(None),
+    }
 }
 
 /// The forces that act.
@@ -112,7 +136,7 @@ fn parameters(file: &InputFile, name: &str, forces: &[&str], orbit: &Spanned<Orb
     for parameter in all_parameters() {
         let (acts, value) = (forces.contains(&parameter.force), orbit.get_ref().value(parameter.name));
         match (acts, value) {
-            (true, Some(value)) => given.push((parameter.name, *value.get_ref())),
+            (true, Some(value)) => given.push((parameter.name, measure::read(file, value, Dimension::Number)?)),
             (true, None) => return Err(file.error(orbit, &what_is_needed(name, forces))),
             (false, Some(value)) => return Err(file.error(value, &no_such_force(parameter))),
             (false, None) if registry::parameters(name).contains(parameter) => given.push((parameter.name, 0.0)),
@@ -129,7 +153,7 @@ fn refuse_parameters(file: &InputFile, name: &str, orbit: &Spanned<Orbit>) -> Re
         Some((parameter, value)) => {
             let acts = registry::parameters(name).contains(parameter);
             let problem = match acts {
-                true => "follows from semi_major_axis, area_to_mass and reflectivity, leave it out".into(),
+                true => "follows from the satellite, leave it out".into(),
                 false => no_such_force(parameter),
             };
             Err(file.error(value, &problem))
@@ -158,7 +182,7 @@ fn what_is_needed(name: &str, forces: &[&str]) -> String {
         Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
         _ => names.concat(),
     };
-    format!("must have either {names}, or semi_major_axis, area_to_mass and reflectivity")
+    format!("must have either {names}, or semi_major_axis (or altitude), area_to_mass and reflectivity")
 }
 
 fn locate(file: &InputFile, orbit: &Spanned<Orbit>, field: Field, problem: &str) -> InputError {

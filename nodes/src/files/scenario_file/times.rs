@@ -5,6 +5,7 @@ use messages::scenario::MOST_SNAPSHOTS;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
 use crate::files::plain_number::plain;
 
@@ -12,8 +13,8 @@ use crate::files::plain_number::plain;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Times {
-    end: Option<Spanned<f64>>,
-    step: Option<Spanned<f64>>,
+    end: Option<Spanned<Measure>>,
+    step: Option<Spanned<Measure>>,
     at: Option<Spanned<Vec<f64>>>,
 }
 
@@ -30,11 +31,11 @@ impl Times {
 
 fn number(
     file: &InputFile,
-    value: &Spanned<f64>,
+    value: &Spanned<Measure>,
     range: &str,
     is_right: impl Fn(f64) -> bool,
 ) -> Result<f64, InputError> {
-    let x = *value.get_ref();
+    let x = measure::read(file, value, Dimension::Time)?;
     if x.is_finite() && is_right(x) {
         Ok(x)
     } else {
@@ -76,7 +77,11 @@ const LEAST_GAP: f64 = 1e-6;
 /// Tolerated relative rounding error of `LEAST_GAP`, for times that were written with few digits.
 const ROUNDING: f64 = 1e-6;
 
-fn stepped_times(file: &InputFile, end_at: &Spanned<f64>, every: &Spanned<f64>) -> Result<Vec<f64>, InputError> {
+fn stepped_times(
+    file: &InputFile,
+    end_at: &Spanned<Measure>,
+    every: &Spanned<Measure>,
+) -> Result<Vec<f64>, InputError> {
     let end = number(file, end_at, "at least 1e-6 and at most 1000 yr", |x| (LEAST_GAP..=MOST_YEARS).contains(&x))?;
     let step = number(file, every, "at least 1e-6 yr and at most end", |x| (LEAST_GAP..=end).contains(&x))?;
     let steps = (end / step).round();

@@ -1,0 +1,158 @@
+//! `phasecloud ask`: the answer that a disposal designer wants of a scenario, in seconds and without a launch file.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use density::disposal::{self, Sensitivity};
+use density::exact::{Error, Estimated};
+use nodes::files::plain_number::plain;
+use nodes::files::scenario_file::{self, ScenarioFile};
+use serde_json::json;
+
+use super::derived::{self, Derived};
+use crate::exit::BAD_INPUT;
+use crate::report::new_table;
+
+/// Arguments of `phasecloud ask`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  phasecloud ask my-scenario.toml\n\n\
+    The probabilities are those of the exact first-passage curve (docs/methods.md), each with an estimate of its error; a figure whose error \
+    estimate is above 1e-3 is withheld. The model is the scenario's: in the plane, averaged, without Earth's shadow.\n\n\
+    Exit codes: 0 answered; 1 it cannot be computed; 2 bad input.")]
+pub struct AskArguments {
+    /// The scenario file
+    pub scenario: PathBuf,
+    /// Print one JSON object instead of tables
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Probabilities of re-entry for which a time and a radiation parameter are looked for.
+const PROBABILITIES: [f64; 3] = [0.5, 0.9, 0.99];
+/// Error estimate of a probability above which it is withheld.
+const LARGEST_ERROR: f64 = 1e-3;
+/// Most times at which the probability is printed.
+const MOST_TIMES: usize = 20;
+
+/// What is answered.
+struct Answer {
+    name: String,
+    derived: Derived,
+    /// Probability of re-entry by each time \[yr\].
+    curve: Vec<(f64, Estimated)>,
+    /// The time by which each of [`PROBABILITIES`] is reached.
+    times: Vec<Option<f64>>,
+    /// The factor on the radiation parameter with which each of them is reached by the end.
+    factors: Vec<Option<f64>>,
+    sensitivities: Vec<Sensitivity>,
+}
+
+/// Answers.
+pub fn run(arguments: &AskArguments) -> ExitCode {
+    let scenario = match scenario_file::load(&arguments.scenario) {
+        Ok(scenario) => scenario,
+        Err(error) => {
+            remark!("error: {error}");
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    match answer(scenario) {
+        Ok(answer) if arguments.json => say!("{}", in_json(&answer)),
+        Ok(answer) => print(&answer),
+        Err(error) => {
+            remark!("error: {}: {error}", arguments.scenario.display());
+            return ExitCode::FAILURE;
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+fn answer(ScenarioFile { name, problem }: ScenarioFile) -> Result<Answer, Error> {
+    let years = years(problem.times.last().copied().unwrap_or(0.0));
+    let curve = years.iter().copied().zip(disposal::probabilities(&problem, &years)?).collect();
+    let times = PROBABILITIES.iter().map(|&p| disposal::time_of(&problem, p)).collect::<Result<_, _>>()?;
+    let now = problem.model.value("radiation");
+    let factor = |p: &f64| {
+        let radiation = disposal::radiation_for(&problem, *p)?;
+        Ok::<_, Error>(radiation.zip(now).map(|(radiation, now)| radiation / now))
+    };
+    let factors = PROBABILITIES.iter().map(factor).collect::<Result<_, _>>()?;
+    let sensitivities = disposal::sensitivities(&problem)?;
+    Ok(Answer { name, derived: derived::of(&problem), curve, times, factors, sensitivities })
+}
+
+/// Every year up to the horizon, or every few years of a long one, or parts of a year of a short one; the horizon itself comes last.
+fn years(end: f64) -> Vec<f64> {
+    let steps = [0.001, 0.01, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
+    let step = steps.into_iter().find(|step| end / step <= MOST_TIMES as f64).unwrap_or(end);
+    let before = (1..).map(|k| f64::from(k) * step).take_while(|t| *t < end * (1.0 - 1e-9));
+    before.chain([end]).collect()
+}
+
+fn is_stated(p: &Estimated) -> bool {
+    p.error <= LARGEST_ERROR
+}
+
+fn in_words(p: &Estimated) -> String {
+    if is_stated(p) { format!("{:.4} ± {:.0e}", p.value, p.error) } else { "withheld".into() }
+}
+
+fn print(answer: &Answer) {
+    let Answer { name, derived, curve, times, factors, sensitivities } = answer;
+    say!("{name}: {}", derived.lines().join("\n  "));
+    let mut table = new_table(["by, yr", "probability of re-entry"].map(str::to_owned).into(), 0);
+    curve.iter().for_each(|(time, p)| {
+        table.add_row([plain(*time), in_words(p)]);
+    });
+    say!("\n{table}");
+    let mut table = new_table(["probability", "reached by, yr", "needs C (or A/m) times"].map(str::to_owned).into(), 0);
+    for ((p, time), factor) in PROBABILITIES.iter().zip(times).zip(factors) {
+        let time = time.map_or("not by the last snapshot".into(), |time| format!("{time:.3}"));
+        let factor = factor.map_or("not within 0.1 to 10".into(), |factor| format!("{factor:.4}"));
+        table.add_row([format!("{} %", 100.0 * p), time, factor]);
+    }
+    say!("\n{table}");
+    let end = curve.last().map_or(0.0, |(time, _)| *time);
+    let mut table =
+        new_table(["change".to_owned(), format!("effect on the probability by {} yr", plain(end))].into(), 1);
+    sensitivities.iter().for_each(|Sensitivity { change, effect }| {
+        table.add_row([change.clone(), format!("{effect:+.5}")]);
+    });
+    say!("\n{table}\n");
+    say!(
+        "By the exact first-passage curve of the scenario's model: in the plane, averaged over each revolution, without Earth's shadow."
+    );
+}
+
+fn in_json(answer: &Answer) -> serde_json::Value {
+    let Answer { name, derived, curve, times, factors, sensitivities } = answer;
+    let point = |(time, p): &(f64, Estimated)| {
+        let probability = is_stated(p).then_some(p.value);
+        json!({"t_yr": time, "probability": probability, "error_estimate": p.error.is_finite().then_some(p.error)})
+    };
+    let wanted = PROBABILITIES.iter().zip(times).zip(factors);
+    json!({
+        "scenario": name,
+        "method": "exact",
+        "derived": derived.json(),
+        "curve": curve.iter().map(point).collect::<Vec<_>>(),
+        "reached": wanted.map(|((p, time), factor)| json!({"probability": p, "t_yr": time, "radiation_factor": factor})).collect::<Vec<_>>(),
+        "sensitivities": sensitivities.iter().map(|s| json!({"change": s.change, "effect": s.effect})).collect::<Vec<_>>(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_horizon_is_divided_into_at_most_twenty_parts_and_comes_last() {
+        for end in [1e-3, 0.3, 1.0, 2.0, 5.5, 20.0, 30.0, 1000.0] {
+            let years = years(end);
+            assert!(years.len() <= MOST_TIMES + 1 && *years.last().unwrap() == end, "{end}: {years:?}");
+            assert!(years.is_sorted_by(|a, b| a < b), "{years:?}");
+        }
+        assert_eq!(years(5.0)[..2], [0.25, 0.5]);
+    }
+}

@@ -1,0 +1,63 @@
+//! How well the orbit is known at first, as a scenario file says it.
+
+use density::problem::InitialGaussian;
+use density::problem_error::Field;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::measure::{self, Dimension, Measure};
+use crate::files::input::{InputError, InputFile};
+
+/// The table `[initial]`: means, and either one or two standard deviations of each variable.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Initial {
+    phi: Spanned<Measure>,
+    e: Spanned<Measure>,
+    delta_phi: Option<Spanned<Measure>>,
+    delta_e: Option<Spanned<Measure>>,
+    sigma_phi: Option<Spanned<Measure>>,
+    sigma_e: Option<Spanned<Measure>>,
+}
+
+impl Initial {
+    /// The Gaussian that the table says.
+    pub(super) fn read(file: &InputFile, table: &Spanned<Self>) -> Result<InitialGaussian, InputError> {
+        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e } = table.get_ref();
+        let deviation =
+            |name: &str, one: &Option<Spanned<Measure>>, two: &Option<Spanned<Measure>>, dimension| match (one, two) {
+                (Some(one), None) => measure::read(file, one, dimension),
+                (None, Some(two)) => Ok(0.5 * measure::read(file, two, dimension)?),
+                (None, None) => {
+                    Err(file
+                        .error(table, &format!("must have either sigma_{name} or delta_{name}, which is two of them")))
+                }
+                (Some(one), Some(_)) => {
+                    Err(file
+                        .error(one, &format!("stands beside delta_{name}, which says the same; leave out one of them")))
+                }
+            };
+        Ok(InitialGaussian {
+            mean_phi: measure::read(file, phi, Dimension::Angle)?,
+            mean_e: measure::read(file, e, Dimension::Number)?,
+            sigma_phi: deviation("phi", sigma_phi, delta_phi, Dimension::Angle)?,
+            sigma_e: deviation("e", sigma_e, delta_e, Dimension::Number)?,
+        })
+    }
+
+    /// The line and key of what is wrong with one of its fields.
+    pub(super) fn locate(table: &Spanned<Self>, file: &InputFile, field: Field, problem: &str) -> InputError {
+        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e } = table.get_ref();
+        let value = match field {
+            Field::MeanPhi => Some(phi),
+            Field::MeanE => Some(e),
+            Field::DeltaPhi => delta_phi.as_ref().or(sigma_phi.as_ref()),
+            Field::DeltaE => delta_e.as_ref().or(sigma_e.as_ref()),
+            _ => None,
+        };
+        let is_half = matches!(field, Field::DeltaPhi) && delta_phi.is_none()
+            || matches!(field, Field::DeltaE) && delta_e.is_none();
+        let problem = if is_half { format!("two of it: {problem}") } else { problem.to_owned() };
+        value.map_or_else(|| file.error(table, &problem), |value| file.error(value, &problem))
+    }
+}

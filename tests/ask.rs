@@ -1,0 +1,103 @@
+//! `phasecloud ask`: its numbers are those of a run, and it says what it cannot say.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::{Bench, text};
+use serde_json::Value;
+
+const SATELLITE: &str = "name = \"mine\"\n[orbit]\naltitude = 9567.2055\narea_to_mass = 12.0\nreflectivity = 1.3\n\
+    [initial]\nphi = \"126 deg\"\ne = 0.145\nsigma_phi = \"11 deg\"\nsigma_e = 0.025\n[times]\nend = 4.0\nstep = 1.0\n\
+    [disposal]\naltitude = \"120 km\"\n";
+
+fn ask(bench: &Bench, scenario: &str, more: &[&str]) -> std::process::Output {
+    bench.write("mine.toml", scenario);
+    bench.phasecloud().arg("ask").arg("mine.toml").args(more).output().unwrap()
+}
+
+fn answer(bench: &Bench, scenario: &str) -> Value {
+    let output = ask(bench, scenario, &["--json"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    serde_json::from_str(&text(&output.stdout)).unwrap()
+}
+
+#[test]
+fn the_probabilities_are_those_of_a_run_and_the_times_and_factors_fit_to_them() {
+    let bench = Bench::new();
+    let answer = answer(&bench, SATELLITE);
+    let launch = "name = \"l\"\nscenarios = [\"mine.toml\"]\nreference = \"exact\"\n[[propagator]]\nlabel = \"exact\"\nnode = \"exact\"\n";
+    bench.run_well(&bench.write("launch.toml", launch), "out");
+    let curve = answer["curve"].as_array().unwrap();
+    for row in bench.table("out/first_passage.csv").iter().filter(|row| row["t_yr"] == "2.0" || row["t_yr"] == "4.0") {
+        let (time, probability): (f64, f64) =
+            (row["t_yr"].parse().unwrap(), row["prob_reached_critical_e"].parse().unwrap());
+        let asked = curve.iter().find(|point| point["t_yr"] == time).unwrap()["probability"].as_f64().unwrap();
+        assert!((asked - probability).abs() < 1e-7, "{time}: {asked} {probability}");
+    }
+    let derived = &answer["derived"];
+    assert!((derived["critical_e"].as_f64().unwrap() - 0.592_474).abs() < 1e-6, "{derived}");
+    assert!((derived["parameters"]["oblateness"].as_f64().unwrap() - 0.409_204).abs() < 1e-6, "{derived}");
+    for reached in answer["reached"].as_array().unwrap() {
+        let (wanted, time) = (reached["probability"].as_f64().unwrap(), reached["t_yr"].as_f64());
+        let reached_by_end = curve.last().unwrap()["probability"].as_f64().unwrap() >= wanted;
+        assert_eq!(time.is_some(), reached_by_end, "{reached}");
+        let factor = reached["radiation_factor"].as_f64();
+        assert!(
+            factor.is_none_or(|factor| (factor > 1.0) != reached_by_end || (factor - 1.0).abs() < 1e-3),
+            "{reached}"
+        );
+    }
+}
+
+#[test]
+fn it_prints_tables_that_name_the_method_and_the_model() {
+    let bench = Bench::new();
+    let output = ask(&bench, SATELLITE, &[]);
+    let said = text(&output.stdout);
+    for words in [
+        "probability of re-entry",
+        "90 %",
+        "effect on the probability by 4 yr",
+        "exact first-passage curve",
+        "without Earth's shadow",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
+
+#[test]
+fn a_model_that_the_exact_method_cannot_do_and_a_bad_file_are_refused_in_words() {
+    let bench = Bench::new();
+    let forces = "[model]\nforces = [\"srp\", \"j2\", \"sun\"]\n[orbit]\nradiation = 0.001\noblateness = 0.4\nsun = 0.01\n[initial]";
+    let start = SATELLITE.find("[orbit]").unwrap();
+    let end = SATELLITE.find("[initial]").unwrap();
+    let weak = format!("{}{forces}{}", &SATELLITE[..start], &SATELLITE[end + 9..])
+        .replace("altitude = \"120 km\"", "critical_e = 0.6");
+    let output = ask(&bench, &weak, &[]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
+    assert!(text(&output.stderr).contains("mine.toml"), "{}", text(&output.stderr));
+    let output = ask(&bench, &SATELLITE.replace("126 deg", "126 grad"), &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output.stderr).contains("mine.toml:7: initial.phi: \"126 grad\" is not allowed"),
+        "{}",
+        text(&output.stderr)
+    );
+}
+
+#[test]
+fn validate_prints_what_follows_from_a_scenario() {
+    let bench = Bench::new();
+    bench.write("mine.toml", SATELLITE);
+    let output = bench.phasecloud().args(["validate", "mine.toml"]).output().unwrap();
+    let said = text(&output.stdout);
+    for words in [
+        "good, scenario mine with 5 snapshots to 4 yr",
+        "W = 0.409204",
+        "critical eccentricity 0.592474",
+        "a circular orbit reaches it from C = ",
+        "sub-domain",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
