@@ -86,7 +86,9 @@ fn answer(ScenarioFile { name, problem }: ScenarioFile) -> Result<Answer, Error>
 fn years(end: f64) -> Vec<f64> {
     let steps = [0.001, 0.01, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
     let step = steps.into_iter().find(|step| end / step <= MOST_TIMES as f64).unwrap_or(end);
-    let before = (1..).map(|k| f64::from(k) * step).take_while(|t| *t < end * (1.0 - 1e-9));
+    // As a person would write them: three times 0.1 is 0.3.
+    let written = |k: i32| format!("{:.9e}", f64::from(k) * step).parse().unwrap_or(f64::from(k) * step);
+    let before = (1..).map(written).take_while(|t: &f64| *t < end * (1.0 - 1e-9));
     before.chain([end]).collect()
 }
 
@@ -117,7 +119,9 @@ fn print(answer: &Answer) {
     let mut table =
         new_table(["change".to_owned(), format!("effect on the probability by {} yr", plain(end))].into(), 1);
     sensitivities.iter().for_each(|Sensitivity { change, effect }| {
-        table.add_row([change.clone(), format!("{effect:+.5}")]);
+        // Zero has no sign.
+        let effect = if effect.abs() < 5e-6 { "0.00000".into() } else { format!("{effect:+.5}") };
+        table.add_row([change.clone(), effect]);
     });
     say!("\n{table}\n");
     say!(
@@ -154,5 +158,6 @@ mod tests {
             assert!(years.is_sorted_by(|a, b| a < b), "{years:?}");
         }
         assert_eq!(years(5.0)[..2], [0.25, 0.5]);
+        assert_eq!(years(2.0)[2], 0.3);
     }
 }
