@@ -146,10 +146,12 @@ pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: 
 /// Factor by which the oracle's error may exceed its own estimate.
 ///
 /// Of 60 figures of 40 scenarios in which the oracle and `exact` differed by more than the estimates of both, the largest
-/// factor at `t > 0` was 2.9. For joint densities a factor of 8.6 has been seen since (`--seed 3 --index 43`: two
-/// ways of `exact` agree to 6e-6 there, while the oracle is off by 2.4e-4 and estimates 2.8e-5).
+/// factor at `t > 0` was 2.9. For joint densities factors of 8.6 (`--seed 3 --index 43`: two ways of `exact` agree to 6e-6 there, while the
+/// oracle is off by 2.4e-4 and estimates 2.8e-5) and 14 (`--seed 1 --first 177`) have been seen since. At the latter, the exact averages over 16 bins
+/// differ by less than 1e-7 from a quadrature of backward orbits with 40 x 40 nodes per bin (SciPy, DOP853), while the oracle is off by 2.0e-4
+/// and estimates 1.4e-5.
 fn trust_in_oracle(kind: Kind) -> f64 {
-    if kind == Kind::Joint { 10.0 } else { 4.0 }
+    if kind == Kind::Joint { 20.0 } else { 4.0 }
 }
 
 /// The figures of one snapshot, or of one curve, while they are judged.
@@ -173,6 +175,9 @@ impl SnapshotJudge<'_> {
             }
             return;
         }
+        // The oracle leaves out what lies more than 8 deviations from the mean of either variable.
+        const LEFT_OUT: f64 = 2.5e-15;
+        let oracle = if matches!(kind, Kind::Above | Kind::Passage) { oracle.max(LEFT_OUT) } else { oracle };
         // If the oracle does not know the figure, nothing can be said about it.
         if oracle.is_finite() {
             let wrong = off > claimed + trust_in_oracle(kind) * oracle;
