@@ -79,7 +79,7 @@ pub fn time_of(problem: &Problem<Planar>, probability: f64) -> Result<Option<f64
 }
 
 /// The least radiation parameter with which the probability of re-entry by the last snapshot is `probability`, all else being that of
-/// `problem`: looked for between a tenth and ten times the present one; `None` if it is not there.
+/// `problem`: looked for between a tenth and ten times the present one; `None` if it is not there. A tenth of it means that even less may do.
 ///
 /// # Errors
 /// As [`probabilities`].
@@ -89,8 +89,11 @@ pub fn radiation_for(problem: &Problem<Planar>, probability: f64) -> Result<Opti
     let end = [problem.times.last().copied().unwrap_or(0.0)];
     let suffices = |radiation: f64| -> Result<bool, Error> {
         let Ok(model) = problem.model.with("radiation", radiation) else { return Ok(false) };
-        let found = probabilities(&Problem { model, ..problem.clone() }, &end)?;
-        Ok(found[0].value >= probability)
+        match probabilities(&Problem { model, ..problem.clone() }, &end) {
+            // So weak a pull that the exact method has no answer is not looked for.
+            Err(Error::EccentricityTurnsBack { .. }) => Ok(false),
+            found => Ok(found?[0].value >= probability),
+        }
     };
     let factor = |k: i32| 10f64.powf(f64::from(k - STEPS / 2) / f64::from(STEPS / 2));
     let mut low = None;

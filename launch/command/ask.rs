@@ -57,6 +57,7 @@ pub fn run(arguments: &AskArguments) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
+    remark!("computing: a wide cloud or a long time may take a minute or more");
     match answer(scenario) {
         Ok(answer) if arguments.json => say!("{}", in_json(&answer)),
         Ok(answer) => print(&answer),
@@ -96,6 +97,11 @@ fn is_stated(p: &Estimated) -> bool {
     p.error <= LARGEST_ERROR
 }
 
+/// Whether a factor is the least that was looked at, so that even less may do.
+fn is_lowest(factor: f64) -> bool {
+    factor < 0.1 * (1.0 + 1e-9)
+}
+
 fn in_words(p: &Estimated) -> String {
     if is_stated(p) { format!("{:.4} ± {:.0e}", p.value, p.error) } else { "withheld".into() }
 }
@@ -111,7 +117,11 @@ fn print(answer: &Answer) {
     let mut table = new_table(["probability", "reached by, yr", "needs C (or A/m) times"].map(str::to_owned).into(), 0);
     for ((p, time), factor) in PROBABILITIES.iter().zip(times).zip(factors) {
         let time = time.map_or("not by the last snapshot".into(), |time| format!("{time:.3}"));
-        let factor = factor.map_or("not within 0.1 to 10".into(), |factor| format!("{factor:.4}"));
+        let factor = match factor {
+            None => "not within 0.1 to 10".into(),
+            Some(factor) if is_lowest(*factor) => "at most 0.1".into(),
+            Some(factor) => format!("{factor:.4}"),
+        };
         table.add_row([format!("{} %", 100.0 * p), time, factor]);
     }
     say!("\n{table}");
@@ -141,7 +151,7 @@ fn in_json(answer: &Answer) -> serde_json::Value {
         "method": "exact",
         "derived": derived.json(),
         "curve": curve.iter().map(point).collect::<Vec<_>>(),
-        "reached": wanted.map(|((p, time), factor)| json!({"probability": p, "t_yr": time, "radiation_factor": factor})).collect::<Vec<_>>(),
+        "reached": wanted.map(|((p, time), factor)| json!({"probability": p, "t_yr": time, "radiation_factor": factor, "radiation_factor_is_upper_bound": factor.is_some_and(is_lowest)})).collect::<Vec<_>>(),
         "sensitivities": sensitivities.iter().map(|s| json!({"change": s.change, "effect": s.effect})).collect::<Vec<_>>(),
     })
 }

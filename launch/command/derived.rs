@@ -40,9 +40,11 @@ impl Derived {
     /// In words, one line each.
     pub fn lines(&self) -> Vec<String> {
         let parameters = self.parameters.iter().map(|(_, symbol, value)| format!("{symbol} = {}", significant(*value)));
+        let acts = self.parameters.iter().any(|(name, _, value)| *name == "radiation" && *value > 0.0);
         let required = match self.required {
-            Some(required) => format!("a circular orbit reaches it from C = {}", significant(required)),
-            None => "a circular orbit does not reach it with any C up to 100".into(),
+            _ if !acts => String::new(),
+            Some(required) => format!("; a circular orbit reaches it from C = {}", significant(required)),
+            None => "; a circular orbit does not reach it with any C up to 100".into(),
         };
         let number = self.motion.number().map_or(String::new(), |number| format!(" (sub-domain {number})"));
         let period = match self.period {
@@ -51,7 +53,7 @@ impl Derived {
         };
         vec![
             format!("model {}: {}", self.model, parameters.collect::<Vec<_>>().join(", ")),
-            format!("critical eccentricity {}; {required}", significant(self.critical_e)),
+            format!("critical eccentricity {}{required}", significant(self.critical_e)),
             format!("mean orbit: {}{number}{period}", self.motion.words()),
         ]
     }

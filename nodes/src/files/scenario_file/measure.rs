@@ -116,7 +116,9 @@ pub(super) fn read(file: &InputFile, value: &Spanned<Measure>, dimension: Dimens
     let unit = text[number.len()..].trim_start().trim_end();
     let unit = if unit.is_empty() { text[end..].trim() } else { unit };
     let (_, size) = units.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?;
-    number.replace('_', "").parse::<f64>().map(|number| number * size).map_err(|_| wrong())
+    let number: f64 = number.replace('_', "").parse().map_err(|_| wrong())?;
+    // To 14 digits, so that 1461.025452 days are 4 years.
+    Ok(format!("{:.13e}", number * size).parse().unwrap_or(number * size))
 }
 
 #[cfg(test)]
