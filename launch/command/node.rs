@@ -143,7 +143,7 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
         }
         Kind::Service(Service::Bridge) => {
             let bridge_role =
-                arguments.bridge_role.ok_or_else(|| Failure::Refused("the bridge needs --role FILE".into()))?;
+                arguments.bridge_role.ok_or_else(|| Failure::Refused("the bridge needs --bridge-role FILE".into()))?;
             bridge(&session, place, &bridge_role)
         }
     };

@@ -117,7 +117,7 @@ impl Commands<'_> {
                 command.args(&self.scenarios);
             }
             Some(Service::Bridge) => {
-                command.args(self.bridge_role.iter().flat_map(|bridge_role| [Path::new("--role"), bridge_role]));
+                command.args(self.bridge_role.iter().flat_map(|bridge_role| [Path::new("--bridge-role"), bridge_role]));
             }
             Some(Service::Estimator | Service::Comparator) | None => {}
         }

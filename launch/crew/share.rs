@@ -57,7 +57,7 @@ pub fn work(
     let capacity = Capacity { propagators: plan.propagators, cases: plan.cases, snapshots: plan.snapshots, hosts: 1 };
     let ending = {
         let mut workshop = Workshop::open(plan, &own.place, &capacity, &log, shown).map_err(|e| e.to_string())?;
-        workshop.bridge.extend(["--role".into(), bridge_role.display().to_string()]);
+        workshop.bridge.extend(["--bridge-role".into(), bridge_role.display().to_string()]);
         workshop.work(signals)
     };
     // The results are at home, and home notices if a part of the log has not arrived.
