@@ -89,21 +89,24 @@ pub fn cloud(lattice: &Lattice, paths: &Paths, k: usize) -> Cloud {
     Cloud { at_cut, ..Cloud::from_raw(raw, c, r, vector, lost) }
 }
 
-/// Number of turns by which the branch of each line is ahead of the first line's, averaged over its nodes.
+/// Number of turns by which the branch of each line is ahead of the first line's, averaged over its nodes. On a lattice
+/// round the whole circle the first line comes once more at the end: the cut may run between it and the last.
 fn turns(lattice: &Lattice, state: &(impl Fn(usize, usize) -> (f64, f64) + Sync), c: f64) -> Vec<f64> {
     let phi = |line: usize, j: usize| {
         let (x1, x2) = state(line, j);
         nearest(x1.atan2(x2), c)
     };
+    let lines = lattice.phi.len();
     let step = |line: usize| -> f64 {
-        let turn = |j: usize| ((phi(line, j) - phi(line - 1, j)) / TAU).round();
+        let turn = |j: usize| ((phi(line % lines, j) - phi(line - 1, j)) / TAU).round();
         (0..lattice.e.len())
             .map(|j| (lattice.node_weight[j], turn(j)))
             .filter(|(_, t)| !t.is_nan())
             .map(|(w, t)| w * t)
             .sum()
     };
-    let steps = (0..lattice.phi.len()).map(|line| if line == 0 { 0.0 } else { step(line) });
+    let seam = usize::from(lattice.periodic);
+    let steps = (0..lines + seam).map(|line| if line == 0 { 0.0 } else { step(line) });
     steps
         .scan(0.0, |sum, step| {
             *sum += step;
