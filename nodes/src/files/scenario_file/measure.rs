@@ -117,8 +117,12 @@ pub(super) fn read(file: &InputFile, value: &Spanned<Measure>, dimension: Dimens
     let unit = if unit.is_empty() { text[end..].trim() } else { unit };
     let (_, size) = units.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?;
     let number: f64 = number.replace('_', "").parse().map_err(|_| wrong())?;
-    // To 14 digits, so that 1461.025452 days are 4 years.
-    Ok(format!("{:.13e}", number * size).parse().unwrap_or(number * size))
+    let value = number * size;
+    match dimension {
+        // To 14 digits, so that 1461.025452 days are 4 years.
+        Dimension::Time => Ok(format!("{value:.13e}").parse().unwrap_or(value)),
+        _ => Ok(value),
+    }
 }
 
 #[cfg(test)]
