@@ -7,7 +7,7 @@
 //! | `domain` | the domain of a run in shared memory: how it is claimed, kept and found again |
 //! | `crew` | processes: the command that starts each, how it is watched and ended |
 //! | `run` | a run under way: who has reported what, who has failed, when it is over |
-//! | `results` | the results folder: where it lies, its manifest, its checksums; recordings |
+//! | `record` | what a run leaves behind: its results folder while it is filled, the manifest, checksums, recordings |
 //! | `report` | the tables that a run prints |
 //! | `live`, `observe` | what is shown while a run lasts |
 //! | `sweep` | many scenarios from one file |
@@ -29,8 +29,8 @@ mod exit;
 mod live;
 mod observe;
 pub mod plan;
+mod record;
 pub mod report;
-mod results;
 mod run;
 mod shown;
 mod sweep;

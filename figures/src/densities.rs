@@ -1,16 +1,12 @@
 //! Reads `densities.npz`.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
 use density::grid::{Axis, Grid};
-use ndarray::{Array, Dimension, Ix1, Ix2};
-use ndarray_npy::NpzReader;
-
-use crate::folder_error::FolderError;
-use crate::moments_row::MomentsRow;
+use results::arrays::{ArrayReader, Place};
+use results::files::DENSITIES;
+use results::{FolderError, MomentsRow};
 
 /// The density of a case at a snapshot.
 #[derive(Debug, Clone)]
@@ -44,44 +40,34 @@ pub type Densities = BTreeMap<String, BTreeMap<String, Vec<Density>>>;
 ///
 /// # Errors
 /// [`FolderError`] if a density is missing or does not fit its edges.
-pub fn read(path: &Path, moments: &[MomentsRow]) -> Result<Densities, FolderError> {
-    let failed = |problem: String| FolderError::new(path, problem);
-    let file = File::open(path).map_err(|e| failed(e.to_string()))?;
-    let mut archive = NpzReader::new(BufReader::new(file)).map_err(|e| failed(e.to_string()))?;
+pub fn read(folder: &Path, moments: &[MomentsRow]) -> Result<Densities, FolderError> {
+    let mut archive = ArrayReader::open(&folder.join(DENSITIES))?;
     let mut densities = Densities::new();
     for row in moments {
         let snapshots = densities.entry(row.scenario.clone()).or_default().entry(row.method.clone()).or_default();
-        let group = format!("{}/{}/{}", row.scenario, row.method, snapshots.len());
-        let joint = array::<Ix2>(&mut archive, &format!("{group}/joint")).map_err(failed)?;
-        let mut vector = |name: &str| array::<Ix1>(&mut archive, &format!("{group}/{name}")).map_err(failed);
+        let place = Place::new(&row.scenario, &row.method, snapshots.len());
+        let joint = archive.array(&place.name("joint"), 2)?;
+        let mut vector = |name: &str| archive.array(&place.name(name), 1);
         let (phi_edges, e_edges) = (vector("phi_edges")?, vector("e_edges")?);
+        let (marginal_phi, marginal_e) = (vector("marginal_phi")?, vector("marginal_e")?);
         // A withheld density may come with withheld edges. Any edges will do then, because nothing is drawn on them.
         let is_withheld = joint.iter().all(|p| p.is_nan());
         let stand_in =
             |edges: &[f64]| is_withheld.then_some(Axis { low: 0.0, high: 1.0, bins: edges.len().max(2) - 1 });
         let axis = |name: &str, edges: &[f64]| {
-            axis(edges).or(stand_in(edges)).ok_or_else(|| failed(format!("{group}/{name} do not ascend")))
+            let axis = axis(edges).or(stand_in(edges));
+            axis.ok_or_else(|| archive.failed(format!("{} do not ascend", place.name(name))))
         };
-        let density = Density {
-            grid: Grid { phi: axis("phi_edges", &phi_edges)?, e: axis("e_edges", &e_edges)? },
-            joint,
-            marginal_phi: vector("marginal_phi")?,
-            marginal_e: vector("marginal_e")?,
-        };
-        let Grid { phi, e } = density.grid;
-        let lengths = [density.joint.len(), density.marginal_phi.len(), density.marginal_e.len()];
+        let grid = Grid { phi: axis("phi_edges", &phi_edges)?, e: axis("e_edges", &e_edges)? };
+        let Grid { phi, e } = grid;
+        let lengths = [joint.len(), marginal_phi.len(), marginal_e.len()];
         if lengths != [phi.bins * e.bins, phi.bins, e.bins] {
-            return Err(failed(format!("{group}: {lengths:?} values do not fit {} x {} bins", phi.bins, e.bins)));
+            let bins = format!("{} x {} bins", phi.bins, e.bins);
+            return Err(archive.failed(format!("{}: {lengths:?} values do not fit {bins}", place.name(""))));
         }
-        snapshots.push(density);
+        snapshots.push(Density { grid, joint, marginal_phi, marginal_e });
     }
     Ok(densities)
-}
-
-fn array<D: Dimension>(archive: &mut NpzReader<BufReader<File>>, name: &str) -> Result<Vec<f64>, String> {
-    let array: Array<f64, D> =
-        archive.by_name::<ndarray::OwnedRepr<f64>, D>(name).map_err(|e| format!("{name}: {e}"))?;
-    Ok(array.iter().copied().collect())
 }
 
 fn axis(edges: &[f64]) -> Option<Axis> {

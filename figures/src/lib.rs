@@ -2,7 +2,7 @@
 //!
 //! This crate reads and writes files, and uses neither processes nor topics.
 //!
-//! [`results::Results`] reads the folder, [`drawings`] draws one kind of figure per file, and [`report`] writes the page.
+//! The crate `results` reads the folder, [`drawings`] draws one kind of figure per file, and [`report`] writes the page.
 //! plotters lays out areas, coordinates and ticks; [`backend`] turns what it draws into SVG elements.
 
 pub mod atlas;
@@ -15,15 +15,12 @@ pub mod draw_error;
 pub mod drawings;
 pub mod elements;
 pub mod figure;
-mod folder_error;
 pub mod hamiltonian;
 pub mod labels;
 pub mod legend;
-mod moments_row;
 pub mod palette;
 pub mod panel;
 pub mod report;
-pub mod results;
 pub mod scene;
 pub mod sub_domains;
 pub mod text;

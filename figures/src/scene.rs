@@ -6,9 +6,10 @@ use density::model::registry::Planar;
 use density::problem::Problem;
 
 use crate::branch;
-use crate::densities::Density;
+use crate::densities::{Densities, Density};
 use crate::palette::Pen;
-use crate::results::{EffortRow, MomentsRow, PassageRow, Results};
+use results::rows::{EffortRow, PassageRow};
+use results::{MomentsRow, Results};
 
 /// A scenario of the run.
 #[derive(Debug, Clone)]
@@ -45,7 +46,7 @@ impl Method<'_> {
 
     /// Number of samples, if it is a Monte Carlo method; such a method gives standard errors of its moments.
     pub fn samples(&self) -> Option<f64> {
-        let has_errors = self.moments.first().is_some_and(|row| row.se_mean_e.is_finite());
+        let has_errors = self.moments.first().is_some_and(|row| row.standard_error("mean_e").is_finite());
         self.effort.filter(|_| has_errors).map(|row| row.trajectories).filter(|n| *n >= 1.0)
     }
 }
@@ -74,7 +75,7 @@ pub struct Scene<'a> {
 impl<'a> Scene<'a> {
     /// The scene of `scenario`. The names of its figures begin with the scenario's name if the run has `several`
     /// scenarios.
-    pub fn new(scenario: &'a Scenario, results: &'a Results, several: bool) -> Self {
+    pub fn new(scenario: &'a Scenario, results: &'a Results, densities: &'a Densities, several: bool) -> Self {
         let name = scenario.name.as_str();
         let reference = results.manifest.reference.as_str();
         let mut labels: Vec<&str> = Vec::new();
@@ -83,7 +84,7 @@ impl<'a> Scene<'a> {
                 labels.push(&row.method);
             }
         }
-        let of_scenario = results.densities.get(name);
+        let of_scenario = densities.get(name);
         let mut series = 0;
         let mut pen = |label: &str| {
             if label == reference {

@@ -14,7 +14,7 @@ use crate::command::run::Order;
 use crate::exit::BAD_INPUT;
 use crate::plan::cases::Runs;
 use crate::plan::launch_file::Launch;
-use crate::results::recording::About;
+use crate::record::recording::About;
 use crate::shown::{Logged, Shown};
 
 /// Services that can be played from a recording or replaced by a program.

@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use figures::report::{self, FIGURES, PAGE, Subject};
 use figures::scene::Scenario;
 use nodes::files::scenario_file;
+use results::files::SCENARIOS;
 
 use crate::exit::BAD_INPUT;
-use crate::results::{checksums, manifest};
+use crate::record::{checksums, manifest};
 use clap::Args;
 
 /// Arguments of `phasecloud report`.
@@ -93,7 +94,7 @@ fn side_by_side(folders: &[PathBuf], page: &Path) -> Result<Vec<String>, String>
 
 /// The folder with its scenarios, in the order of their names.
 fn subject(folder: &Path) -> Result<Subject, String> {
-    let scenarios = folder.join("scenarios");
+    let scenarios = folder.join(SCENARIOS);
     let unreadable = |e: std::io::Error| {
         format!("{}: cannot be read ({e}); name a folder that `phasecloud run` wrote", scenarios.display())
     };

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use kit::clock;
-use nodes::services::recorder::join::join;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use results::join::join;
 
 use crate::crew::commands::Commands;
 use crate::crew::log_sink::{LogSink, start_log};
@@ -18,9 +18,9 @@ use crate::exit::{BAD_INPUT, INTERRUPTED};
 use crate::live::json;
 use crate::plan::launch_file::{Launch, Restart};
 use crate::plan::preflight;
-use crate::results::folder::{self, ResultsFolder};
-use crate::results::manifest;
-use crate::results::recording::Draft;
+use crate::record::folder::{self, ResultsFolder};
+use crate::record::manifest;
+use crate::record::recording::Draft;
 use crate::run::{Abort, Failures, Run};
 use crate::shown::{Logged, Shown};
 use crate::{output, report};
@@ -237,7 +237,7 @@ fn conduct(
     let (failures, incomplete) = (&kept.failures, kept.incomplete.as_deref());
     let record = manifest::Record { run_id, started, nodes: &nodes, failures, incomplete };
     let unsealed = |problem: String| Abort::Unpublished(format!("{problem}; {}", folder.remains()));
-    manifest::write(&folder.draft, &kept.launch, &record).map_err(unsealed)?;
+    manifest::write(&folder.draft, &kept.launch, record).map_err(unsealed)?;
     if order.report {
         draw_report(&folder.draft);
     }

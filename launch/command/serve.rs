@@ -8,7 +8,8 @@ use std::time::Instant;
 use kit::clock;
 use nodes::files::scenario_file;
 use nodes::files::sweep::Sweep;
-use nodes::services::recorder::{SCENARIO, join, part};
+use results::files::{SCENARIO, SCENARIOS, part};
+use results::join;
 
 use crate::crew::commands::Commands;
 use crate::crew::log_sink::start_log;
@@ -18,8 +19,8 @@ use crate::exit::{BAD_INPUT, INTERRUPTED};
 use crate::live::json;
 use crate::plan::launch_file::{Launch, ScenarioInput};
 use crate::plan::preflight;
-use crate::results::folder::ResultsFolder;
-use crate::results::manifest;
+use crate::record::folder::ResultsFolder;
+use crate::record::manifest;
 use crate::run::{Abort, Failures, Run};
 use crate::shown::{Logged, Shown};
 use crate::sweep::{self, Done, TABLE};
@@ -277,7 +278,7 @@ fn publish(
     let content = scenario_file::load(&file).map_err(|e| e.to_string())?;
     let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
     let name = content.name.clone();
-    let kept = draft.join("scenarios");
+    let kept = draft.join(SCENARIOS);
     let moved = std::fs::create_dir(&kept).and_then(|()| std::fs::rename(&file, kept.join(format!("{name}.toml"))));
     moved.map_err(|e| format!("{}: {e}", kept.display()))?;
     let combination = service.sweep.as_ref().and_then(|sweep| Some((sweep, sweep.index_of(&name)?)));
@@ -288,7 +289,7 @@ fn publish(
     let now = clock::seconds();
     let record =
         manifest::Record { run_id, started: now, nodes: &BTreeMap::new(), failures: &failures, incomplete: None };
-    manifest::write(&draft, &alone, &record)?;
+    manifest::write(&draft, &alone, record)?;
     manifest::seal(&draft)?;
     let path = folder.path.join(folder_name(scenario, &name));
     std::fs::rename(&draft, &path).map_err(|e| format!("{}: {e}", path.display()))?;

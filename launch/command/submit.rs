@@ -12,12 +12,12 @@ use messages::topic::{Request, Status};
 use messages::wait::Signals;
 use nodes::files::scenario_file::{self, ScenarioFile};
 use nodes::services::request::request;
+use results::manifest::{self, Manifest};
 
 use crate::command::serve::folder_name;
 use crate::domain::attach::{self, LiveRun, Target};
 use crate::domain::{self};
 use crate::exit::{BAD_INPUT, INTERRUPTED};
-use crate::results::manifest;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -188,8 +188,8 @@ impl Client<'_> {
             // Checked before looking for the folder, which may be the last one that the service publishes.
             let has_ended = !domain::is_live(self.place);
             // The folder gets this name only when it is whole.
-            if let Some(failures) = manifest::failures(&folder) {
-                break failures;
+            if let Ok(manifest) = manifest::read::<Manifest>(&folder) {
+                break manifest.failures;
             }
             if has_ended {
                 return Err(Trouble::Ended);

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use crate::exit::BAD_INPUT;
-use crate::results::checksums;
+use crate::record::checksums;
 
 /// Prints what differs between results folders and their manifests.
 pub fn run(folders: &[std::path::PathBuf]) -> ExitCode {

@@ -19,8 +19,8 @@ use crate::domain::attach::{self, LiveRun, Target};
 use crate::domain::{self};
 use crate::live::model::{Model, Stage};
 use crate::live::{View, json};
+use crate::record::manifest::{self, Recorded};
 use crate::report;
-use crate::results::manifest::{self, Recorded};
 use crate::shown::Shown;
 
 /// Reports that arrive within this time after attaching were sent before it.

@@ -2,33 +2,13 @@
 
 use density::model::registry::Planar;
 use density::problem::Problem;
-use serde::Deserialize;
+use results::MomentsRow;
+use results::rows::PassageRow;
 
-use super::{OfScenario, moments, new_table, number, time_heads};
-
-/// A row of `first_passage.csv`.
-#[derive(Debug, Deserialize)]
-pub struct Row {
-    scenario: String,
-    method: String,
-    t_yr: f64,
-    prob_reached_critical_e: f64,
-    low: f64,
-    high: f64,
-    interval: String,
-}
-
-/// The rows of the table.
-pub type Rows = Vec<Row>;
-
-impl OfScenario for Row {
-    fn scenario(&self) -> Option<&str> {
-        Some(&self.scenario)
-    }
-}
+use super::{moments, new_table, number, time_heads};
 
 /// Prints the probability of being above the critical eccentricity at each snapshot, and of ever having reached it by the end.
-pub fn print(scenario: &str, problem: &Problem<Planar>, rows: &[&moments::Row], passages: &[&Row]) {
+pub fn print(scenario: &str, problem: &Problem<Planar>, rows: &[&MomentsRow], passages: &[&PassageRow]) {
     let times = moments::times(rows);
     let end = times.last().copied().unwrap_or(0.0);
     let heads = [format!("ever by {end} yr"), "interval".into()];
@@ -36,7 +16,7 @@ pub fn print(scenario: &str, problem: &Problem<Planar>, rows: &[&moments::Row], 
     let mut table = new_table(header.collect(), 1);
     for method in moments::methods(rows) {
         let now = rows.iter().filter(|row| row.method == method);
-        let cells = now.map(|row| row.above.map_or(String::new(), probability));
+        let cells = now.map(|row| moments::above(row).map_or(String::new(), probability));
         let last = passages.iter().rfind(|row| row.method == method && row.t_yr == end);
         let ever = last.map_or("-".into(), |row| probability(row.prob_reached_critical_e));
         let interval = match last {

@@ -11,24 +11,20 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use comfy_table::{CellAlignment, Table, presets};
-use serde::Deserialize;
+use results::rows::{EffortRow, NoteRow, PassageRow, VerdictRow, of_scenario};
+use results::{files, table};
 
 use crate::plan::launch_file::Launch;
 
-/// A row that may name its scenario; the rows of the paper's tables do not.
-trait OfScenario {
-    fn scenario(&self) -> Option<&str>;
-}
-
 /// Prints the results in `folder`.
 pub fn print(launch: &Launch, folder: &Path) {
-    let rows = csv::Reader::from_path(folder.join("moments.csv")).map(moments::read).unwrap_or_default();
-    let effort_rows: effort::Rows = read_file(&folder.join("effort.csv"));
+    let rows = results::moments::read(&folder.join(files::MOMENTS)).unwrap_or_default();
+    let effort_rows: Vec<EffortRow> = table::read(&folder.join(files::EFFORT)).unwrap_or_default();
     let papers =
         Launch::load(None, None).ok().and_then(|launch| Some(launch.scenarios.first()?.content.problem.clone()));
-    let passages: disposal::Rows = read_file(&folder.join("first_passage.csv"));
-    let verdicts: verdicts::Rows = read_file(&folder.join("verdicts.csv"));
-    let notes: Vec<notes::Note> = read_file(&folder.join("notes.csv"));
+    let passages: Vec<PassageRow> = table::read(&folder.join(files::FIRST_PASSAGE)).unwrap_or_default();
+    let verdicts: Vec<VerdictRow> = table::read(&folder.join(files::VERDICTS)).unwrap_or_default();
+    let notes = notes_in(folder);
     for scenario in &launch.scenarios {
         let name = scenario.content.name.as_str();
         let is_papers = papers.as_ref() == Some(&scenario.content.problem);
@@ -50,32 +46,22 @@ pub fn print(launch: &Launch, folder: &Path) {
 /// The errors in the results in `folder`: where methods that know their errors contradict one another, and what else
 /// cannot be right.
 pub fn errors(folder: &Path) -> Vec<String> {
-    notes::errors(&read_file::<notes::Note>(&folder.join("notes.csv")))
+    notes::errors(&notes_in(folder))
 }
 
 /// The first error of each case, by the label of the case.
 pub fn errors_by_case(folder: &Path) -> BTreeMap<String, String> {
-    notes::errors_by_case(&read_file::<notes::Note>(&folder.join("notes.csv")))
+    notes::errors_by_case(&notes_in(folder))
 }
 
 /// Means and deviations of a scenario in the table `moments.csv` at `path`, whatever the variables of its model.
 pub fn moments_at(path: &Path, scenario: &str) -> Table {
-    let rows = csv::Reader::from_path(path).map(moments::read).unwrap_or_default();
+    let rows = results::moments::read(path).unwrap_or_default();
     moments::table(&of_scenario(&rows, scenario), false)
 }
 
-fn of_scenario<'a, T: OfScenario>(rows: &'a [T], name: &str) -> Vec<&'a T> {
-    rows.iter().filter(|row| row.scenario() == Some(name)).collect()
-}
-
-/// Rows of a table of the results; none if it cannot be read.
-fn read_file<T: for<'de> Deserialize<'de>>(path: &Path) -> Vec<T> {
-    csv::Reader::from_path(path).map(|mut reader| reader.deserialize().flatten().collect()).unwrap_or_default()
-}
-
-/// Rows of a table that is part of the program.
-fn read_text<T: for<'de> Deserialize<'de>>(text: &str) -> Vec<T> {
-    csv::Reader::from_reader(text.as_bytes()).deserialize().flatten().collect()
+fn notes_in(folder: &Path) -> Vec<NoteRow> {
+    table::read(&folder.join(files::NOTES)).unwrap_or_default()
 }
 
 /// A table whose first `names` columns are words and the others numbers.

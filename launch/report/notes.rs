@@ -2,39 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use nodes::services::recorder::notes::{SEVERITIES, severity};
-use serde::Deserialize;
-
-/// A row of `notes.csv`.
-#[derive(Debug, Clone, Deserialize)]
-pub struct Note {
-    scenario: String,
-    method: String,
-    t_yr: f64,
-    note: String,
-}
-
-/// Notes about one method in one scenario that differ only in their numbers.
-struct Group<'a> {
-    first: &'a Note,
-    times: Vec<f64>,
-}
-
-const FALLBACK: usize = 0;
-const ERROR: usize = 2;
+use results::notes::{NoteGroup, Severity, groups};
+use results::rows::NoteRow;
 
 /// Prints one line for each reference in whose place another one is used.
-pub fn print_fallbacks(scenario: &str, notes: &[Note]) {
-    let of_scenario = notes.iter().filter(|note| note.scenario == scenario && severity(&note.note) == FALLBACK);
+pub fn print_fallbacks(scenario: &str, notes: &[NoteRow]) {
+    let of_scenario = notes.iter().filter(|note| note.scenario == scenario && note.severity() == Severity::Fallback);
     for (place, group) in groups(of_scenario).iter().enumerate() {
-        let text = group.first.note.trim_start_matches(SEVERITIES[FALLBACK]);
-        let text = format!("{scenario}: {}{text}{}", group.when(), group.more());
+        let text = format!("{scenario}: {}{}{}", group.when(), group.first.text(), more(group));
         say!("{}{text}", if place == 0 { "\n" } else { "" });
     }
 }
 
 /// Prints one line for each method, scenario and kind of note: the first, and how many more there are.
-pub fn print(notes: &[Note]) {
+pub fn print(notes: &[NoteRow]) {
     let lines = lines(notes);
     if !lines.is_empty() {
         say!("\nNotes");
@@ -44,66 +25,38 @@ pub fn print(notes: &[Note]) {
     }
 }
 
-fn lines(notes: &[Note]) -> Vec<String> {
-    let mut sorted: Vec<&Note> = notes.iter().filter(|note| severity(&note.note) != FALLBACK).collect();
-    sorted.sort_by_key(|note| severity(&note.note));
-    let line = |group: &Group<'_>| {
-        let Note { scenario, method, t_yr, note } = group.first;
+fn lines(notes: &[NoteRow]) -> Vec<String> {
+    let mut sorted: Vec<&NoteRow> = notes.iter().filter(|note| note.severity() != Severity::Fallback).collect();
+    sorted.sort_by_key(|note| note.severity());
+    let line = |group: &NoteGroup<'_>| {
+        let NoteRow { scenario, method, t_yr, note } = group.first;
         let when = if t_yr.is_nan() { String::new() } else { format!(", t = {t_yr} yr") };
-        format!("{scenario}, {method}{when}: {note}{}", group.more())
+        format!("{scenario}, {method}{when}: {note}{}", more(group))
     };
-    groups(sorted.into_iter()).iter().map(line).collect()
+    groups(sorted).iter().map(line).collect()
 }
 
 /// The notes that are errors, in words.
-pub fn errors(notes: &[Note]) -> Vec<String> {
-    let errors = notes.iter().filter(|note| severity(&note.note) == ERROR);
-    let in_words = |group: &Group<'_>| {
-        let Note { scenario, method, note, .. } = group.first;
-        let text = note.trim_start_matches(SEVERITIES[ERROR]);
-        format!("{scenario}, {method}: {}{text}{}", group.when(), group.more())
+pub fn errors(notes: &[NoteRow]) -> Vec<String> {
+    let errors = notes.iter().filter(|note| note.severity() == Severity::Error);
+    let in_words = |group: &NoteGroup<'_>| {
+        let NoteRow { scenario, method, .. } = group.first;
+        format!("{scenario}, {method}: {}{}{}", group.when(), group.first.text(), more(group))
     };
     groups(errors).iter().map(in_words).collect()
 }
 
 /// The first error of each case, in words, by the label of the case.
-pub fn errors_by_case(notes: &[Note]) -> BTreeMap<String, String> {
-    let errors = notes.iter().rev().filter(|note| severity(&note.note) == ERROR);
-    errors.map(|note| (note.method.clone(), note.note.trim_start_matches(SEVERITIES[ERROR]).to_owned())).collect()
+pub fn errors_by_case(notes: &[NoteRow]) -> BTreeMap<String, String> {
+    let errors = notes.iter().rev().filter(|note| note.severity() == Severity::Error);
+    errors.map(|note| (note.method.clone(), note.text().to_owned())).collect()
 }
 
-/// Groups the notes that differ only in their numbers, in the order of the first note of each group.
-fn groups<'a>(notes: impl Iterator<Item = &'a Note>) -> Vec<Group<'a>> {
-    let kind = |note: &Note| {
-        let words: String = note.note.chars().filter(|c| !c.is_ascii_digit() && !"+-.e".contains(*c)).collect();
-        (note.scenario.clone(), note.method.clone(), words)
-    };
-    let mut groups: Vec<Group<'a>> = Vec::new();
-    for note in notes {
-        match groups.iter_mut().find(|group| kind(group.first) == kind(note)) {
-            Some(group) => group.times.push(note.t_yr),
-            None => groups.push(Group { first: note, times: vec![note.t_yr] }),
-        }
-    }
-    groups
-}
-
-impl Group<'_> {
-    /// The times that it is about.
-    fn when(&self) -> String {
-        let times: Vec<String> = self.times.iter().filter(|t| !t.is_nan()).map(f64::to_string).collect();
-        match &times[..] {
-            [] => String::new(),
-            [one] => format!("at t = {one} yr "),
-            [first @ .., last] => format!("at t = {} and {last} yr ", first.join(", ")),
-        }
-    }
-
-    fn more(&self) -> String {
-        match self.times.len() - 1 {
-            0 => String::new(),
-            more => format!(" (and {more} more times, see notes.csv)"),
-        }
+/// How many more notes a group has than the one that is shown.
+fn more(group: &NoteGroup<'_>) -> String {
+    match group.times.len() - 1 {
+        0 => String::new(),
+        more => format!(" (and {more} more times, see notes.csv)"),
     }
 }
 
@@ -111,8 +64,8 @@ impl Group<'_> {
 mod tests {
     use super::*;
 
-    fn note(method: &str, t_yr: f64, note: &str) -> Note {
-        Note { scenario: "s".into(), method: method.into(), t_yr, note: note.into() }
+    fn note(method: &str, t_yr: f64, note: &str) -> NoteRow {
+        NoteRow { scenario: "s".into(), method: method.into(), t_yr, note: note.into() }
     }
 
     #[test]

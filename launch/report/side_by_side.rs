@@ -2,7 +2,9 @@
 //!
 //! A case with the label `L-corrected` is shown beside the case `L`.
 
-use super::moments::{Row, Rows, symbol, table_3, times};
+use results::MomentsRow;
+
+use super::moments::{shown, symbol, table_3, times};
 use super::{new_table, number, time_heads};
 use crate::plan::launch_file::Launch;
 
@@ -36,10 +38,10 @@ fn corrected(label: &str) -> String {
 }
 
 /// Prints one table per method of Table 3, and one per case that belongs to none of these methods.
-pub fn print(launch: &Launch, rows: &[&Row]) {
+pub fn print(launch: &Launch, rows: &[&MomentsRow]) {
     let reference = launch.references.first().map_or("", String::as_str);
-    let paper: Rows = table_3();
-    let paper: Vec<&Row> = paper.iter().collect();
+    let paper = table_3();
+    let paper: Vec<&MomentsRow> = paper.iter().collect();
     for (method, reason) in REASONS {
         let ours = if method == "mc" { "ours" } else { "as printed" };
         let sources = [
@@ -59,18 +61,18 @@ pub fn print(launch: &Launch, rows: &[&Row]) {
     }
 }
 
-fn of<'a>(rows: &[&'a Row], method: &str) -> Vec<&'a Row> {
+fn of<'a>(rows: &[&'a MomentsRow], method: &str) -> Vec<&'a MomentsRow> {
     rows.iter().filter(|row| row.method == method).copied().collect()
 }
 
-fn table(sources: &[(&str, Vec<&Row>)], times: &[f64]) -> comfy_table::Table {
+fn table(sources: &[(&str, Vec<&MomentsRow>)], times: &[f64]) -> comfy_table::Table {
     let header = ["", ""].map(str::to_owned).into_iter().chain(time_heads(times));
     let mut table = new_table(header.collect(), 2);
-    let columns = sources.iter().find_map(|(_, rows)| rows.first()).map_or(&[][..], |row| &row.values);
-    for (quantity, (column, _)) in columns.iter().enumerate() {
+    let columns = sources.iter().find_map(|(_, rows)| rows.first()).map_or(Vec::new(), |row| shown(row));
+    for (column, _) in columns {
         for (place, (source, rows)) in sources.iter().filter(|(_, rows)| !rows.is_empty()).enumerate() {
             let name = if place == 0 { symbol(column) } else { String::new() };
-            let cells = rows.iter().map(|row| number(row.values[quantity].1));
+            let cells = rows.iter().map(|row| number(row.number(column)));
             table.add_row([name, (*source).to_owned()].into_iter().chain(cells).collect::<Vec<_>>());
         }
     }

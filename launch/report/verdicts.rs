@@ -1,37 +1,11 @@
 //! What each method is good for.
 
-use serde::Deserialize;
+use results::rows::VerdictRow;
 
-use super::{OfScenario, new_table};
-
-/// A row of `verdicts.csv`.
-#[derive(Debug, Deserialize)]
-pub struct Row {
-    scenario: String,
-    method: String,
-    verdict: String,
-    moments_error: f64,
-    moments_noise: f64,
-    moments_quantity: String,
-    moments_t_yr: f64,
-    moments_judged_by: String,
-    density_error: f64,
-    density_noise: f64,
-    density_t_yr: f64,
-    density_judged_by: String,
-}
-
-/// The rows of the table.
-pub type Rows = Vec<Row>;
-
-impl OfScenario for Row {
-    fn scenario(&self) -> Option<&str> {
-        Some(&self.scenario)
-    }
-}
+use super::new_table;
 
 /// Prints the table.
-pub fn print(scenario: &str, tolerance: f64, rows: &[&Row]) {
+pub fn print(scenario: &str, tolerance: f64, rows: &[&VerdictRow]) {
     if rows.is_empty() {
         return;
     }

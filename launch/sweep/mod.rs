@@ -8,6 +8,7 @@ use std::path::Path;
 
 use nodes::files::sweep::Sweep;
 use nodes::services::scenario::combination_name;
+use results::table::Table;
 
 pub use table::{Row, TABLE};
 
@@ -37,12 +38,11 @@ pub struct Done {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_varied(sweep: &Sweep, index: usize, scenario: &str, folder: &Path) -> Result<(), String> {
-    let path = folder.join(VARIED);
-    let mut table = table::Writer::create(&path, &["scenario", "parameter", "value"])?;
-    for (key, value) in sweep.keys().zip(sweep.values(index)) {
-        table.row(&[scenario.to_owned(), key.to_owned(), value.to_string()])?;
-    }
-    table.finish()
+    let mut table =
+        Table::with_head(&folder.join(VARIED), ["scenario", "parameter", "value"]).map_err(|e| e.to_string())?;
+    let values = sweep.values(index);
+    let rows = sweep.keys().zip(&values).map(|(key, value)| [scenario.to_owned(), key.to_owned(), value.to_string()]);
+    table.write(rows).and_then(|()| table.finish()).map_err(|e| e.to_string())
 }
 
 /// Writes the table and the page of what has been done of a sweep. `refused` says why combinations were refused, by

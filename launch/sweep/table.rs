@@ -1,11 +1,11 @@
 //! `sweep.csv`: one row per scenario and method, with the values that were varied and the results at the last time.
 
-use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nodes::files::sweep::Sweep;
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use results::files;
+use results::rows::PassageRow;
+use results::table::{Table, read};
 
 use super::Done;
 
@@ -72,38 +72,17 @@ impl Row {
     }
 }
 
-#[derive(Debug, Deserialize)]
-struct Moments {
-    method: String,
-    t_yr: f64,
-    mean_phi_rad: f64,
-    std_phi_rad: f64,
-    mean_e: f64,
-    std_e: f64,
-    cov_phi_e: f64,
-    prob_above_critical_e: f64,
-}
-
-#[derive(Debug, Deserialize)]
-struct Passage {
-    method: String,
-    prob_reached_critical_e: f64,
-    low: f64,
-    high: f64,
-}
-
 /// The rows of a scenario that has been recorded in its folder below `folder`.
 pub(super) fn rows(sweep: &Sweep, done: &Done, cases: &[String], folder: &Path) -> Result<Vec<Row>, String> {
     let folder = folder.join(&done.folder);
-    let moments: Vec<Moments> = read(&folder.join("moments.csv"))?;
-    let passages: Vec<Passage> = read(&folder.join("first_passage.csv"))?;
+    let moments = results::moments::read(&folder.join(files::MOMENTS)).map_err(|e| e.to_string())?;
+    let passages: Vec<PassageRow> = read(&folder.join(files::FIRST_PASSAGE)).map_err(|e| e.to_string())?;
     let row = |case: &String| {
         let mut numbers = [f64::NAN; NUMBERS.len()];
         // The tables are in the order of time: the last row of a method is that of the end.
         if let Some(last) = moments.iter().rfind(|row| row.method == *case) {
-            let Moments { t_yr, mean_phi_rad, std_phi_rad, mean_e, std_e, cov_phi_e, prob_above_critical_e, .. } = last;
-            let values = [t_yr, mean_phi_rad, std_phi_rad, mean_e, std_e, cov_phi_e, prob_above_critical_e];
-            numbers.iter_mut().zip(values).for_each(|(number, value)| *number = *value);
+            numbers = NUMBERS.map(|column| last.number(column));
+            numbers[0] = last.t_yr;
         }
         if let Some(last) = passages.iter().rfind(|row| row.method == *case) {
             [numbers[7], numbers[8], numbers[9]] = [last.prob_reached_critical_e, last.low, last.high];
@@ -125,35 +104,6 @@ pub(super) fn rows(sweep: &Sweep, done: &Done, cases: &[String], folder: &Path) 
 pub(super) fn write(keys: &[&str], rows: &[Row], path: &Path) -> Result<(), String> {
     let head: Vec<&str> =
         ["scenario", "method"].iter().chain(keys).chain(&NUMBERS).chain(&["folder", "problem"]).copied().collect();
-    let mut table = Writer::create(path, &head)?;
-    rows.iter().try_for_each(|row| table.row(&row.cells()))?;
-    table.finish()
-}
-
-/// A CSV file that names itself in every error.
-pub(super) struct Writer {
-    path: PathBuf,
-    inner: csv::Writer<File>,
-}
-
-impl Writer {
-    pub(super) fn create(path: &Path, head: &[&str]) -> Result<Self, String> {
-        let inner = csv::Writer::from_path(path).map_err(|e| format!("{}: {e}", path.display()))?;
-        let mut writer = Self { path: path.into(), inner };
-        writer.row(head)?;
-        Ok(writer)
-    }
-
-    pub(super) fn row(&mut self, cells: &[impl AsRef<[u8]>]) -> Result<(), String> {
-        self.inner.write_record(cells).map_err(|e| format!("{}: {e}", self.path.display()))
-    }
-
-    pub(super) fn finish(mut self) -> Result<(), String> {
-        self.inner.flush().map_err(|e| format!("{}: {e}", self.path.display()))
-    }
-}
-
-fn read<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, String> {
-    let failed = |e: csv::Error| format!("{}: {e}", path.display());
-    csv::Reader::from_path(path).map_err(failed)?.deserialize().collect::<Result<_, _>>().map_err(failed)
+    let mut table = Table::with_head(path, head).map_err(|e| e.to_string())?;
+    table.write(rows.iter().map(Row::cells)).and_then(|()| table.finish()).map_err(|e| e.to_string())
 }

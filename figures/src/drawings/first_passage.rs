@@ -8,9 +8,9 @@ use crate::elements::Point;
 use crate::figure::Figure;
 use crate::legend::{Entry, Sample};
 use crate::panel::{Panel, Surroundings};
-use crate::results::PassageRow;
 use crate::scene::{Method, Scene};
 use crate::text::subscript;
+use results::rows::PassageRow;
 
 /// An interval narrower than this is the error estimate of an exact method and is not drawn.
 const NARROW: f64 = 1e-6;

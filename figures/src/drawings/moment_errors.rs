@@ -8,13 +8,17 @@ use crate::figure::Figure;
 use crate::legend::{Entry, Sample};
 use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings};
-use crate::results::MomentsRow;
 use crate::scene::{Method, Scene};
 use crate::text::subscript;
+use results::MomentsRow;
 
-/// The quantities compared: name in `errors.csv`, letter, index of the letter.
-pub const QUANTITIES: [(&str, &str, &str); 4] =
-    [("mean_phi", "μ", "φ"), ("std_phi", "σ", "φ"), ("mean_e", "μ", "e"), ("std_e", "σ", "e")];
+/// The quantities compared: name in `errors.csv`, column of `moments.csv`, letter, index of the letter.
+pub const QUANTITIES: [(&str, &str, &str, &str); 4] = [
+    ("mean_phi", "mean_phi_rad", "μ", "φ"),
+    ("std_phi", "std_phi_rad", "σ", "φ"),
+    ("mean_e", "mean_e", "μ", "e"),
+    ("std_e", "std_e", "σ", "e"),
+];
 const SIGMAS: f64 = 1.96;
 const BAND: Ink = Ink::Series(0);
 /// Errors below this are rounding.
@@ -46,7 +50,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let title = "Relative errors of the moments";
     Figure::draw(&scene.figure_name("moment-errors"), title, &caption, (760, 520), &key, |area| {
         for (k, area) in area.split_evenly((2, 2)).iter().enumerate() {
-            let (_, letter, index) = QUANTITIES[k];
+            let (_, _, letter, index) = QUANTITIES[k];
             let label = format!("relative error of {}", subscript(letter, index));
             let y = if low.is_finite() {
                 Axis::logarithmic(&label, 0.5 * low, 2.0 * high, 7)
@@ -73,9 +77,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
 
 /// Sentences that name the cases that withhold moments, and the times.
 fn withheld(scene: &Scene<'_>) -> String {
-    let is_missing = |row: &&&MomentsRow| {
-        [row.mean_phi_rad, row.std_phi_rad, row.mean_e, row.std_e].iter().any(|value| value.is_nan())
-    };
+    let is_missing = |row: &&&MomentsRow| QUANTITIES.iter().any(|(_, column, ..)| row.number(column).is_nan());
     let of =
         |method: &Method<'_>| -> Vec<f64> { method.moments.iter().filter(is_missing).map(|row| row.t_yr).collect() };
     let cases = scene.methods.iter().map(|method| (method.label, of(method))).filter(|(_, times)| !times.is_empty());
@@ -94,13 +96,8 @@ pub(super) fn errors(scene: &Scene<'_>, method: &Method<'_>, quantity: &str) -> 
 /// Times, and the relative errors up to which sampling explains a difference.
 fn sampling_limit(mc: &Method<'_>, quantity: usize) -> Vec<Point> {
     let limit = |row: &&MomentsRow| {
-        let [value, error] = [
-            [row.mean_phi_rad, row.se_mean_phi_rad],
-            [row.std_phi_rad, row.se_std_phi_rad],
-            [row.mean_e, row.se_mean_e],
-            [row.std_e, row.se_std_e],
-        ][quantity];
-        (row.t_yr, SIGMAS * error / value.abs())
+        let column = QUANTITIES[quantity].1;
+        (row.t_yr, SIGMAS * row.standard_error(column) / row.number(column).abs())
     };
     mc.moments.iter().map(limit).filter(|(_, error)| error.is_finite() && *error > ROUNDING).collect()
 }

@@ -14,10 +14,12 @@ use crate::text::subscript;
 /// Half width of a 95 % interval in standard errors.
 const SIGMAS: f64 = 1.96;
 
+/// The column of the probability.
+pub const ABOVE: &str = "prob_above_critical_e";
+
 /// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
-    let points =
-        |m: &Method<'_>| -> Vec<Point> { m.moments.iter().map(|row| (row.t_yr, row.prob_above_critical_e)).collect() };
+    let points = |m: &Method<'_>| -> Vec<Point> { m.moments.iter().map(|row| (row.t_yr, row.number(ABOVE))).collect() };
     let values: Vec<f64> = scene.methods.iter().flat_map(points).map(|(_, p)| p).collect();
     let label = format!("P(e > {})", subscript("e", "cri"));
     let axes = ProbabilityAxis::all(&label, &values, &values);
@@ -62,6 +64,6 @@ fn bars(method: &Method<'_>, y: &ProbabilityAxis) -> Vec<Element> {
         let ends = [p - error, p + error].map(|end| y.place(end.clamp(0.0, 1.0)));
         Some(Element::curve(vec![(t, ends[0]?), (t, ends[1]?)], method.pen.stroke))
     };
-    let rows = method.moments.iter().filter(|row| row.se_prob_above_critical_e > 0.0);
-    rows.filter_map(|row| bar(row.t_yr, row.prob_above_critical_e, SIGMAS * row.se_prob_above_critical_e)).collect()
+    let rows = method.moments.iter().filter(|row| row.standard_error(ABOVE) > 0.0);
+    rows.filter_map(|row| bar(row.t_yr, row.number(ABOVE), SIGMAS * row.standard_error(ABOVE))).collect()
 }

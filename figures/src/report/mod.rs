@@ -11,8 +11,9 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::atlas::{self, Group};
-use crate::results::{FolderError, Results};
+use crate::densities::{self, Densities};
 use crate::scene::{Scenario, Scene};
+use results::{FolderError, Results};
 
 /// Name of the page in a results folder.
 pub const PAGE: &str = "report.html";
@@ -39,10 +40,10 @@ struct Drawn<'a> {
 }
 
 impl<'a> Drawn<'a> {
-    fn new(subject: &'a Subject, results: &'a Results) -> Self {
+    fn new(subject: &'a Subject, (results, densities): &'a (Results, Densities)) -> Self {
         let several = subject.scenarios.len() > 1;
         let scenes: Vec<Scene<'a>> =
-            subject.scenarios.iter().map(|scenario| Scene::new(scenario, results, several)).collect();
+            subject.scenarios.iter().map(|scenario| Scene::new(scenario, results, densities, several)).collect();
         let across = atlas::of_run(&scenes);
         let scenes = scenes.into_par_iter().map(|scene| {
             let groups = atlas::of_scene(&scene);
@@ -61,8 +62,8 @@ impl<'a> Drawn<'a> {
 /// # Errors
 /// [`FolderError`] names the file that is missing, damaged or cannot be written.
 pub fn write(subject: &Subject) -> Result<Vec<String>, FolderError> {
-    let results = Results::read(&subject.folder)?;
-    let drawn = Drawn::new(subject, &results);
+    let read = read(&subject.folder)?;
+    let drawn = Drawn::new(subject, &read);
     let folder = subject.folder.join(FIGURES);
     std::fs::create_dir_all(&folder).map_err(|e| FolderError::new(&folder, e))?;
     let figures: Vec<_> = drawn.groups().flat_map(|group| &group.figures).collect();
@@ -78,12 +79,17 @@ pub fn write(subject: &Subject) -> Result<Vec<String>, FolderError> {
 /// # Errors
 /// [`FolderError`] names the file that is missing, damaged or cannot be written.
 pub fn write_side_by_side(subjects: &[Subject], page: &Path) -> Result<Vec<String>, FolderError> {
-    let results: Vec<Results> =
-        subjects.iter().map(|subject| Results::read(&subject.folder)).collect::<Result<_, _>>()?;
-    let drawn: Vec<Drawn<'_>> =
-        subjects.iter().zip(&results).map(|(subject, results)| Drawn::new(subject, results)).collect();
+    let read: Vec<_> = subjects.iter().map(|subject| read(&subject.folder)).collect::<Result<_, _>>()?;
+    let drawn: Vec<Drawn<'_>> = subjects.iter().zip(&read).map(|(subject, read)| Drawn::new(subject, read)).collect();
     write_file(page, &page::of_several(&drawn).into_string())?;
     Ok(drawn.iter().flat_map(missing).collect())
+}
+
+/// The tables and the densities of a folder.
+fn read(folder: &Path) -> Result<(Results, Densities), FolderError> {
+    let results = Results::read(folder)?;
+    let densities = densities::read(folder, &results.moments)?;
+    Ok((results, densities))
 }
 
 fn missing(drawn: &Drawn<'_>) -> Vec<String> {

@@ -6,19 +6,21 @@ use maud::{Markup, html};
 use super::Drawn;
 use super::numbers::{count, seconds, small};
 use crate::drawings::accuracy::{worst_distance, worst_moment};
-use crate::results::{NoteRow, Results, VerdictRow};
 use crate::scene::Scene;
+use results::Results;
+use results::notes::{NoteGroup, Severity, groups, listed};
+use results::rows::of_scenario;
 
 /// An overview of the cases, and the most accurate of them.
 pub fn summary(drawn: &Drawn<'_>) -> Markup {
     let manifest = &drawn.results.manifest;
     let scenarios: Vec<&str> = drawn.scenes.iter().map(|(scene, _)| scene.name).collect();
     html! {
-        @for group in groups(&drawn.results.notes).iter().filter(|group| group.starts_with(FALLBACK)) {
-            p.warning { "In " (group.first.scenario) ": " (group.when()) (group.first.note.trim_start_matches(FALLBACK)) "." }
+        @for group in of_severity(drawn, Severity::Fallback) {
+            p.warning { "In " (group.first.scenario) ": " (group.when()) (group.first.text()) "." }
         }
-        @for group in groups(&drawn.results.notes).iter().filter(|group| group.starts_with(ERROR)) {
-            p.warning { "In " (group.first.scenario) ", " (group.first.method) ": " (group.when()) (group.first.note.trim_start_matches(ERROR)) "." }
+        @for group in of_severity(drawn, Severity::Error) {
+            p.warning { "In " (group.first.scenario) ", " (group.first.method) ": " (group.when()) (group.first.text()) "." }
         }
         p {
             "This run propagated the density of (φ, e) in " (listed(&scenarios)) " with " (manifest.cases.len())
@@ -58,7 +60,7 @@ pub fn summary(drawn: &Drawn<'_>) -> Markup {
 
 /// What each case is good for.
 fn verdicts(scene: &Scene<'_>) -> Markup {
-    let rows: Vec<&VerdictRow> = scene.results.verdicts.iter().filter(|row| row.scenario == scene.name).collect();
+    let rows = of_scenario(&scene.results.verdicts, scene.name);
     let tolerance = rows.first().map_or(0.0, |row| row.tolerance);
     html! { @if !rows.is_empty() {
         div.table tabindex="0" role="region" aria-label={ "Verdicts, " (scene.name) } {
@@ -88,46 +90,9 @@ fn worst((error, noise): (f64, f64), quantity: &str, t_yr: f64, by: &str) -> Mar
     }
 }
 
-/// Prefix of a note that names the case that stands in for a reference.
-const FALLBACK: &str = "fallback: ";
-/// Prefix of a note about a result that cannot be right.
-const ERROR: &str = "error: ";
-
-/// Notes on one case in one scenario that differ only in their numbers.
-struct NoteGroup<'a> {
-    first: &'a NoteRow,
-    times: Vec<String>,
-    count: usize,
-}
-
-impl NoteGroup<'_> {
-    fn starts_with(&self, word: &str) -> bool {
-        self.first.note.starts_with(word)
-    }
-
-    fn when(&self) -> String {
-        if self.times.is_empty() { String::new() } else { format!("at t = {} yr ", listed(&self.times)) }
-    }
-}
-
-/// Groups notes that differ only in their numbers, in the order of the first note of each group.
-fn groups(notes: &[NoteRow]) -> Vec<NoteGroup<'_>> {
-    let kind = |note: &NoteRow| {
-        let words: String = note.note.chars().filter(|c| !c.is_ascii_digit() && !"+-.e".contains(*c)).collect();
-        (note.scenario.clone(), note.method.clone(), words)
-    };
-    let mut groups: Vec<NoteGroup<'_>> = Vec::new();
-    for note in notes {
-        let time = (!note.t_yr.is_nan()).then(|| note.t_yr.to_string());
-        match groups.iter_mut().find(|group| kind(group.first) == kind(note)) {
-            Some(group) => {
-                group.times.extend(time);
-                group.count += 1;
-            }
-            None => groups.push(NoteGroup { first: note, times: time.into_iter().collect(), count: 1 }),
-        }
-    }
-    groups
+/// The notes of a severity, those that differ only in their numbers together.
+fn of_severity<'a>(drawn: &'a Drawn<'_>, severity: Severity) -> Vec<NoteGroup<'a>> {
+    groups(drawn.results.notes.iter().filter(|note| note.severity() == severity))
 }
 
 /// Names the case whose moments are closest to the reference.
@@ -143,32 +108,19 @@ fn verdict(scene: &Scene<'_>) -> String {
 /// Warnings and remarks as sentences.
 pub fn remarks(drawn: &Drawn<'_>) -> Markup {
     let groups = groups(&drawn.results.notes);
-    let is_grave = |group: &NoteGroup<'_>| {
-        ["fallback: ", "lost: ", "error: ", "warning: "].iter().any(|word| group.starts_with(word))
-    };
+    let is_grave = |group: &NoteGroup<'_>| group.first.severity() != Severity::Remark;
     html! {
         @if groups.is_empty() { p { "No method doubts its own result." } }
         @else {
             ul { @for group in &groups {
                 li.warning[is_grave(group)] {
                     b { (group.first.method) } " in " (group.first.scenario)
-                    @if !group.times.is_empty() { " at t = " (listed(&group.times)) " yr" }
+                    @let times = group.times_in_words();
+                    @if !times.is_empty() { " at t = " (times) " yr" }
                     ": " (group.first.note) "."
-                    @if group.count > 1 { " (The numbers are those of the first time; the others are in notes.csv.)" }
+                    @if group.times.len() > 1 { " (The numbers are those of the first time; the others are in notes.csv.)" }
                 }
             } }
-        }
-    }
-}
-
-/// `a, b and c`.
-fn listed(words: &[impl AsRef<str>]) -> String {
-    match words {
-        [] => String::new(),
-        [one] => one.as_ref().to_owned(),
-        [first @ .., last] => {
-            let first: Vec<&str> = first.iter().map(AsRef::as_ref).collect();
-            format!("{} and {}", first.join(", "), last.as_ref())
         }
     }
 }

@@ -5,8 +5,9 @@ use maud::{Markup, html};
 use super::numbers::{count, given, plain, probability, seconds, small};
 use crate::densities::Density;
 use crate::drawings::moment_errors::QUANTITIES;
-use crate::results::{ErrorRow, MomentsRow, PassageRow};
+use crate::drawings::probability_above::ABOVE;
 use crate::scene::{Method, Scene};
+use results::rows::{ErrorRow, PassageRow};
 
 /// A table in a frame that scrolls where the page is narrow.
 fn framed(name: &str, table: &Markup) -> Markup {
@@ -19,14 +20,6 @@ fn time_heads(scene: &Scene<'_>) -> Markup {
 
 /// Means and standard deviations, with standard errors and relative errors.
 pub fn moments(scene: &Scene<'_>) -> Markup {
-    let of = |row: &MomentsRow, quantity: usize| {
-        [
-            (row.mean_phi_rad, row.se_mean_phi_rad),
-            (row.std_phi_rad, row.se_std_phi_rad),
-            (row.mean_e, row.se_mean_e),
-            (row.std_e, row.se_std_e),
-        ][quantity]
-    };
     let table = html! {
         table {
             caption {
@@ -35,10 +28,10 @@ pub fn moments(scene: &Scene<'_>) -> Markup {
             }
             thead { tr { th scope="col" { "case" } th scope="col" { "" } (time_heads(scene)) } }
             @for method in &scene.methods { tbody {
-                @for (k, (name, letter, index)) in QUANTITIES.iter().enumerate() { tr {
+                @for (k, (name, column, letter, index)) in QUANTITIES.iter().enumerate() { tr {
                     @if k == 0 { th scope="rowgroup" rowspan=(QUANTITIES.len()) { (method.label) } }
                     th scope="row" { i { (letter) } sub { (index) } }
-                    @for row in &method.moments { @let (value, error) = of(row, k); td {
+                    @for row in &method.moments { @let (value, error) = (row.number(column), row.standard_error(column)); td {
                         (given(value, plain))
                         @if error.is_finite() { " " span.uncertainty { "± " (small(error)) } }
                         @if method.label != scene.reference { span.error { "δ " (small(relative_error(scene, method, row.t_yr, name))) } }
@@ -71,8 +64,9 @@ pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
             tbody { @for method in &scene.methods { @let last = method.passage.last().copied(); tr {
                 th scope="row" { (method.label) }
                 @for row in &method.moments { td {
-                    (given(row.prob_above_critical_e, probability))
-                    @if row.se_prob_above_critical_e.is_finite() { " " span.uncertainty { "± " (small(row.se_prob_above_critical_e)) } }
+                    @let error = row.standard_error(ABOVE);
+                    (given(row.number(ABOVE), probability))
+                    @if error.is_finite() { " " span.uncertainty { "± " (small(error)) } }
                 } }
                 @if has_passages {
                     td { @if let Some(row) = last { (given(row.prob_reached_critical_e, probability)) } @else { "–" } }

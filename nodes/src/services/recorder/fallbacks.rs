@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::notes::{Note, in_a_row, with_estimate, withheld_passages};
+use results::notes::{Severity, listed};
+use results::rows::NoteRow;
+
+use super::notes::{with_estimate, withheld_passages};
 use super::{RecordedPassage, Recording};
 use crate::services::passage_rules::rows;
 use crate::services::roster::Roster;
@@ -10,11 +13,11 @@ use crate::services::yardstick::{Figure, stand_for};
 
 /// The notes for every reference that has failed, for every snapshot at which the first reference withholds a figure,
 /// and for its first-passage curve. `passages` are the curves that can be used.
-pub(super) fn of(recording: &Recording, roster: &Roster, passages: &BTreeMap<String, RecordedPassage>) -> Vec<Note> {
+pub(super) fn of(recording: &Recording, roster: &Roster, passages: &BTreeMap<String, RecordedPassage>) -> Vec<NoteRow> {
     let mut notes = Vec::new();
     let mut note = |method: &str, t_yr: f64, text: String| {
         let (scenario, method) = (recording.assignment.said.name.clone(), method.to_owned());
-        notes.push(Note { scenario, method, t_yr, note: format!("fallback: {text}") });
+        notes.push(NoteRow { scenario, method, t_yr, note: format!("{}{text}", Severity::Fallback.prefix()) });
     };
     let is_there = |label: &str| !roster.has_failed(label) && recording.case(label).is_some();
     let there: Vec<&str> = roster.references.iter().map(String::as_str).filter(|label| is_there(label)).collect();
@@ -49,7 +52,7 @@ pub(super) fn of(recording: &Recording, roster: &Roster, passages: &BTreeMap<Str
             }
         }
         for (instead, withheld) in groups {
-            let (withheld, instead) = (in_a_row(&withheld), in_its_place(instead));
+            let (withheld, instead) = (listed(&withheld), in_its_place(instead));
             note(
                 first,
                 time,

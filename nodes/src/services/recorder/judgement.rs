@@ -2,17 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use results::rows::{NoteRow, VerdictRow};
+
 use super::agreement::{Contradiction, Said, contradictions};
-use super::notes::{Note, of_density, of_passage, severity};
-use super::verdicts::{self, VerdictRow};
-use super::{RecordedPassage, Recording, curves, fallbacks};
+use super::notes::{of_density, of_passage};
+use super::{RecordedPassage, Recording, curves, fallbacks, verdicts};
 use crate::services::passage_rules::{breach, doubts, without_rounding};
 use crate::services::roster::Roster;
 
 /// The result of judging a scenario.
 pub(super) struct Judgement {
     /// The rows of `notes.csv`: fallbacks first, then errors, warnings and remarks.
-    pub(super) notes: Vec<Note>,
+    pub(super) notes: Vec<NoteRow>,
     /// The rows of `verdicts.csv`.
     pub(super) verdicts: Vec<VerdictRow>,
     /// The first-passage curves that break no rule, by label.
@@ -23,8 +24,12 @@ pub(super) struct Judgement {
 pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judgement {
     let assignment = &recording.assignment;
     let scenario = &assignment.said.name;
-    let note =
-        |method: &str, t_yr: f64, note: String| Note { scenario: scenario.clone(), method: method.into(), t_yr, note };
+    let note = |method: &str, t_yr: f64, note: String| NoteRow {
+        scenario: scenario.clone(),
+        method: method.into(),
+        t_yr,
+        note,
+    };
     let mut notes = Vec::new();
     for (label, _) in roster.cases.iter().filter(|(_, failed)| *failed) {
         notes.extend(roster.reason(label).map(|why| note(label, f64::NAN, format!("lost: {why}"))));
@@ -64,6 +69,6 @@ pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judg
             .into_iter()
             .map(|Contradiction { label, time, what }| note(&label, time, format!("error: {what}"))),
     );
-    notes.sort_by_key(|note| severity(&note.note));
+    notes.sort_by_key(NoteRow::severity);
     Judgement { notes, verdicts: verdicts::of(recording, roster, tolerance), passages }
 }

@@ -1,7 +1,7 @@
 //! The recorder: writes what estimator and comparator publish to plain files, one folder per scenario.
 //!
 //! The folder of a scenario is complete when the recorder reports that it is done with the scenario, and is not
-//! changed after that. A recorder that was restarted continues with the scenario under way. [`join`] makes one
+//! changed after that. A recorder that was restarted continues with the scenario under way. [`results::join`] makes one
 //! results folder of all of them.
 
 mod agreement;
@@ -9,9 +9,8 @@ mod cloud;
 mod curves;
 mod densities;
 mod fallbacks;
-pub mod join;
 mod judgement;
-pub mod notes;
+mod notes;
 mod passages;
 mod rows;
 mod tables;
@@ -19,12 +18,13 @@ mod tape;
 mod verdicts;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, comparison};
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
 use messages::wait::Awaited;
+use results::files::part;
 
 use crate::services::reading::Reading;
 use crate::services::roster::Roster;
@@ -128,19 +128,6 @@ impl Recording {
         let mut parts = self.passages.iter().filter(|((of, _), _)| of == label).map(|(_, part)| part);
         parts.next().is_some_and(|part| parts.count() + 1 >= part.header.shards as usize)
     }
-}
-
-/// The file in a scenario's folder that says what was run.
-pub const SCENARIO: &str = "scenario.toml";
-
-/// The folder of a scenario's files, in the folder that the recorder writes to.
-pub fn part(folder: &Path, scenario: u32) -> PathBuf {
-    folder.join(format!("part-{scenario:06}"))
-}
-
-/// Whether a path is that of a scenario's folder, whether complete or not.
-pub fn is_part(path: &Path) -> bool {
-    path.is_dir() && path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("part-"))
 }
 
 /// Records scenario after scenario, each into its [`part`] of `folder`, which must exist. If there is a `tape`, a

@@ -7,7 +7,7 @@ use density::mixture::linearity;
 use messages::layout::{DensityHeader, diagnostic};
 use messages::scenario::Variable;
 use messages::text::unpack;
-use serde::Serialize;
+use results::notes::listed;
 
 use super::RecordedPassage;
 use crate::services::passage_rules::{Row, rows};
@@ -41,23 +41,6 @@ const NOTHING_KNOWN: f64 = 100.0;
 const WEIGHTS: f64 = 1e-3;
 /// Mean resultant length below which a note says that the cloud reaches round the circle.
 const ROUND_THE_CIRCLE: f64 = 0.3;
-
-/// How severe a note is: the words with which it begins in `notes.csv`, the most severe first.
-pub const SEVERITIES: [&str; 4] = ["fallback: ", "lost: ", "error: ", "warning: "];
-
-/// The place of a note in the order of severity; plain remarks come last.
-pub fn severity(note: &str) -> usize {
-    SEVERITIES.iter().position(|word| note.starts_with(word)).unwrap_or(SEVERITIES.len())
-}
-
-/// A row of `notes.csv`; `t_yr` is NaN if the note is about the whole scenario.
-#[derive(Debug, Clone, Default, Serialize)]
-pub(super) struct Note {
-    pub(super) scenario: String,
-    pub(super) method: String,
-    pub(super) t_yr: f64,
-    pub(super) note: String,
-}
 
 /// The remarks and warnings that follow from a density's diagnostics and its mass.
 pub(super) fn of_density(reading: &Reading) -> Vec<String> {
@@ -184,7 +167,7 @@ fn of_estimates(reading: &Reading) -> Vec<String> {
     let large = (!large.is_empty())
         .then(|| format!("warning: the exact density reached an error estimate of {}", large.join(" and ")));
     let withheld = withheld(reading);
-    let withheld = (!withheld.is_empty()).then(|| format!("withheld: {}", in_a_row(&withheld)));
+    let withheld = (!withheld.is_empty()).then(|| format!("withheld: {}", listed(&withheld)));
     large.into_iter().chain(withheld).collect()
 }
 
@@ -303,15 +286,6 @@ pub(super) fn withheld_passages(values: &[f64]) -> Option<String> {
     Some(format!("the probability of having reached the critical eccentricity {when} (in the end strictly {bounds})"))
 }
 
-/// `a, b and c`.
-pub(super) fn in_a_row(words: &[String]) -> String {
-    match words {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -390,13 +364,5 @@ mod tests {
             ..DensityHeader::default()
         };
         assert!(of_density(&reading([0.5; 6], header))[0].contains("off by 50.00 % on average"));
-    }
-
-    #[test]
-    fn errors_come_before_warnings_and_warnings_before_remarks() {
-        let notes = ["no curve", "warning: coarse", "lost: too slow", "error: wrong", "fallback: mc"];
-        let mut sorted = notes;
-        sorted.sort_by_key(|note| severity(note));
-        assert_eq!(sorted, ["fallback: mc", "lost: too slow", "error: wrong", "warning: coarse", "no curve"]);
     }
 }

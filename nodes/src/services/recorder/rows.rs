@@ -1,108 +1,49 @@
-//! The rows of the tables of a results folder, and how messages become rows.
+//! How messages become rows of the tables of a results folder.
+
+use std::sync::Arc;
 
 use messages::layout::{DISTANCE_COLUMNS, DensityHeader, ERROR_COLUMNS, PASSAGE_COLUMNS, diagnostic};
 use messages::text::unpack;
-use serde::Serialize;
+use results::MomentsRow;
+use results::moments::standard_error;
+use results::rows::{DiagnosticRow, DistanceRow, EffortRow, ErrorRow, PassageRow};
 
 use super::{RecordedComparison, RecordedPassage};
 use crate::services::reading::Reading;
 use kit::space::{Quantity, Space};
 
-/// The columns of `moments.csv`, which follow from the space. `se_` columns are standard errors, NaN where the method has none.
-pub(super) fn moments_head(space: &Space) -> Vec<String> {
+/// The columns of numbers of `moments.csv`, which follow from the space, the standard errors among them.
+pub(super) fn moments_columns(space: &Space) -> Arc<[String]> {
     let moments = space.moments();
     let of_angles = space.quantities().split_off(moments.len());
     let column = |quantity: &Quantity| space.column(*quantity);
-    ["scenario", "method", "t_yr"]
-        .map(String::from)
-        .into_iter()
-        .chain(moments.iter().map(column))
-        .chain(moments.iter().map(|quantity| format!("se_{}", column(quantity))))
+    moments
+        .iter()
+        .map(column)
+        .chain(moments.iter().map(|quantity| standard_error(&column(quantity))))
         .chain(of_angles.iter().map(column))
         .chain(["mass_on_grid".into()])
         .collect()
 }
 
-/// A row of `moments.csv`.
-pub(super) fn moments<'a>(scenario: &'a str, method: &'a str, reading: &Reading) -> (&'a str, &'a str, f64, Vec<f64>) {
+pub(super) fn moments(scenario: &str, method: &str, columns: &Arc<[String]>, reading: &Reading) -> MomentsRow {
     let (moments, of_angles) = reading.values().split_at(reading.space.moments().len());
     let numbers = [moments, &reading.errors()[..moments.len()], of_angles, &[reading.header.mass_on_grid]].concat();
-    (scenario, method, reading.header.time, numbers)
-}
-
-/// A row of `errors.csv`.
-#[derive(Debug, Default, Serialize)]
-pub(super) struct ErrorRow<'a> {
-    scenario: &'a str,
-    method: &'a str,
-    reference: String,
-    t_yr: f64,
-    quantity: String,
-    value: f64,
-    reference_value: f64,
-    abs_error: f64,
-    rel_error: f64,
-}
-
-/// A row of `distances.csv`.
-#[derive(Debug, Default, Serialize)]
-pub(super) struct DistanceRow<'a> {
-    scenario: &'a str,
-    method: &'a str,
-    reference: String,
-    t_yr: f64,
-    density: String,
-    measure: &'static str,
-    value: f64,
-}
-
-/// A row of `effort.csv`.
-#[derive(Debug, Default, Serialize)]
-pub(super) struct EffortRow<'a> {
-    scenario: &'a str,
-    method: &'a str,
-    t_prop_s: f64,
-    t_int_s: f64,
-    t_cal_s: f64,
-    ratio_to_mc: f64,
-    trajectories: f64,
-}
-
-/// A row of `first_passage.csv`: the probability that `e` has ever reached its critical value by `t_yr`, with an
-/// interval (NaN if there is none) and the type of this interval, see [`interval_of`]. A probability that is NaN
-/// between two ends is withheld.
-#[derive(Debug, Default, Serialize)]
-pub(super) struct PassageRow<'a> {
-    scenario: &'a str,
-    method: &'a str,
-    t_yr: f64,
-    prob_reached_critical_e: f64,
-    low: f64,
-    high: f64,
-    interval: &'static str,
-}
-
-/// A row of `diagnostics.csv`.
-#[derive(Debug, Default, Serialize)]
-pub(super) struct DiagnosticRow<'a> {
-    scenario: &'a str,
-    method: &'a str,
-    t_yr: f64,
-    diagnostic: &'static str,
-    value: f64,
+    MomentsRow {
+        scenario: scenario.into(),
+        method: method.into(),
+        t_yr: reading.header.time,
+        columns: columns.clone(),
+        numbers,
+    }
 }
 
 const MEASURES: [&str; DISTANCE_COLUMNS] = ["total_variation", "l2", "hellinger", "kullback_leibler", "kolmogorov"];
 
-pub(super) fn errors<'a>(
-    scenario: &'a str,
-    method: &'a str,
-    recorded: &RecordedComparison,
-    space: &Space,
-) -> Vec<ErrorRow<'a>> {
+pub(super) fn errors(scenario: &str, method: &str, recorded: &RecordedComparison, space: &Space) -> Vec<ErrorRow> {
     let row = |(quantity, row): (Quantity, &[f64])| ErrorRow {
-        scenario,
-        method,
+        scenario: scenario.into(),
+        method: method.into(),
         reference: unpack(&recorded.header.reference),
         t_yr: recorded.header.time,
         quantity: space.name(quantity),
@@ -117,19 +58,19 @@ pub(super) fn errors<'a>(
     rows.filter(is_compared).map(row).collect()
 }
 
-pub(super) fn distances<'a>(
-    scenario: &'a str,
-    method: &'a str,
+pub(super) fn distances(
+    scenario: &str,
+    method: &str,
     recorded: &RecordedComparison,
     space: &Space,
-) -> Vec<DistanceRow<'a>> {
-    let row = |density: &str, measure, value| DistanceRow {
-        scenario,
-        method,
+) -> Vec<DistanceRow> {
+    let row = |density: &str, measure: &str, value| DistanceRow {
+        scenario: scenario.into(),
+        method: method.into(),
         reference: unpack(&recorded.header.reference),
         t_yr: recorded.header.time,
         density: density.into(),
-        measure,
+        measure: measure.into(),
         value,
     };
     let table = space.projections.iter().zip(recorded.values.chunks_exact(DISTANCE_COLUMNS));
@@ -145,29 +86,25 @@ pub(super) fn distances<'a>(
     distances.chain([row(&first, "mass_outside_grid", missing)]).collect()
 }
 
-pub(super) fn effort<'a>(
-    scenario: &'a str,
-    method: &'a str,
-    recorded: &RecordedComparison,
-    trajectories: f64,
-) -> Vec<EffortRow<'a>> {
+pub(super) fn effort(scenario: &str, method: &str, recorded: &RecordedComparison, trajectories: f64) -> Vec<EffortRow> {
     match recorded.values[..] {
         [t_prop_s, t_int_s, t_cal_s, ratio_to_mc] => {
+            let (scenario, method) = (scenario.into(), method.into());
             vec![EffortRow { scenario, method, t_prop_s, t_int_s, t_cal_s, ratio_to_mc, trajectories }]
         }
         _ => Vec::new(),
     }
 }
 
-pub(super) fn passages<'a>(scenario: &'a str, method: &'a str, recorded: &RecordedPassage) -> Vec<PassageRow<'a>> {
+pub(super) fn passages(scenario: &str, method: &str, recorded: &RecordedPassage) -> Vec<PassageRow> {
     let row = |row: &[f64]| PassageRow {
-        scenario,
-        method,
+        scenario: scenario.into(),
+        method: method.into(),
         t_yr: row[0],
         prob_reached_critical_e: row[1],
         low: row[2],
         high: row[3],
-        interval: interval_of(row, recorded.header.samples),
+        interval: interval_of(row, recorded.header.samples).into(),
     };
     recorded.values.chunks_exact(PASSAGE_COLUMNS).map(row).collect()
 }
@@ -195,9 +132,16 @@ fn diagnostic_names(kind: u32) -> &'static [&'static str] {
     }
 }
 
-pub(super) fn diagnostics<'a>(scenario: &'a str, method: &'a str, header: &DensityHeader) -> Vec<DiagnosticRow<'a>> {
+pub(super) fn diagnostics(scenario: &str, method: &str, header: &DensityHeader) -> Vec<DiagnosticRow> {
     let carried = Some((&"carried_density_error", header.carried_density_error)).filter(|(_, error)| error.is_finite());
     let carried = carried.filter(|_| header.diagnostic == diagnostic::MESH);
     let names = diagnostic_names(header.diagnostic).iter().zip(header.diagnostics).chain(carried);
-    names.map(|(&diagnostic, value)| DiagnosticRow { scenario, method, t_yr: header.time, diagnostic, value }).collect()
+    let row = |(name, value): (&&str, f64)| DiagnosticRow {
+        scenario: scenario.into(),
+        method: method.into(),
+        t_yr: header.time,
+        diagnostic: (*name).into(),
+        value,
+    };
+    names.map(row).collect()
 }

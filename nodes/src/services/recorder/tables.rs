@@ -1,61 +1,23 @@
 //! The files of a results folder: CSV tables with full precision, and the densities.
 
-use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
 
 use messages::layout::comparison;
 use messages::text::unpack;
-use serde::Serialize;
+use results::arrays::ArrayWriter;
+use results::files;
+use results::rows::{DiagnosticRow, DistanceRow, EffortRow, ErrorRow, NoteRow, PassageRow, VerdictRow};
+use results::table::Table;
+use results::{FolderError, moments};
 
-use super::densities::Densities;
-use super::{Judgement, RecordedComparison, Recording, SCENARIO, judgement, rows};
+use super::{Judgement, RecordedComparison, Recording, densities, judgement, rows};
 use crate::files::scenario_file;
 use crate::services::roster::Roster;
 use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::space::Space;
-
-/// An open CSV file. Its head is written even if there are no rows.
-struct Table {
-    path: PathBuf,
-    writer: csv::Writer<File>,
-}
-
-impl Table {
-    /// A table whose columns are the fields of `R`.
-    fn create<R: Default + Serialize>(folder: &Path, name: &str) -> Result<Self, Failure> {
-        let head = head(&R::default()).map_err(|e| Failure::file(&folder.join(name), e))?;
-        Self::with_head(folder, name, &head)
-    }
-
-    /// A table of these columns.
-    fn with_head(folder: &Path, name: &str, head: &csv::StringRecord) -> Result<Self, Failure> {
-        let path = folder.join(name);
-        let failed = |e: csv::Error| Failure::file(&path, e);
-        let mut writer = csv::WriterBuilder::new().has_headers(false).from_path(&path).map_err(failed)?;
-        writer.write_record(head).map_err(failed)?;
-        Ok(Self { path, writer })
-    }
-
-    fn write(&mut self, rows: impl IntoIterator<Item = impl Serialize>) -> Result<(), Failure> {
-        for row in rows {
-            self.writer.serialize(row).map_err(|e| Failure::file(&self.path, e))?;
-        }
-        Ok(())
-    }
-
-    fn finish(mut self) -> Result<(), Failure> {
-        self.writer.flush().map_err(|e| Failure::file(&self.path, e))
-    }
-}
-
-/// The columns of a row.
-fn head(row: &impl Serialize) -> csv::Result<csv::StringRecord> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.serialize(row)?;
-    let text = writer.into_inner().map_err(|e| std::io::Error::other(e.to_string()))?;
-    csv::Reader::from_reader(&text[..]).headers().cloned()
-}
 
 /// Writes the files of a scenario into `folder`. The folder appears only when it is complete; one that exists already
 /// is left unchanged.
@@ -69,10 +31,8 @@ pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path, toler
         fs::remove_dir_all(&draft).map_err(failed)?;
     }
     fs::create_dir(&draft).map_err(failed)?;
-    let mut tables = Tables::create(&draft, &recording.assignment.space)?;
-    tables.write(recording, roster, tolerance)?;
-    tables.finish()?;
-    fs::write(draft.join(SCENARIO), scenario_text(&recording.assignment)).map_err(failed)?;
+    write_tables(recording, roster, &draft, tolerance).map_err(|e| Failure::file(&e.path, e.problem))?;
+    fs::write(draft.join(files::SCENARIO), scenario_text(&recording.assignment)).map_err(failed)?;
     fs::rename(&draft, folder).map_err(failed)
 }
 
@@ -92,8 +52,16 @@ fn scenario_text(assignment: &Assignment) -> String {
     )
 }
 
+fn write_tables(recording: &Recording, roster: &Roster, folder: &Path, tolerance: f64) -> Result<(), FolderError> {
+    let mut tables = Tables::create(folder, &recording.assignment.space)?;
+    tables.write(recording, roster, tolerance)?;
+    tables.finish()
+}
+
 /// The open files of a scenario.
 struct Tables {
+    /// The columns of numbers of the moments.
+    columns: Arc<[String]>,
     moments: Table,
     errors: Table,
     distances: Table,
@@ -102,26 +70,28 @@ struct Tables {
     diagnostics: Table,
     notes: Table,
     verdicts: Table,
-    densities: Densities,
+    densities: ArrayWriter,
 }
 
 impl Tables {
-    fn create(folder: &Path, space: &Space) -> Result<Self, Failure> {
+    fn create(folder: &Path, space: &Space) -> Result<Self, FolderError> {
+        let columns = rows::moments_columns(space);
         Ok(Self {
-            moments: Table::with_head(folder, "moments.csv", &rows::moments_head(space).into())?,
-            errors: Table::create::<rows::ErrorRow<'_>>(folder, "errors.csv")?,
-            distances: Table::create::<rows::DistanceRow<'_>>(folder, "distances.csv")?,
-            effort: Table::create::<rows::EffortRow<'_>>(folder, "effort.csv")?,
-            first_passage: Table::create::<rows::PassageRow<'_>>(folder, "first_passage.csv")?,
-            diagnostics: Table::create::<rows::DiagnosticRow<'_>>(folder, "diagnostics.csv")?,
-            notes: Table::create::<super::notes::Note>(folder, "notes.csv")?,
-            verdicts: Table::create::<super::verdicts::VerdictRow>(folder, "verdicts.csv")?,
-            densities: Densities::create(folder)?,
+            moments: Table::with_head(&folder.join(files::MOMENTS), moments::head(&columns))?,
+            errors: Table::create::<ErrorRow>(&folder.join(files::ERRORS))?,
+            distances: Table::create::<DistanceRow>(&folder.join(files::DISTANCES))?,
+            effort: Table::create::<EffortRow>(&folder.join(files::EFFORT))?,
+            first_passage: Table::create::<PassageRow>(&folder.join(files::FIRST_PASSAGE))?,
+            diagnostics: Table::create::<DiagnosticRow>(&folder.join(files::DIAGNOSTICS))?,
+            notes: Table::create::<NoteRow>(&folder.join(files::NOTES))?,
+            verdicts: Table::create::<VerdictRow>(&folder.join(files::VERDICTS))?,
+            densities: ArrayWriter::create(&folder.join(files::DENSITIES))?,
+            columns,
         })
     }
 
     /// Writes a scenario, case by case in the roster's order.
-    fn write(&mut self, recording: &Recording, roster: &Roster, tolerance: f64) -> Result<(), Failure> {
+    fn write(&mut self, recording: &Recording, roster: &Roster, tolerance: f64) -> Result<(), FolderError> {
         let Judgement { notes, verdicts, mut passages } = judgement::of(recording, roster, tolerance);
         self.notes.write(notes)?;
         self.verdicts.write(verdicts)?;
@@ -133,9 +103,9 @@ impl Tables {
             let trajectories = case.first().map_or(0, |first| first.header.trajectories);
             let trajectories = if trajectories > 0 { trajectories as f64 } else { f64::NAN };
             for reading in case {
-                self.moments.write([rows::moments(scenario, method, reading)])?;
+                self.moments.write([rows::moments(scenario, method, &self.columns, reading)])?;
                 self.diagnostics.write(rows::diagnostics(scenario, method, &reading.header))?;
-                self.densities.write(scenario, method, reading)?;
+                densities::add(&mut self.densities, scenario, method, reading)?;
             }
             if let Some(passage) = passages.remove(method) {
                 self.first_passage.write(rows::passages(scenario, method, &passage))?;
@@ -159,8 +129,9 @@ impl Tables {
     }
 
     /// Closes all files.
-    fn finish(self) -> Result<(), Failure> {
-        let Self { moments, errors, distances, effort, first_passage, diagnostics, notes, verdicts, densities } = self;
+    fn finish(self) -> Result<(), FolderError> {
+        let Self { moments, errors, distances, effort, first_passage, diagnostics, notes, verdicts, densities, .. } =
+            self;
         for table in [moments, errors, distances, effort, first_passage, diagnostics, notes, verdicts] {
             table.finish()?;
         }

@@ -8,7 +8,7 @@
 
 use density::trust::{self, Kind, Verdict};
 use messages::layout::diagnostic;
-use serde::Serialize;
+use results::rows::VerdictRow;
 
 use super::Recording;
 use crate::services::comparator::{difference, distances_on};
@@ -26,24 +26,6 @@ fn judged_quantities(space: &Space) -> Vec<Quantity> {
 
 /// A distance that exceeds its noise by more than this factor is not explained by noise.
 const BEYOND_NOISE: f64 = 2.0;
-
-/// A row of `verdicts.csv`.
-#[derive(Debug, Clone, Default, Serialize)]
-pub(super) struct VerdictRow {
-    scenario: String,
-    method: String,
-    verdict: String,
-    tolerance: f64,
-    moments_error: f64,
-    moments_noise: f64,
-    moments_quantity: String,
-    moments_t_yr: f64,
-    moments_judged_by: String,
-    density_error: f64,
-    density_noise: f64,
-    density_t_yr: f64,
-    density_judged_by: String,
-}
 
 /// How good one quantity is at one snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -9,11 +9,11 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use kit::clock;
-use nodes::services::recorder::is_part;
+use results::files::{MANIFEST, SCENARIOS, is_part};
 
 use crate::plan::launch_file::{Launch, ScenarioInput};
 use crate::plan::preflight::check_path;
-use crate::results::checksums::{LOST_AND_FOUND, MANIFEST};
+use crate::record::checksums::LOST_AND_FOUND;
 
 /// A results folder in the making.
 #[derive(Debug)]
@@ -56,7 +56,7 @@ impl ResultsFolder {
     /// # Errors
     /// Which file cannot be written, and why.
     pub fn keep_scenarios(&self, launch: &Launch) -> Result<Vec<PathBuf>, String> {
-        let folder = self.draft.join("scenarios");
+        let folder = self.draft.join(SCENARIOS);
         fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
         let keep = |scenario: &ScenarioInput| {
             let path = folder.join(format!("{}.toml", scenario.content.name));
@@ -73,7 +73,7 @@ impl ResultsFolder {
     pub fn keep_only(&self, kept: &[ScenarioInput]) -> Result<(), String> {
         let failed = |path: &Path, e: io::Error| format!("{}: {e}", path.display());
         let names: Vec<String> = kept.iter().map(|scenario| format!("{}.toml", scenario.content.name)).collect();
-        let folder = self.draft.join("scenarios");
+        let folder = self.draft.join(SCENARIOS);
         for entry in fs::read_dir(&folder).map_err(|e| failed(&folder, e))?.flatten() {
             if !names.contains(&entry.file_name().to_string_lossy().into_owned()) {
                 fs::remove_file(entry.path()).map_err(|e| failed(&entry.path(), e))?;

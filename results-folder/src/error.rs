@@ -1,8 +1,8 @@
-//! Why a results folder cannot be read, or a file made from it not be written.
+//! Why a results folder cannot be read, or a file of it not be written.
 
 use std::path::{Path, PathBuf};
 
-/// A results folder could not be read, or a file made from it could not be written.
+/// A file of a results folder could not be read or written.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct FolderError {
@@ -13,7 +13,8 @@ pub struct FolderError {
 }
 
 impl FolderError {
-    pub(crate) fn new(path: &Path, problem: impl ToString) -> Self {
+    /// A problem with the file at `path`.
+    pub fn new(path: &Path, problem: impl ToString) -> Self {
         Self { path: path.into(), problem: problem.to_string() }
     }
 }

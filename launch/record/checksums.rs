@@ -4,22 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use messages::text::printable;
-use serde::{Deserialize, Serialize};
+use results::files::MANIFEST;
+use results::manifest::{self, Contents, FileRecord};
 use sha2::{Digest, Sha256};
 
-/// The manifest's name.
-pub const MANIFEST: &str = "manifest.json";
 /// A folder that a file system has from the start; it belongs to no results.
 pub const LOST_AND_FOUND: &str = "lost+found";
-
-/// What a file of the folder must be.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FileRecord {
-    /// Its length.
-    pub bytes: u64,
-    /// Its SHA-256, in hexadecimal digits.
-    pub sha256: String,
-}
 
 /// Every file below `folder` except the manifest, by its path relative to `folder`. Folders in it that have a manifest
 /// of their own are not looked into.
@@ -78,15 +68,7 @@ fn record(path: &Path) -> std::io::Result<FileRecord> {
 /// # Errors
 /// If there is no manifest, or a file cannot be read.
 pub fn verify(folder: &Path) -> Result<(usize, Vec<String>), String> {
-    #[derive(Deserialize)]
-    struct Manifest {
-        files: BTreeMap<String, FileRecord>,
-        #[serde(default)]
-        folders: BTreeSet<String>,
-    }
-    let path = folder.join(MANIFEST);
-    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let manifest: Manifest = serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
+    let manifest: Contents = manifest::read(folder).map_err(|e| e.to_string())?;
     let found = of(folder)?;
     let names = manifest.files.keys().chain(found.keys().filter(|name| !manifest.files.contains_key(*name)));
     let mut differ: Vec<String> = names

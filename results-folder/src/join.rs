@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 
 use zip::{ZipArchive, ZipWriter};
 
-use super::{SCENARIO, part};
-use kit::failure::Failure;
+use crate::error::FolderError;
+use crate::files::{SCENARIO, part};
 
 /// Moves what the recorder has written of scenarios `0..scenarios` up into `folder`: tables one after the other,
 /// archives entry by entry. The scenario files themselves are there already, as their authors wrote them.
 ///
 /// # Errors
-/// [`Failure::File`] if something cannot be read or written.
-pub fn join(folder: &Path, scenarios: u32) -> Result<(), Failure> {
+/// If something cannot be read or written.
+pub fn join(folder: &Path, scenarios: u32) -> Result<(), FolderError> {
     let parts: Vec<PathBuf> = (0..scenarios).map(|scenario| part(folder, scenario)).collect();
     for name in file_names(&parts)?.into_iter().filter(|name| name != SCENARIO) {
         let files: Vec<PathBuf> = parts.iter().map(|part| part.join(&name)).collect();
@@ -25,10 +25,10 @@ pub fn join(folder: &Path, scenarios: u32) -> Result<(), Failure> {
             (several, Some("npz")) => join_archives(several, &whole),
             (several, _) => join_tables(several, &whole),
         };
-        joined.map_err(|e| Failure::file(&whole, e))?;
+        joined.map_err(|e| FolderError::new(&whole, e))?;
     }
     for part in &parts {
-        fs::remove_dir_all(part).map_err(|e| Failure::file(part, e))?;
+        fs::remove_dir_all(part).map_err(|e| FolderError::new(part, e))?;
     }
     Ok(())
 }
@@ -36,22 +36,22 @@ pub fn join(folder: &Path, scenarios: u32) -> Result<(), Failure> {
 /// Writes into `folder` the tables of all `parts`, one after the other.
 ///
 /// # Errors
-/// [`Failure::File`] if something cannot be read or written.
-pub fn join_all_tables(parts: &[PathBuf], folder: &Path) -> Result<(), Failure> {
+/// If something cannot be read or written.
+pub fn join_all_tables(parts: &[PathBuf], folder: &Path) -> Result<(), FolderError> {
     for name in file_names(parts)?.into_iter().filter(|name| name.ends_with(".csv")) {
         let tables: Vec<PathBuf> = parts.iter().map(|part| part.join(&name)).collect();
         let whole = folder.join(&name);
-        join_tables(&tables, &whole).map_err(|e| Failure::file(&whole, e))?;
+        join_tables(&tables, &whole).map_err(|e| FolderError::new(&whole, e))?;
     }
     Ok(())
 }
 
 /// The names of the files that every part has.
-fn file_names(parts: &[PathBuf]) -> Result<Vec<String>, Failure> {
+fn file_names(parts: &[PathBuf]) -> Result<Vec<String>, FolderError> {
     let Some(first) = parts.first() else { return Ok(Vec::new()) };
-    let entries = fs::read_dir(first).map_err(|e| Failure::file(first, e))?;
+    let entries = fs::read_dir(first).map_err(|e| FolderError::new(first, e))?;
     let names = entries.map(|entry| entry.map(|entry| entry.file_name().to_string_lossy().into_owned()));
-    names.collect::<Result<_, _>>().map_err(|e| Failure::file(first, e))
+    names.collect::<Result<_, _>>().map_err(|e| FolderError::new(first, e))
 }
 
 /// Rows of all tables under the head of the first.

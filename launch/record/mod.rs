@@ -1,0 +1,6 @@
+//! What a run leaves behind: its results folder while that is filled, the manifest with its checksums, and recordings.
+
+pub mod checksums;
+pub mod folder;
+pub mod manifest;
+pub mod recording;
