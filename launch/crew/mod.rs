@@ -6,6 +6,7 @@ pub mod environment;
 pub mod guard;
 pub mod log_sink;
 pub mod member;
+pub mod processes;
 pub mod report_line;
 #[cfg(feature = "hosts")]
 pub mod share;

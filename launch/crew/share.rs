@@ -1,6 +1,5 @@
 //! A worker host's share of a run: its processes in a domain of their own, and the bridge that joins it to home.
 
-use std::collections::BTreeMap;
 use std::process::{Command, ExitStatus};
 use std::time::{Duration, Instant};
 
@@ -19,9 +18,10 @@ use messages::wait::Signals;
 use crate::crew::commands::{Identity, Part, own_command, own_program};
 use crate::crew::log_sink::{LogSink, start_log};
 use crate::crew::member::Member;
+use crate::crew::processes::{Processes, Sequel};
 use crate::crew::report_line::describe;
+use crate::crew::shares;
 use crate::crew::supervisor::{Ended, Supervisor};
-use crate::crew::{ending, shares};
 use crate::domain::{self, OwnDomain};
 use crate::shown::{Logged, Shown};
 
@@ -70,12 +70,11 @@ struct Workshop<'a> {
     place: &'a Place,
     bridge: Vec<String>,
     // Processes end before the domain is closed: fields are dropped in this order.
-    supervisor: Supervisor,
+    processes: Processes,
     reports: Inlet<Status>,
     scenarios: Inlet<Scenario>,
     own_reports: Outlet<Status>,
     domain: HeldDomain,
-    members: BTreeMap<String, Member>,
     shown: Shown,
 }
 
@@ -93,12 +92,15 @@ impl<'a> Workshop<'a> {
             plan,
             place,
             bridge: Vec::new(),
-            supervisor: Supervisor::new(log.clone()),
+            processes: Processes::new(
+                Supervisor::new(log.clone()),
+                names.map(|name| (name, Member::new(Instant::now()))).collect(),
+                plan.restart,
+            ),
             reports: domain.domain.inlet()?,
             scenarios: domain.domain.inlet()?,
             own_reports: domain.domain.outlet(2)?,
             domain,
-            members: names.map(|name| (name, Member::new(Instant::now()))).collect(),
             shown,
         })
     }
@@ -106,7 +108,7 @@ impl<'a> Workshop<'a> {
     fn work(&mut self, signals: &Signals) -> Result<Ending, String> {
         loop {
             self.start_what_is_due()?;
-            let due = self.members.values().filter_map(|member| member.due).min();
+            let due = self.processes.next_due();
             let sleep = due.map_or(TICK, |due| due.saturating_duration_since(Instant::now()).min(TICK));
             let ports: [&dyn messages::wait::Awaited; 3] = [&self.reports, &self.scenarios, &self.own_reports];
             signals.wait(&ports, sleep).map_err(|e| e.to_string())?;
@@ -114,7 +116,7 @@ impl<'a> Workshop<'a> {
                 return Ok(Ending::Interrupted);
             }
             self.listen().map_err(|e| e.to_string())?;
-            for Ended { name, status } in self.supervisor.newly_ended() {
+            for Ended { name, status } in self.processes.supervisor.newly_ended() {
                 if let Some(ending) = self.deal_with_end(&name, status)? {
                     return Ok(ending);
                 }
@@ -123,49 +125,12 @@ impl<'a> Workshop<'a> {
     }
 
     fn start_what_is_due(&mut self) -> Result<(), String> {
-        let now = Instant::now();
-        let is_due = |member: &Member| member.due.is_some_and(|due| due <= now);
-        let due = self.members.iter().filter(|(_, member)| is_due(member)).map(|(name, _)| name.clone());
-        for name in due.collect::<Vec<_>>() {
-            let Some(member) = self.members.get_mut(&name) else { continue };
-            member.started(now);
-            let attempt = member.attempt;
-            let started = self.command(&name, attempt).and_then(|command| self.supervisor.start(&name, command));
-            match started {
-                Err(why) if Service::Bridge.is(&name) => return Err(why),
-                Err(why) => self.fail(&name, &why)?,
-                Ok(()) => {}
-            }
-        }
-        Ok(())
-    }
-
-    fn command(&self, name: &str, attempt: u32) -> Result<Command, String> {
-        let share = self.plan.members.iter().find(|share| share.name == name);
-        let mut command = match share.map(|share| &share.program) {
-            Some(Program::BuiltIn { node, settings }) => {
-                let mut command = own_command(node)?;
-                command.args(settings.iter().flat_map(|line| ["--set", line.as_str()]));
-                command
-            }
-            Some(Program::Command(words)) => {
-                let mut command = own_program()?;
-                command.args(["guard", "--"]).args(words);
-                command
-            }
-            None => {
-                let mut command = own_command(Service::Bridge.name())?;
-                command.args(&self.bridge);
-                command
-            }
-        };
-        let part = share.map(|Share { label, shard: (index, count), reduce, .. }| Part {
-            label,
-            shard: Shard { index: *index, count: *count },
-            reduce: *reduce,
-        });
-        Identity { place: self.place, run_id: self.plan.run_id, name, part, attempt }.give(&mut command);
-        Ok(command)
+        let (plan, place, bridge) = (self.plan, self.place, &self.bridge);
+        let start = |name: &str, attempt| command(plan, place, bridge, name, attempt);
+        let failed = self.processes.start_what_is_due(|_| true, start);
+        failed
+            .into_iter()
+            .try_for_each(|(name, why)| if Service::Bridge.is(&name) { Err(why) } else { self.fail(&name, &why) })
     }
 
     /// Prints what the processes report, and allows them their restarts again when a scenario begins.
@@ -179,8 +144,7 @@ impl<'a> Workshop<'a> {
             }
         }
         while self.scenarios.receive()?.is_some() {
-            let now = Instant::now();
-            self.members.values_mut().for_each(|member| member.begin_scenario(now));
+            self.processes.begin_scenario();
         }
         Ok(())
     }
@@ -188,9 +152,7 @@ impl<'a> Workshop<'a> {
     /// Starts a process that has ended again if that may help, and otherwise tells home. Returns how the work ends if
     /// the process was the bridge.
     fn deal_with_end(&mut self, name: &str, status: ExitStatus) -> Result<Option<Ending>, String> {
-        self.supervisor.kill_leftovers(name);
-        // This frees the places of the process on the topics for its successor.
-        self.domain.domain.clean_up_after_the_dead();
+        self.processes.clean_up_after(name, &self.domain);
         if Service::Bridge.is(name) {
             match status.code() {
                 Some(0) => return Ok(Some(Ending::Over)),
@@ -198,16 +160,11 @@ impl<'a> Workshop<'a> {
                 None => {} // it was killed, and is started again if restarts are allowed
             }
         }
-        let Some(member) = self.members.get_mut(name) else { return Ok(None) };
-        if self.plan.restart && !status.success() && member.plan_restart(Instant::now()) {
-            tracing::warn!("{name} has ended, {status}; it is started again");
-            return Ok(None);
+        match self.processes.after_end(name, status, false) {
+            Sequel::Nothing | Sequel::Restart => {}
+            Sequel::Loss(why) if Service::Bridge.is(name) => return Err(format!("the bridge: {why}")),
+            Sequel::Loss(why) => self.fail(name, &why)?,
         }
-        member.rest();
-        if Service::Bridge.is(name) {
-            return Err(format!("the bridge: {}", ending::explain(status)));
-        }
-        self.fail(name, &ending::explain(status))?;
         Ok(None)
     }
 
@@ -225,4 +182,33 @@ impl<'a> Workshop<'a> {
         let (header, units) = report.to_parts(self.plan.run_id);
         self.own_reports.send_items(header, &units).map_err(|e| e.to_string())
     }
+}
+
+/// The command that starts the process `name`, which is the bridge unless the plan lists it.
+fn command(plan: &HostPlan, place: &Place, bridge: &[String], name: &str, attempt: u32) -> Result<Command, String> {
+    let share = plan.members.iter().find(|share| share.name == name);
+    let mut command = match share.map(|share| &share.program) {
+        Some(Program::BuiltIn { node, settings }) => {
+            let mut command = own_command(node)?;
+            command.args(settings.iter().flat_map(|line| ["--set", line.as_str()]));
+            command
+        }
+        Some(Program::Command(words)) => {
+            let mut command = own_program()?;
+            command.args(["guard", "--"]).args(words);
+            command
+        }
+        None => {
+            let mut command = own_command(Service::Bridge.name())?;
+            command.args(bridge);
+            command
+        }
+    };
+    let part = share.map(|Share { label, shard: (index, count), reduce, .. }| Part {
+        label,
+        shard: Shard { index: *index, count: *count },
+        reduce: *reduce,
+    });
+    Identity { place, run_id: plan.run_id, name, part, attempt }.give(&mut command);
+    Ok(command)
 }

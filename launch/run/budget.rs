@@ -25,7 +25,7 @@ impl Run<'_> {
 
     /// The cases at work that have a budget, with its seconds and its end.
     fn budgets(&self) -> impl Iterator<Item = (&Case, f64, Instant)> {
-        let since = self.current().map(|known| known.since);
+        let since = self.course.current().map(|known| known.since);
         let cases = self.commands.launch.cases.iter().filter(|case| self.is_at_work(case));
         cases.filter_map(move |case| {
             let most = case.most_seconds?;
@@ -35,7 +35,7 @@ impl Run<'_> {
 
     /// Whether a case has work left in the scenario under way.
     pub(super) fn is_at_work(&self, case: &Case) -> bool {
-        let owes = |name: &str| self.members.get(name).is_some_and(|member| member.owes);
+        let owes = |name: &str| self.processes.members.get(name).is_some_and(|member| member.owes);
         !self.has_failed(&case.label) && case.members().any(|(name, _)| owes(&name))
     }
 }

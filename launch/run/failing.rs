@@ -6,47 +6,31 @@ use kit::shard::label_of_member;
 use messages::service::Service;
 
 use super::{Abort, Run};
-use crate::crew::ending;
-use crate::crew::member::MOST_RESTARTS;
-use crate::plan::launch_file::Restart;
+use crate::crew::processes::Sequel;
 
 impl Run<'_> {
     /// Deals with a process that has ended before the run did: starts it again if that may help.
     pub(super) fn deal_with_end(&mut self, name: &str, status: std::process::ExitStatus) -> Result<(), Abort> {
-        self.supervisor.kill_leftovers(name);
-        // This frees the places of the process on the topics for its successor.
-        self.clean();
+        self.processes.clean_up_after(name, &self.topics.domain);
         let has_failed = self.has_failed(name);
-        let may_restart = self.commands.launch.restart == Restart::OnFailure && !status.success();
-        let Some(member) = self.members.get_mut(name) else { return Ok(()) };
-        if has_failed {
-            // The reason is known already; the process is started again with the next scenario.
-            member.rest();
-            return Ok(());
+        match self.processes.after_end(name, status, has_failed) {
+            Sequel::Nothing => Ok(()),
+            Sequel::Restart => {
+                self.view.note(&format!("{name}: {status}; it is started again"));
+                Ok(())
+            }
+            Sequel::Loss(why) => self.fail(name, why),
         }
-        if std::mem::take(&mut member.is_dismissed) {
-            // Its case failed in the previous scenario, and this one began before the process had ended.
-            member.plan_restart(Instant::now());
-            return Ok(());
-        }
-        if may_restart && member.plan_restart(Instant::now()) {
-            self.view.note(&format!("{name}: {status}; it is started again"));
-            tracing::warn!("{name} has ended, {status}; it is started again");
-            return Ok(());
-        }
-        member.rest();
-        let restarted = if may_restart { format!(", also after {MOST_RESTARTS} restarts") } else { String::new() };
-        self.fail(name, format!("{}{restarted}", ending::explain(status)))
     }
 
     /// Whether a process, or the case that it is a shard of, has failed in the scenario under way.
     pub(super) fn has_failed(&self, name: &str) -> bool {
-        self.failures.contains_key(&(self.scenario, self.subject(name).to_owned()))
+        self.troubles.failures.contains_key(&(self.course.scenario, self.subject(name).to_owned()))
     }
 
     /// The label of the case to which the process `name` belongs; `name` itself for all others.
     pub(super) fn subject<'n>(&self, name: &'n str) -> &'n str {
-        if self.members.contains_key(name) { label_of_member(name) } else { name }
+        if self.processes.members.contains_key(name) { label_of_member(name) } else { name }
     }
 
     pub(super) fn is_case(&self, name: &str) -> bool {
@@ -70,7 +54,7 @@ impl Run<'_> {
     pub(super) fn name_stranger(&mut self, name: String, why: String) {
         self.view.error(&format!("{name}: {why}"));
         tracing::warn!("{name}: {why}");
-        self.strangers.insert(name, why);
+        self.troubles.strangers.insert(name, why);
     }
 
     /// Notes a failure. A case that fails is left out of the scenario's comparison; without a service there is no run.
@@ -85,7 +69,7 @@ impl Run<'_> {
             tracing::warn!("{label} has failed: {why}");
             // Without one of its shards a case has no result.
             self.kill_case(&label, Some(name));
-            for (name, member) in &mut self.members {
+            for (name, member) in &mut self.processes.members {
                 if label_of_member(name) == label {
                     member.is_dismissed = true;
                 } else if Service::named(name).is_some() {
@@ -93,7 +77,7 @@ impl Run<'_> {
                     member.heard = Instant::now();
                 }
             }
-            self.failures.insert((self.scenario, label), why);
+            self.troubles.failures.insert((self.course.scenario, label), why);
             self.publish_roster()?;
         }
         Ok(())
@@ -101,9 +85,9 @@ impl Run<'_> {
 
     /// Ends the processes of a case except `spared`; a case without shards has one process.
     pub(super) fn kill_case(&mut self, label: &str, spared: Option<&str>) {
-        let members = self.members.keys().filter(|name| label_of_member(name) == label);
+        let members = self.processes.members.keys().filter(|name| label_of_member(name) == label);
         for member in members.filter(|name| Some(name.as_str()) != spared) {
-            self.supervisor.kill(member);
+            self.processes.supervisor.kill(member);
         }
     }
 }

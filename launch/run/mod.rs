@@ -2,34 +2,37 @@
 
 mod arrivals;
 mod budget;
-mod closing;
+mod course;
 mod failing;
 mod patience;
 mod reports;
+mod stopping;
+mod topics;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use kit::screen::{Refusal, screen};
-use messages::domain::HeldDomain;
-use messages::layout::{RosterEntry, RosterHeader};
 use messages::patience::Watch;
-use messages::port::{Inlet, Outlet, PortError};
-use messages::report::Report;
+use messages::port::PortError;
 use messages::service::Service;
-use messages::text::{pack, unpack};
-use messages::topic::{Capacity, Roster, Scenario, Status};
+use messages::topic::Capacity;
 use messages::wait::Signals;
 
 use crate::crew::commands::Commands;
 use crate::crew::log_sink::LogSink;
 use crate::crew::member::Member;
+use crate::crew::processes::Processes;
 use crate::crew::supervisor::{Ended, Supervisor};
 use crate::live::View;
 use crate::live::model::{Model, Stage};
 use crate::plan::cases::Case;
-use crate::plan::launch_file::{Launch, ScenarioInput};
+use crate::plan::launch_file::{Launch, Restart, ScenarioInput};
 use crate::shown::Shown;
+
+use arrivals::Arrivals;
+use course::Course;
+use stopping::Stopping;
+use topics::Topics;
 
 /// The launcher looks around at least this often.
 const TICK: Duration = Duration::from_millis(500);
@@ -55,13 +58,12 @@ impl From<PortError> for Abort {
 /// What went wrong: by the scenario's position and the label of the case, why the case has no results there.
 pub type Failures = BTreeMap<(u32, String), String>;
 
-/// A scenario that has been published.
-struct UnderWay {
-    scenario: u32,
-    name: String,
-    snapshots: u32,
-    /// When it was published.
-    since: Instant,
+/// What has gone wrong so far.
+#[derive(Default)]
+struct Troubles {
+    failures: Failures,
+    /// Senders that are no case and scenarios that were refused, and what was wrong with them.
+    strangers: BTreeMap<String, String>,
 }
 
 /// A run under way.
@@ -69,41 +71,15 @@ pub struct Run<'a> {
     commands: Commands<'a>,
     signals: Signals,
     // Processes end before the domain is closed: fields are dropped in this order.
-    supervisor: Supervisor,
-    reports: Inlet<Status>,
-    roster: Outlet<Roster>,
-    scenarios: Inlet<Scenario>,
-    domain: HeldDomain,
+    processes: Processes,
+    topics: Topics,
     view: View,
-    members: BTreeMap<String, Member>,
-    all_ready: bool,
-    cleaned: Instant,
-    /// Position of the scenario under way, which is also the number of scenarios that are recorded.
-    scenario: u32,
-    /// The scenario that was published last.
-    under_way: Option<UnderWay>,
-    /// How many scenarios there are, once that is known.
-    in_all: Option<u32>,
-    estimated: u64,
-    compared: bool,
-    /// By the name of a service: the case for which it waits, and what it waits for.
-    awaited: BTreeMap<String, (String, String)>,
-    failures: Failures,
-    /// Senders that are no case and scenarios that were refused, and what was wrong with them.
-    strangers: BTreeMap<String, String>,
-    /// The hosts that have not joined yet; until they have, nothing but the bridge is started.
-    absent: BTreeSet<String>,
+    course: Course,
+    troubles: Troubles,
+    arrivals: Arrivals,
+    stopping: Stopping,
     /// Distinguishes time that passed from time in which the launcher itself stood still.
     watch: Watch,
-    /// The latest reports about the next scenario, which arrive before the end of this one if their senders are
-    /// quicker.
-    early: BTreeMap<(String, u32), Report>,
-    /// Whether what is finished is kept after a request to stop.
-    keeps: bool,
-    /// The scenario that was under way at the first request to stop, if there was one.
-    closing: Option<u32>,
-    /// The cases of the last scenario that were left out because of the request to stop.
-    cut: Vec<String>,
 }
 
 impl<'a> Run<'a> {
@@ -129,10 +105,7 @@ impl<'a> Run<'a> {
             snapshots,
             hosts: commands.hosts().len(),
         };
-        let domain = HeldDomain::create(commands.place, &capacity)?;
-        let reports = domain.domain.inlet::<Status>()?;
-        let roster = domain.domain.outlet::<Roster>(cases.len())?;
-        let scenarios = domain.domain.inlet::<Scenario>()?;
+        let topics = Topics::open(&commands, &capacity)?;
         commands.place.reserve().map_err(|e| Abort::Fatal(format!("cannot reserve shared memory: {e}")))?;
         let propagators: Vec<String> = cases.iter().flat_map(Case::members).map(|(name, _)| name).collect();
         let away = commands.launch.away();
@@ -149,31 +122,17 @@ impl<'a> Run<'a> {
         let model = Model::new(propagators, stages(commands.launch, in_all)).with_hosts(away);
         let view = View::new(model, shown);
         log.print_with(view.printer());
+        let restarts = commands.launch.restart == Restart::OnFailure;
         let run = Self {
             signals,
-            supervisor: Supervisor::new(log.clone()),
-            reports,
-            roster,
-            scenarios,
-            under_way: None,
-            in_all,
-            domain,
+            processes: Processes::new(Supervisor::new(log.clone()), members, restarts),
+            topics,
             view,
-            members,
-            all_ready: false,
-            cleaned: Instant::now(),
-            scenario: 0,
-            estimated: 0,
-            compared: false,
-            awaited: BTreeMap::new(),
-            failures: Failures::new(),
-            strangers: BTreeMap::new(),
-            absent: commands.hosts().iter().cloned().collect(),
+            course: Course::new(in_all),
+            troubles: Troubles::default(),
+            arrivals: Arrivals::of(commands.hosts()),
+            stopping: Stopping::new(in_all.is_some()),
             watch: Watch::start(),
-            early: BTreeMap::new(),
-            keeps: in_all.is_some(),
-            closing: None,
-            cut: Vec::new(),
             commands,
         };
         run.publish_roster()?;
@@ -188,13 +147,13 @@ impl<'a> Run<'a> {
     /// Why there are no results.
     pub fn conduct(&mut self, mut recorded: impl FnMut(u32, &Failures) -> Result<(), String>) -> Result<(), Abort> {
         let mut told = 0;
-        while self.in_all.is_none_or(|in_all| self.scenario < in_all) {
+        while self.course.in_all.is_none_or(|in_all| self.course.scenario < in_all) {
             self.look_around()?;
-            while told < self.scenario {
-                recorded(told, &self.failures).map_err(Abort::Fatal)?;
+            while told < self.course.scenario {
+                recorded(told, &self.troubles.failures).map_err(Abort::Fatal)?;
                 told += 1;
             }
-            if self.has_closed() && self.in_all != Some(self.scenario) {
+            if self.has_closed() && self.course.in_all != Some(self.course.scenario) {
                 return Err(Abort::Stopped);
             }
         }
@@ -203,27 +162,28 @@ impl<'a> Run<'a> {
 
     /// How many scenarios are recorded.
     pub fn recorded(&self) -> u32 {
-        self.scenario
+        self.course.scenario
     }
 
     /// What has gone wrong so far.
     pub fn failures(&self) -> &Failures {
-        &self.failures
+        &self.troubles.failures
     }
 
     /// Senders that are no case of the run and scenarios that were refused, and what was wrong with them.
     pub fn strangers(&self) -> &BTreeMap<String, String> {
-        &self.strangers
+        &self.troubles.strangers
     }
 
     /// Ends all processes and returns how each ended.
     pub fn end(&mut self) -> BTreeMap<String, String> {
+        let ended = self.processes.supervisor.stop_all();
         let how = |(name, end): (String, String)| {
-            let restarts = self.members.get(&name).map_or(0, |member| member.attempt);
+            let restarts = self.processes.restarts_of(&name);
             let end = if restarts == 0 { end } else { format!("{end}, restarts: {restarts}") };
             (name, end)
         };
-        self.supervisor.stop_all().into_iter().map(how).collect()
+        ended.into_iter().map(how).collect()
     }
 
     /// Closes the run, and returns the signals, which report further requests to stop.
@@ -234,11 +194,12 @@ impl<'a> Run<'a> {
     /// Sleeps until something happens, and deals with it.
     fn look_around(&mut self) -> Result<(), Abort> {
         self.start_what_is_due()?;
-        self.signals.wait(&[&self.reports, &self.roster, &self.scenarios], self.longest_sleep())?;
+        self.signals
+            .wait(&[&self.topics.reports, &self.topics.roster, &self.topics.scenarios], self.longest_sleep())?;
         self.forgive_what_was_missed();
         self.take_scenarios()?;
         self.view.refresh();
-        let ended = self.supervisor.newly_ended();
+        let ended = self.processes.supervisor.newly_ended();
         // The reports that a process sent before it ended say more than how it ended.
         self.take_reports()?;
         for Ended { name, status } in &ended {
@@ -249,109 +210,34 @@ impl<'a> Run<'a> {
         }
         self.end_what_takes_too_long()?;
         self.give_up_on_the_silent()?;
-        if self.cleaned.elapsed() > TICK {
+        if self.topics.cleaned.elapsed() > TICK {
             // Observers may die, too.
-            self.clean();
+            self.topics.clean();
         }
         Ok(())
     }
 
-    fn clean(&mut self) {
-        self.domain.domain.clean_up_after_the_dead();
-        self.cleaned = Instant::now();
-    }
-
     fn longest_sleep(&self) -> Duration {
-        let next = self.members.values().filter_map(|member| member.due).chain(self.next_end_of_a_budget()).min();
+        let next = self.processes.next_due().into_iter().chain(self.next_end_of_a_budget()).min();
         next.map_or(TICK, |due| due.saturating_duration_since(Instant::now()).min(TICK))
     }
 
     fn start_what_is_due(&mut self) -> Result<(), Abort> {
-        let now = Instant::now();
-        let due: Vec<String> = self
-            .members
-            .iter()
-            .filter(|(_, member)| member.due.is_some_and(|due| due <= now))
-            .filter(|(name, _)| self.absent.is_empty() || Service::Bridge.is(name))
-            .map(|(name, _)| name.clone())
-            .collect();
-        for name in due {
-            let Some(member) = self.members.get_mut(&name) else { continue };
-            member.started(now);
-            let command = self.commands.of(&name, member.attempt, self.scenario);
-            if let Err(why) = command.and_then(|command| self.supervisor.start(&name, command)) {
-                self.fail(&name, why)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Receives the scenarios that have been published.
-    fn take_scenarios(&mut self) -> Result<(), Abort> {
-        while let Some(message) = self.scenarios.receive()? {
-            if let Err(Refusal { sender, why }) = screen(self.commands.run_id, &message) {
-                drop(message);
-                self.blame(&sender, why)?;
-                continue;
-            }
-            let header = message.header();
-            let (scenario, snapshots) = (header.scenario, header.snapshots);
-            if self.under_way.as_ref().is_none_or(|known| known.scenario < scenario) {
-                let name = unpack(&header.name);
-                self.view.model_mut().set_stage(scenario, Stage { name: name.clone(), snapshots: snapshots.into() });
-                // A service may have been idle for long, which is no silence of its processes.
-                let now = Instant::now();
-                self.under_way = Some(UnderWay { scenario, name, snapshots, since: now });
-                self.members.values_mut().for_each(|member| member.heard = now);
-            }
-        }
-        Ok(())
-    }
-
-    /// The scenario that everybody works on, if there is one.
-    fn current(&self) -> Option<&UnderWay> {
-        self.under_way.as_ref().filter(|known| known.scenario == self.scenario)
-    }
-
-    /// Begins the next scenario, since the recorder has written this one.
-    fn begin_next_scenario(&mut self) -> Result<(), Abort> {
-        if let Some(known) = self.current() {
-            self.view.note(&format!("{} is recorded", known.name));
-        }
-        self.scenario += 1;
-        (self.estimated, self.compared) = (0, false);
-        self.awaited.clear();
-        let now = Instant::now();
-        for member in self.members.values_mut() {
-            member.begin_scenario(now);
-        }
-        self.publish_roster()?;
-        let early = std::mem::take(&mut self.early);
-        early.into_values().try_for_each(|report| self.take_report(report))
+        let (absent, commands, scenario) = (&self.arrivals.absent, &self.commands, self.course.scenario);
+        let failed = self.processes.start_what_is_due(
+            |name| absent.is_empty() || Service::Bridge.is(name),
+            |name, attempt| commands.of(name, attempt, scenario),
+        );
+        failed.into_iter().try_for_each(|(name, why)| self.fail(&name, why))
     }
 
     /// Counts time in which the launcher itself was stopped, or got no turn, neither as silence nor in a budget.
     fn forgive_what_was_missed(&mut self) {
         let missed = self.watch.missed();
-        self.members.values_mut().for_each(|member| member.heard += missed);
-        if let Some(known) = &mut self.under_way {
+        self.processes.members.values_mut().for_each(|member| member.heard += missed);
+        if let Some(known) = &mut self.course.under_way {
             known.since += missed;
         }
-    }
-
-    fn publish_roster(&self) -> Result<(), Abort> {
-        let header = RosterHeader { run_id: self.commands.run_id, scenario: self.scenario, reserved: 0 };
-        let references = &self.commands.launch.references;
-        let entry = |case: &Case| RosterEntry {
-            label: pack(&case.label),
-            failed: u32::from(self.has_failed(&case.label)),
-            reason: self.failures.get(&(self.scenario, case.label.clone())).map_or([0; 384], |why| pack(why)),
-            shards: case.shards,
-            reference: references.iter().position(|label| *label == case.label).map_or(0, |place| place as u32 + 1),
-            baseline: u32::from(self.commands.launch.baseline.as_ref() == Some(&case.label)),
-        };
-        let entries: Vec<RosterEntry> = self.commands.launch.cases.iter().map(entry).collect();
-        Ok(self.roster.send_items(header, &entries)?)
     }
 }
 

@@ -11,13 +11,10 @@ use messages::topic::{Status, Topic};
 
 use super::{Abort, Run};
 
-/// Most reports about the next scenario that are kept.
-const MOST_EARLY: usize = 4096;
-
 impl Run<'_> {
     /// Takes in the reports that have arrived.
     pub(super) fn take_reports(&mut self) -> Result<(), Abort> {
-        while let Some(report) = self.reports.receive()? {
+        while let Some(report) = self.topics.reports.receive()? {
             if let Err(Refusal { sender, why }) = screen(self.commands.run_id, &report) {
                 drop(report);
                 self.blame(&sender, why)?;
@@ -35,13 +32,11 @@ impl Run<'_> {
     }
 
     pub(super) fn take_report(&mut self, report: Report) -> Result<(), Abort> {
-        if self.is_early(&report) {
-            if self.early.len() < MOST_EARLY {
-                self.early.insert((report.node.clone(), report.event.code()), report);
-            }
+        if self.course.is_early(&report) {
+            self.course.keep_early(report);
             return Ok(());
         }
-        let is_current = report.scenario == self.scenario;
+        let is_current = report.scenario == self.course.scenario;
         self.note_sign_of_life(&report, is_current);
         if !matches!(report.event, Event::Failed { .. }) {
             self.view.report(&report, false);
@@ -51,12 +46,12 @@ impl Run<'_> {
             (Event::Joined { host }, Some(Service::Bridge)) => self.take_in(&host),
             (Event::Ready, _) => self.note_when_all_are_ready(),
             (Event::WaitsFor { case, what, .. }, Some(_)) if is_current && self.is_case(&case) => {
-                self.awaited.insert(node, (case, what));
+                self.course.awaited.insert(node, (case, what));
             }
-            (Event::Progress { done, .. }, Some(Service::Estimator)) if is_current => self.estimated = done,
-            (Event::Done, Some(Service::Comparator)) if is_current => self.compared = true,
+            (Event::Progress { done, .. }, Some(Service::Estimator)) if is_current => self.course.estimated = done,
+            (Event::Done, Some(Service::Comparator)) if is_current => self.course.compared = true,
             (Event::Done, Some(Service::Recorder)) if is_current => self.begin_next_scenario()?,
-            (Event::Total, Some(Service::Scenario)) => self.in_all = Some(scenario),
+            (Event::Total, Some(Service::Scenario)) => self.course.in_all = Some(scenario),
             (Event::Refused { name, why, .. }, Some(Service::Scenario)) => self.name_stranger(name, why),
             (Event::Failed { case, why }, _) => self.take_failure(&node, scenario, &case, why)?,
             _ => {}
@@ -66,7 +61,7 @@ impl Run<'_> {
 
     /// Notes that a process lives, and whether it owes work.
     fn note_sign_of_life(&mut self, report: &Report, is_current: bool) {
-        let Some(member) = self.members.get_mut(&report.node) else { return };
+        let Some(member) = self.processes.members.get_mut(&report.node) else { return };
         member.heard = Instant::now();
         match report.event {
             Event::Ready | Event::Joined { .. } => member.ready = true,
@@ -80,27 +75,12 @@ impl Run<'_> {
     fn take_failure(&mut self, node: &str, scenario: u32, case: &str, why: String) -> Result<(), Abort> {
         let speaks_of_itself = node == case;
         let is_of_a_case = self.is_case(self.subject(node));
-        if scenario < self.scenario {
+        if scenario < self.course.scenario {
             // What was wrong with a case in a scenario that is already recorded does not matter.
             let matters = !speaks_of_itself && !is_of_a_case && !self.is_case(self.subject(case));
             return if matters { self.blame(case, why) } else { Ok(()) };
         }
         // A case can report only its own failure.
         if speaks_of_itself || is_of_a_case { self.fail(node, why) } else { self.blame(case, why) }
-    }
-
-    /// Whether a report is about the next scenario, although the end of this one has not been reported yet.
-    fn is_early(&self, report: &Report) -> bool {
-        report.scenario == self.scenario.saturating_add(1)
-            && !matches!(report.event, Event::Ready | Event::Joined { .. })
-            && !Service::Scenario.is(&report.node)
-            && self.in_all.is_none_or(|in_all| report.scenario < in_all)
-    }
-
-    fn note_when_all_are_ready(&mut self) {
-        if !self.all_ready && self.members.values().all(|member| member.ready) {
-            self.all_ready = true;
-            self.view.note(&format!("{} processes are ready", self.members.len()));
-        }
     }
 }

@@ -42,6 +42,7 @@ mod quadrature;
 pub mod raster;
 pub mod readout;
 mod share;
+mod watched_orbit;
 
 pub use carried::CarriedMesh;
 pub use characteristics::characteristic_densities;

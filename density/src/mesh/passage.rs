@@ -19,8 +19,8 @@ use super::carried::judge_cells;
 use super::fine::number_nodes;
 use super::gaussian::probability;
 use super::lattice::{Refinement, graded_triangles, lattice_lines};
+use super::watched_orbit::WatchedOrbit;
 use super::{MeshError, Points};
-use crate::first_passage::Quintic;
 use crate::first_passage::times::excess;
 use crate::flow::{Escaped, Flow};
 use crate::model::earth::SUN_MEAN_MOTION;
@@ -43,11 +43,6 @@ const MANY_STEPS: usize = 1024;
 /// Factor by which the difference between two refinements or two degrees is multiplied in the reported error: where an
 /// orbit just touches the critical eccentricity, both err to the same side.
 const SAFETY: f64 = 3.0;
-/// Distance of the excess from zero beyond which no peak can reach zero within a step, so that the quintic is not needed.
-const NEAR: f64 = 0.5;
-/// Error of a peak of the quintic, per unit by which the quintic over two steps misses the value between them. For
-/// equal steps it is 1/64; four times as much is reported, to allow for unequal steps.
-const PEAK_ERROR: f64 = 1.0 / 16.0;
 
 /// Why there is no curve.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -221,63 +216,9 @@ struct Watched {
     meshes: Vec<Vec<([u32; 3], f64)>>,
     /// Total probability of the first triangulation.
     total: f64,
-    orbits: Vec<Watch>,
+    orbits: Vec<WatchedOrbit>,
     /// Length of the last step \[yr\].
     step: f64,
-}
-
-/// An orbit between the two ends of a step.
-#[derive(Debug, Clone, Copy)]
-struct Watch {
-    /// Excess `f`, `f'`, `f''` at both ends.
-    ends: [[f64; 3]; 2],
-    /// The largest excess before the step.
-    reached: f64,
-    /// Time from the start of the step and value of a peak within it, if one matters.
-    peak: Option<(f64, f64)>,
-    /// By how much the values of peaks may be off.
-    doubt: f64,
-}
-
-impl Watch {
-    fn new(excess: [f64; 3]) -> Self {
-        Self { ends: [excess; 2], reached: excess[0], peak: None, doubt: 0.0 }
-    }
-
-    /// Goes on by a step of `years` at whose end the orbit has this excess.
-    /// The step before it took `before` years.
-    fn go_on(&mut self, before: f64, years: f64, excess: [f64; 3]) {
-        let highest = self.reached.max(self.ends[1][0]).max(self.peak.map_or(f64::NEG_INFINITY, |(_, value)| value));
-        let ends = [self.ends[1], excess];
-        let [start, end] = ends;
-        let may_matter = highest < 0.0 && start[1] > 0.0 && end[1] < 0.0 && start[0].max(end[0]) > -NEAR;
-        let peak = || {
-            let quintic = Quintic::new(start, end, years);
-            quintic.peak().map(|time| (time, quintic.at(time)))
-        };
-        let peak = may_matter.then(peak).flatten();
-        // The quintic over this step and the one before should have the value between them. One step is half as long,
-        // and the quintic's error is of sixth order.
-        let doubt = match peak {
-            Some(_) if before > 0.0 => {
-                let both = Quintic::new(self.ends[0], excess, before + years).at(before);
-                PEAK_ERROR * (both - start[0]).abs()
-            }
-            _ => 0.0,
-        };
-        *self = Self { ends, reached: highest, peak, doubt: self.doubt.max(doubt) };
-    }
-
-    /// The largest excess up to the time `within` a step of the length `years`.
-    fn highest(&self, within: f64, years: f64) -> f64 {
-        let [start, end] = self.ends;
-        if self.reached >= 0.0 {
-            return self.reached;
-        }
-        let here = if within < years { Quintic::new(start, end, years).at(within) } else { end[0] };
-        let peak = self.peak.filter(|(time, _)| *time <= within).map_or(here, |(_, value)| value);
-        self.reached.max(here).max(peak)
-    }
 }
 
 impl Watched {
@@ -296,7 +237,8 @@ impl Watched {
         let used = number_nodes(meshes.iter_mut().flatten().map(|(corners, _)| corners).collect());
         let total = meshes[0].iter().map(|(_, mass)| mass).sum();
         let mut watched = Self { refinement, used, meshes, total, orbits: Vec::new(), step: 0.0 };
-        watched.orbits = watched.excesses(problem, orbits.x1(), orbits.x2()).into_iter().map(Watch::new).collect();
+        watched.orbits =
+            watched.excesses(problem, orbits.x1(), orbits.x2()).into_iter().map(WatchedOrbit::new).collect();
         Ok(watched)
     }
 
@@ -321,7 +263,7 @@ impl Watched {
 
     /// The change of the share of the probability that has passed, if all peaks were off by as much as they may be.
     fn doubt(&self, within: f64, years: f64) -> f64 {
-        let highest = |orbit: &Watch| (orbit.highest(within, years), orbit.doubt);
+        let highest = |orbit: &WatchedOrbit| (orbit.highest(within, years), orbit.doubt);
         let highest: Vec<(f64, f64)> = self.orbits.par_iter().map(highest).collect();
         let mesh = &self.meshes[0];
         let share = |(corners, mass): &([u32; 3], f64)| {

@@ -65,6 +65,7 @@ pub mod library;
 pub mod linearity;
 pub mod merge;
 pub mod moments;
+mod normal;
 mod pilot;
 pub mod plan;
 pub mod propagator;
