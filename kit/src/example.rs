@@ -2,18 +2,23 @@
 
 use density::grid::{Axis, Grid};
 use density::model::planar::Force;
+use density::model::registry::Planar;
 use density::problem::{InitialGaussian, Problem};
 
 use crate::assignment::{Assignment, Plane};
 
-/// Two snapshots of a planar cloud, with comparison grids of 4 x 3 bins.
-pub fn assignment() -> Assignment {
-    let grid = Grid { phi: Axis { low: 0.0, high: 6.0, bins: 4 }, e: Axis { low: 0.0, high: 0.9, bins: 3 } };
-    let problem = Problem {
+/// A small cloud in the plane, with snapshots at the start and half a year later.
+pub fn problem() -> Problem<Planar> {
+    Problem {
         model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
         initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
         times: vec![0.0, 0.5],
         critical_e: 0.6,
-    };
-    Assignment::in_plane(7, "scenario-1", (0, 1), Plane { problem, grids: vec![grid; 2] })
+    }
+}
+
+/// The scenario of that cloud, with comparison grids of 4 x 3 bins.
+pub fn assignment() -> Assignment {
+    let grid = Grid { phi: Axis { low: 0.0, high: 6.0, bins: 4 }, e: Axis { low: 0.0, high: 0.9, bins: 3 } };
+    Assignment::in_plane(7, "scenario-1", (0, 1), Plane { problem: problem(), grids: vec![grid; 2] })
 }

@@ -138,21 +138,14 @@ fn shape(Snapshot { header, content, items }: &Snapshot, assignment: &Assignment
 mod tests {
     use super::*;
     use crate::assignment::Plane;
+    use crate::example::problem;
     use density::grid::{Axis, Grid};
-    use density::model::planar::Force;
-    use density::problem::{InitialGaussian, Problem};
     use messages::content::{Characteristics, Samples};
 
     fn assignment() -> Assignment {
-        let problem = Problem {
-            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
-            initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
-            times: vec![0.0, 0.5],
-            critical_e: 0.6,
-        };
         let grids =
             vec![Grid { phi: Axis { low: 1.0, high: 2.0, bins: 10 }, e: Axis { low: 0.0, high: 0.2, bins: 20 } }; 2];
-        Assignment::in_plane(7, "s", (1, 2), Plane { problem, grids })
+        Assignment::in_plane(7, "s", (1, 2), Plane { problem: problem(), grids })
     }
 
     fn good() -> SnapshotHeader {

@@ -3,6 +3,7 @@
 
 pub mod examples;
 pub mod processes;
+pub mod service;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

@@ -150,21 +150,8 @@ fn put_together((first, content): (SnapshotHeader, Content), parts: Vec<(Snapsho
 #[cfg(test)]
 mod tests {
     use super::*;
-    use density::model::planar::Force;
-    use density::problem::{InitialGaussian, Problem};
-    use kit::assignment::Plane;
+    use kit::example::assignment;
     use messages::content::Samples;
-
-    fn assignment() -> Assignment {
-        let problem = Problem {
-            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
-            initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
-            times: vec![0.0, 0.5],
-            critical_e: 0.6,
-        };
-        let grids = Vec::new();
-        Assignment::in_plane(7, "s", (0, 1), Plane { problem, grids })
-    }
 
     /// Shard `shard` of two that share five rows: the first has two.
     fn header(shard: u32, index: u32) -> SnapshotHeader {

@@ -1,28 +1,15 @@
-//! DEE: characteristics that carry the density along the flow (Sect. 3.2).
+//! The settings of a DEE case.
 
-use std::ops::Range;
-
-use density::first_passage::empirical::empirical_curve;
-use density::first_passage::passage_times;
+use density::mesh::Placement;
 use density::mesh::lattice::MOST_DEGREE;
-use density::mesh::passage::{PassageCurve, passage_curve};
-use density::mesh::{Placement, Points, characteristic_densities, initial_points};
-use density::model::registry::Planar;
-use density::orbits::Orbits;
-use density::problem::Problem;
-use messages::content::{Characteristics, Lattice, MOST_RESOLUTION};
-use messages::layout::PASSAGE_COLUMNS;
+use messages::content::MOST_RESOLUTION;
 use serde::{Deserialize, Serialize};
 
+use super::DensityEvolution;
 use crate::files::input::{Mode, natural_option, positive, positive_option};
 use crate::files::toml_words::{choice, choice_option};
 use crate::methods::accuracy::AccuracySetting;
-use crate::methods::course::Course;
 use crate::methods::{Method, Misfit};
-use kit::assignment::Assignment;
-use kit::failure::Failure;
-use kit::shard::Shard;
-use kit::{Form, Passage, Propagator};
 
 /// Where the characteristics start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -126,11 +113,13 @@ impl Settings {
         Ok(())
     }
 
-    fn seed(&self) -> u64 {
+    /// The seed that is set, else 1.
+    pub(super) fn seed(&self) -> u64 {
         self.seed.unwrap_or(1)
     }
 
-    fn resolution(&self) -> usize {
+    /// Interpolation points per axis of a hull mesh.
+    pub(super) fn resolution(&self) -> usize {
         self.resolution.unwrap_or(5000)
     }
 
@@ -140,7 +129,7 @@ impl Settings {
     }
 
     /// The degree that is set; else `USUAL_DEGREE`, or the largest that fits if the lattice is smaller.
-    fn degree(&self) -> usize {
+    pub(super) fn degree(&self) -> usize {
         self.degree.unwrap_or_else(|| USUAL_DEGREE.min(self.side().saturating_sub(1)).max(1))
     }
 
@@ -151,7 +140,8 @@ impl Settings {
         })
     }
 
-    fn placement(&self) -> Placement {
+    /// Where the characteristics start, in the terms of the science.
+    pub(super) fn placement(&self) -> Placement {
         match self.placement_choice() {
             PlacementChoice::Random => Placement::Random,
             PlacementChoice::Lattice => Placement::Lattice,
@@ -159,7 +149,8 @@ impl Settings {
         }
     }
 
-    fn mesh(&self) -> MeshChoice {
+    /// The mesh that is set, else that of the mode.
+    pub(super) fn mesh(&self) -> MeshChoice {
         self.mesh.unwrap_or(match self.mode {
             Mode::Corrected => MeshChoice::Carried,
             Mode::AsPrinted => MeshChoice::Hull,
@@ -228,119 +219,6 @@ impl Method for Settings {
     fn rows_to_share(&self) -> Result<usize, String> {
         Ok(self.samples.isqrt().pow(2))
     }
-}
-
-/// The DEE propagator.
-#[derive(Debug)]
-pub struct DensityEvolution {
-    settings: Settings,
-    shard: Shard,
-    work: Option<Work>,
-}
-
-/// The characteristics of the scenario under way.
-#[derive(Debug)]
-struct Work {
-    problem: Problem<Planar>,
-    /// The initial points of the whole case.
-    start: Points,
-    /// The points that this process propagates.
-    range: Range<usize>,
-    course: Course,
-    densities: Vec<f64>,
-}
-
-impl DensityEvolution {
-    /// A propagator with these settings.
-    pub fn new(settings: Settings) -> Self {
-        Self { settings, shard: Shard::WHOLE, work: None }
-    }
-}
-
-impl Propagator for DensityEvolution {
-    fn take_shard(&mut self, shard: Shard) -> Result<(), Failure> {
-        self.shard = shard;
-        Ok(())
-    }
-
-    fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let problem = &assignment.plane()?.problem;
-        let Settings { samples, mode, accuracy, .. } = self.settings;
-        let (seed, resolution, degree) = (self.settings.seed(), self.settings.resolution(), self.settings.degree());
-        let start = initial_points(problem, samples, self.settings.placement(), seed)?;
-        let range = self.shard.part(start.phi.len())?;
-        let flow = AccuracySetting::flow(accuracy, problem.model);
-        let orbits = Orbits::from_polar(flow, &start.phi[range.clone()], &start.e[range.clone()]);
-        let form = Form {
-            content: match self.settings.mesh() {
-                MeshChoice::Carried => {
-                    let lattice = start.lattice.map(|side| Lattice { side: side as u32, degree: degree as u32 });
-                    Characteristics::CarriedMesh { lattice }
-                }
-                MeshChoice::Hull => {
-                    Characteristics::HullMesh { resolution: resolution as u32, as_printed: mode == Mode::AsPrinted }
-                }
-            }
-            .into(),
-            most_rows: orbits.len(),
-            total_rows: start.phi.len(),
-        };
-        let course = Course::new(orbits, range.start, problem);
-        self.work = Some(Work { problem: problem.clone(), start, range, course, densities: Vec::new() });
-        Ok(form)
-    }
-
-    fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let work = self.work.as_mut().ok_or_else(Failure::no_scenario)?;
-        let rows = work.course.advance(index)?;
-        let orbits = &work.course.orbits;
-        let with_jacobian = self.settings.mode == Mode::Corrected;
-        let [phi, e] = [&work.start.phi, &work.start.e].map(|column| &column[work.range.clone()]);
-        work.densities =
-            characteristic_densities(&work.problem.initial, phi, e, orbits.x1(), orbits.x2(), with_jacobian)?;
-        Ok(rows)
-    }
-
-    fn write(&self, columns: &mut [f64]) {
-        let Some(work) = &self.work else { return };
-        let [phi, e, n] = Characteristics::columns(columns);
-        work.course.orbits.read_out(phi, e);
-        n.copy_from_slice(&work.densities);
-    }
-
-    /// The curve follows from the flow that a lattice interpolates, or from scattered characteristics, which all have
-    /// equal weight. Only the first shard computes it, from all points of the case.
-    fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
-        if self.shard.index > 0 {
-            return Ok(Passage::Cannot("the first shard computes it for all".into()));
-        }
-        let work = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
-        let flow = work.course.orbits.flow;
-        if work.start.lattice.is_some() {
-            let curve = passage_curve(&work.problem, &flow, &work.start, self.settings.degree(), times)?;
-            return Ok(Passage::Curve(rows(&curve, times)));
-        }
-        let start = Orbits::from_polar(flow, &work.start.phi, &work.start.e);
-        let end = times.last().copied().unwrap_or(0.0);
-        let passages = passage_times(&flow, start.x1(), start.x2(), work.problem.critical_e, end)?;
-        let mut curve = empirical_curve(&passages, None, times);
-        curve.interval = None;
-        Ok(Passage::Curve(Passage::rows(&curve)))
-    }
-}
-
-/// The rows of a curve that estimates its own error. An orbit that has passed stays so: the lower end of an interval
-/// is therefore not below that of an earlier time, and the upper end is not above that of a later time.
-fn rows(curve: &PassageCurve, times: &[f64]) -> Vec<[f64; PASSAGE_COLUMNS]> {
-    let row = |((&time, &p), &error): ((&f64, &f64), &f64)| [time, p, (p - error).max(0.0), (p + error).min(1.0)];
-    let mut rows: Vec<_> = times.iter().zip(&curve.probability).zip(&curve.error).map(row).collect();
-    for k in 1..rows.len() {
-        rows[k][2] = rows[k][2].max(rows[k - 1][2]);
-    }
-    for k in (1..rows.len()).rev() {
-        rows[k - 1][3] = rows[k - 1][3].min(rows[k][3]);
-    }
-    rows
 }
 
 #[cfg(test)]
