@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 #: Columns and files that say how long something took, or when.
-TIMES = {"t_prop_s", "t_int_s", "t_cal_s", "ratio_to_mc", "ratio_to_reference", "seconds"}
+TIMES = {"t_prop_s", "t_int_s", "t_cal_s", "ratio_to_baseline", "seconds"}
 EFFORT = {"effort.csv"}
 
 

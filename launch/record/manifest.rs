@@ -39,6 +39,7 @@ pub fn write(folder: &Path, launch: &Launch, record: Record<'_>) -> Result<(), S
         scenarios: launch.scenarios.iter().map(|s| (s.content.name.clone(), s.text.clone())).collect(),
         reference: launch.references.first().cloned().unwrap_or_default(),
         references: launch.references.clone(),
+        baseline: launch.baseline.clone(),
         tolerance: launch.tolerance,
         cases: launch.cases.iter().map(|case| (case.label.clone(), case_record(case))).collect(),
         nodes: nodes.clone(),

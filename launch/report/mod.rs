@@ -37,7 +37,7 @@ pub fn print(launch: &Launch, folder: &Path) {
         }
         let problem = &scenario.content.problem;
         disposal::print(name, problem, &rows, &of_scenario(&passages, name));
-        effort::print(name, &of_scenario(&effort_rows, name), is_papers);
+        effort::print(name, &of_scenario(&effort_rows, name), launch.baseline.as_deref().unwrap_or("mc"), is_papers);
         verdicts::print(name, launch.tolerance, &of_scenario(&verdicts, name));
     }
     notes::print(&notes);

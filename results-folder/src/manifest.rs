@@ -30,6 +30,9 @@ pub struct Manifest {
     /// That case and the cases that stand in where it withholds a figure, in their order.
     #[serde(default)]
     pub references: Vec<String>,
+    /// The case in whose effort that of all cases is measured, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baseline: Option<String>,
     /// The tolerance against which methods were judged.
     #[serde(default)]
     pub tolerance: f64,
@@ -49,6 +52,13 @@ pub struct Manifest {
     /// The other files of the folder.
     #[serde(default)]
     pub files: BTreeMap<String, FileRecord>,
+}
+
+impl Manifest {
+    /// The case in whose effort that of all cases is measured. Earlier versions, which do not name it, took `mc`.
+    pub fn baseline(&self) -> &str {
+        self.baseline.as_deref().unwrap_or("mc")
+    }
 }
 
 /// What a case ran.

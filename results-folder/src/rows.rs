@@ -61,7 +61,8 @@ rows! {
         value: f64,
     }
 
-    /// A row of `effort.csv`. `trajectories` is `NaN` for a method that follows none.
+    /// A row of `effort.csv`. `ratio_to_baseline`, which earlier versions called `ratio_to_mc`, is `NaN` without a
+    /// baseline. `trajectories` is `NaN` for a method that follows none.
     EffortRow {
         #[serde(default)]
         scenario: String,
@@ -69,7 +70,8 @@ rows! {
         t_prop_s: f64,
         t_int_s: f64,
         t_cal_s: f64,
-        ratio_to_mc: f64,
+        #[serde(alias = "ratio_to_mc")]
+        ratio_to_baseline: f64,
         #[serde(default = "not_a_number")]
         trajectories: f64,
     }

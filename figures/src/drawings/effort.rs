@@ -54,7 +54,7 @@ pub fn draw_shares(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     })
 }
 
-/// Effort of each case in all scenarios of the run, relative to Monte Carlo if it ran.
+/// Effort of each case in all scenarios of the run, relative to that of the baseline if there is one.
 pub fn draw_normalised(scenes: &[Scene<'_>]) -> Result<Figure, DrawError> {
     let mut labels: Vec<&str> = Vec::new();
     for method in scenes.iter().flat_map(|scene| &scene.methods).filter(|method| method.effort.is_some()) {
@@ -62,10 +62,12 @@ pub fn draw_normalised(scenes: &[Scene<'_>]) -> Result<Figure, DrawError> {
             labels.push(method.label);
         }
     }
-    let is_normalised =
-        scenes.iter().flat_map(|scene| &scene.methods).any(|m| m.effort.is_some_and(|e| e.ratio_to_mc.is_finite()));
+    let is_normalised = scenes
+        .iter()
+        .flat_map(|scene| &scene.methods)
+        .any(|m| m.effort.is_some_and(|e| e.ratio_to_baseline.is_finite()));
     let value = |method: &Method<'_>| {
-        method.effort.map(|e| if is_normalised { e.ratio_to_mc } else { e.t_cal_s }).filter(|v| *v > 0.0)
+        method.effort.map(|e| if is_normalised { e.ratio_to_baseline } else { e.t_cal_s }).filter(|v| *v > 0.0)
     };
     let values = || scenes.iter().flat_map(|scene| scene.methods.iter().filter_map(value));
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
@@ -79,10 +81,7 @@ pub fn draw_normalised(scenes: &[Scene<'_>]) -> Result<Figure, DrawError> {
         .map(|(k, scene)| (Sample::Marker(Marker::of(k), stroke(k), false), scene.name.to_owned()))
         .collect();
     let (label, title) = if is_normalised {
-        (
-            format!("effort relative to mc, {} / {}", subscript("t", "cal"), subscript("t", "cal-MC")),
-            "Normalised effort",
-        )
+        (relative_effort(scenes.first().map_or("mc", |scene| scene.results.manifest.baseline())), "Normalised effort")
     } else {
         ("CPU time [s]".to_owned(), "Effort")
     };
@@ -103,6 +102,12 @@ pub fn draw_normalised(scenes: &[Scene<'_>]) -> Result<Figure, DrawError> {
         }
         Ok(())
     })
+}
+
+/// The words for the effort as a multiple of that of the case `baseline`.
+fn relative_effort(baseline: &str) -> String {
+    let of_baseline = subscript("t", &format!("cal-{}", baseline.to_uppercase()));
+    format!("effort relative to {baseline}, {} / {of_baseline}", subscript("t", "cal"))
 }
 
 /// Reverses an axis of names so that the first is on top.

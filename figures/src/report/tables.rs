@@ -118,16 +118,17 @@ pub fn distances(scene: &Scene<'_>) -> Markup {
 /// The effort of each case.
 pub fn effort(scene: &Scene<'_>) -> Markup {
     let rows = scene.methods.iter().filter_map(|method| Some((method.label, method.effort?)));
+    let baseline = scene.results.manifest.baseline();
     let table = html! {
         table {
-            caption { "CPU time of all threads: propagation, estimation of the densities, their sum; and the sum relative to that of the case mc." }
+            caption { "CPU time of all threads: propagation, estimation of the densities, their sum; and the sum relative to that of the case " (baseline) "." }
             thead { tr {
                 th scope="col" { "case" } th scope="col" { "trajectories" } th scope="col" { "t" sub { "prop" } ", s" } th scope="col" { "t" sub { "int" } ", s" }
-                th scope="col" { "t" sub { "cal" } ", s" } th scope="col" { "t" sub { "cal" } " / t" sub { "cal-MC" } }
+                th scope="col" { "t" sub { "cal" } ", s" } th scope="col" { "t" sub { "cal" } " / t" sub { "cal-" (baseline.to_uppercase()) } }
             } }
             tbody { @for (label, row) in rows { tr {
                 th scope="row" { (label) } td { (count(row.trajectories)) }
-                td { (seconds(row.t_prop_s)) } td { (seconds(row.t_int_s)) } td { (seconds(row.t_cal_s)) } td { (seconds(row.ratio_to_mc)) }
+                td { (seconds(row.t_prop_s)) } td { (seconds(row.t_int_s)) } td { (seconds(row.t_cal_s)) } td { (seconds(row.ratio_to_baseline)) }
             } } }
         }
     };

@@ -88,9 +88,9 @@ pub(super) fn distances(
 
 pub(super) fn effort(scenario: &str, method: &str, recorded: &RecordedComparison, trajectories: f64) -> Vec<EffortRow> {
     match recorded.values[..] {
-        [t_prop_s, t_int_s, t_cal_s, ratio_to_mc] => {
+        [t_prop_s, t_int_s, t_cal_s, ratio_to_baseline] => {
             let (scenario, method) = (scenario.into(), method.into());
-            vec![EffortRow { scenario, method, t_prop_s, t_int_s, t_cal_s, ratio_to_mc, trajectories }]
+            vec![EffortRow { scenario, method, t_prop_s, t_int_s, t_cal_s, ratio_to_baseline, trajectories }]
         }
         _ => Vec::new(),
     }

@@ -156,7 +156,7 @@ mod tests {
             ),
             ("errors.csv", "scenario,method,reference,t_yr,quantity,value,reference_value,abs_error,rel_error\n"),
             ("distances.csv", "scenario,method,reference,t_yr,density,measure,value\n"),
-            ("effort.csv", "scenario,method,t_prop_s,t_int_s,t_cal_s,ratio_to_mc,trajectories\n"),
+            ("effort.csv", "scenario,method,t_prop_s,t_int_s,t_cal_s,ratio_to_baseline,trajectories\n"),
             ("first_passage.csv", "scenario,method,t_yr,prob_reached_critical_e,low,high,interval\n"),
             ("diagnostics.csv", "scenario,method,t_yr,diagnostic,value\n"),
             ("notes.csv", "scenario,method,t_yr,note\n"),
