@@ -33,7 +33,8 @@ fn main() {
 
 /// Scenario 1 of the paper.
 fn problem() -> Problem {
-    let initial = InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025 };
+    let initial =
+        InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025, correlation: 0.0 };
     let force = Force { radiation: 0.15, oblateness: 0.40921 };
     Problem { model: force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 }
 }

@@ -26,7 +26,8 @@ fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let [_, folder, repeats] = &arguments[..] else { panic!("give a folder and a number of repeats") };
     let (folder, repeats) = (Path::new(folder), repeats.parse().expect("a number of repeats"));
-    let initial = InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025 };
+    let initial =
+        InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025, correlation: 0.0 };
     let force = Force { radiation: 0.15, oblateness: 0.40921 };
     let problem = Problem { model: force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 };
     let start = initial_points(&problem, SAMPLES, Placement::Random, 1).expect("points");

@@ -57,6 +57,11 @@ impl<const N: usize> Gaussian<N> {
         Self { mean, root }
     }
 
+    /// From the mean and a lower triangular square root `S` of the covariance `S S^T`, row by row.
+    pub(crate) fn from_root(mean: [f64; N], root: [[f64; N]; N]) -> Self {
+        Self { mean, root }
+    }
+
     /// The point at the standardised coordinates `z`: `m + S z`.
     pub fn point(&self, standard: [f64; N]) -> [f64; N] {
         std::array::from_fn(|row| (0..=row).fold(self.mean[row], |sum, k| sum + standard[k] * self.root[row][k]))

@@ -17,7 +17,7 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let force = Force { radiation: 0.15, oblateness: 0.40921 };
-//! let initial = InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: 0.19635, sigma_e: 0.025 };
+//! let initial = InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: 0.19635, sigma_e: 0.025, correlation: 0.0 };
 //! let problem = Problem::new(force, initial, vec![0.0, 0.5], 0.6)?;
 //! let flow = Flow::new(problem.model);
 //! let grids = comparison_grids(&problem, &flow, 40, 40)?;

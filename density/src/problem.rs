@@ -11,7 +11,8 @@ use crate::model::parameter::Parameter;
 use crate::model::planar::Force;
 use crate::problem_error::{Field, ProblemError, check, check_angle};
 
-/// The initial Gaussian, independent in `phi` and `e`, cut to `0 < e < 1`.
+/// The initial Gaussian in `phi` and `e`, cut to `0 < e < 1`: what lies outside is left out, and what is left is scaled to
+/// a probability of 1. No point of it has a negative eccentricity, for any method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InitialGaussian {
     /// Mean solar angle \[rad\].
@@ -22,6 +23,8 @@ pub struct InitialGaussian {
     pub sigma_phi: f64,
     /// Standard deviation of the eccentricity, half of the paper's `Δe`.
     pub sigma_e: f64,
+    /// Correlation of the solar angle and the eccentricity, before the cut; 0 in the paper.
+    pub correlation: f64,
 }
 
 impl InitialGaussian {
@@ -32,17 +35,40 @@ impl InitialGaussian {
             return 0.0;
         }
         let (u, v) = self.standardise(phi, e);
-        (-0.5 * (u * u + v * v)).exp() / (2.0 * PI * self.sigma_phi * self.sigma_e * self.mass_inside())
+        (-0.5 * (u * u + v * v)).exp() / (2.0 * PI * self.sigma_phi_given_e() * self.sigma_e * self.mass_inside())
     }
 
-    /// `(phi, e)` in standard deviations from the mean.
+    /// The standardised coordinates `(u, v)` of `(phi, e)`: before the cut they are independent, with mean 0 and deviation 1.
+    /// `v` is the eccentricity's distance from its mean in standard deviations, and `u` that of the solar angle from its
+    /// mean *given this eccentricity*, in standard deviations of the angle given the eccentricity.
     pub fn standardise(&self, phi: f64, e: f64) -> (f64, f64) {
-        ((phi - self.mean_phi) / self.sigma_phi, (e - self.mean_e) / self.sigma_e)
+        let v = (e - self.mean_e) / self.sigma_e;
+        ((phi - self.mean_phi_given(v)) / self.sigma_phi_given_e(), v)
     }
 
-    /// The point `(phi, e)` at `(u, v)` standard deviations from the mean.
+    /// The point `(phi, e)` at the standardised coordinates `(u, v)`, see [`InitialGaussian::standardise`].
     pub fn point(&self, u: f64, v: f64) -> (f64, f64) {
-        (self.mean_phi + u * self.sigma_phi, self.mean_e + v * self.sigma_e)
+        (self.mean_phi_given(v) + u * self.sigma_phi_given_e(), self.mean_e + v * self.sigma_e)
+    }
+
+    /// Mean of the solar angle \[rad\] given an eccentricity `v` standard deviations from its mean.
+    pub fn mean_phi_given(&self, v: f64) -> f64 {
+        self.mean_phi + self.correlation * v * self.sigma_phi
+    }
+
+    /// Standard deviation of the solar angle given the eccentricity \[rad\], whatever that is.
+    pub fn sigma_phi_given_e(&self) -> f64 {
+        (1.0 - self.correlation * self.correlation).sqrt() * self.sigma_phi
+    }
+
+    /// The area in `(phi, e)` of a unit square of the standardised coordinates \[rad\].
+    pub fn unit_area(&self) -> f64 {
+        self.sigma_phi_given_e() * self.sigma_e
+    }
+
+    /// Covariance of solar angle and eccentricity before the cut \[rad\].
+    pub fn covariance(&self) -> f64 {
+        self.correlation * self.sigma_phi * self.sigma_e
     }
 
     /// The share of the uncut Gaussian in `0 < e < 1`.
@@ -64,8 +90,10 @@ impl InitialGaussian {
 
 impl From<InitialGaussian> for Gaussian<2> {
     /// The Gaussian before the cut.
-    fn from(InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e }: InitialGaussian) -> Self {
-        Self::independent([mean_phi, mean_e], [sigma_phi, sigma_e])
+    fn from(initial: InitialGaussian) -> Self {
+        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation } = initial;
+        let across = (1.0 - correlation * correlation).sqrt() * sigma_e;
+        Self::from_root([mean_phi, mean_e], [[sigma_phi, 0.0], [correlation * sigma_e, across]])
     }
 }
 
@@ -86,6 +114,9 @@ pub struct Problem<M = Force> {
     /// Eccentricity at which the satellite re-enters.
     pub critical_e: f64,
 }
+
+/// The strongest correlation of `phi` and `e`. A stronger one makes a line of the cloud.
+pub const STRONGEST_CORRELATION: f64 = 0.999;
 
 /// The latest permitted snapshot time \[yr\].
 pub const MOST_YEARS: f64 = 1000.0;
@@ -116,7 +147,9 @@ impl InitialGaussian {
         check_fraction(Field::MeanE, self.mean_e)?;
         check_angle(Field::DeltaPhi, delta_phi, NARROWEST, "at least 1e-9 and at most 2π")?;
         let is_right = (NARROWEST..=1.0).contains(&delta_e);
-        check(Field::DeltaE, delta_e, is_right, "at least 1e-9 and at most 1".into())
+        check(Field::DeltaE, delta_e, is_right, "at least 1e-9 and at most 1".into())?;
+        let right = format!("between -{STRONGEST_CORRELATION} and {STRONGEST_CORRELATION}");
+        check(Field::Correlation, self.correlation, self.correlation.abs() <= STRONGEST_CORRELATION, right)
     }
 }
 
@@ -190,7 +223,13 @@ pub(crate) mod paper {
         };
         Problem {
             model: Force { radiation: 0.15, oblateness: 0.40921 },
-            initial: InitialGaussian { mean_phi, mean_e, sigma_phi: delta_phi / 2.0, sigma_e: delta_e / 2.0 },
+            initial: InitialGaussian {
+                mean_phi,
+                mean_e,
+                sigma_phi: delta_phi / 2.0,
+                sigma_e: delta_e / 2.0,
+                correlation: 0.0,
+            },
             times: (0..snapshots).map(|k| 0.5 * f64::from(k)).collect(),
             critical_e: 0.6,
         }

@@ -16,6 +16,8 @@ pub enum Field {
     DeltaPhi,
     /// Two standard deviations of the eccentricity, the paper's `Δe`.
     DeltaE,
+    /// Correlation of the solar angle and the eccentricity.
+    Correlation,
     /// The snapshot times.
     Times,
     /// The eccentricity at which the satellite re-enters.
@@ -30,6 +32,7 @@ impl fmt::Display for Field {
             Self::MeanE => "the mean eccentricity",
             Self::DeltaPhi => "delta_phi, two standard deviations of the solar angle,",
             Self::DeltaE => "delta_e, two standard deviations of the eccentricity,",
+            Self::Correlation => "the correlation of the solar angle and the eccentricity",
             Self::Times => "a snapshot time",
             Self::CriticalE => "the critical eccentricity",
         })

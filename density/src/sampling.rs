@@ -131,7 +131,8 @@ pub fn draw_one(initial: &InitialGaussian, generator: &ChaCha8Rng, index: u64) -
 }
 
 /// The independent draws with the numbers in `range` from a Gaussian over a model's variables, cut to their ranges; one
-/// column per variable. For the Gaussian of the plane, the draws are those of [`SamplingPlan`], byte for byte.
+/// column per variable. For a Gaussian of the plane whose variables are independent, the draws are those of [`SamplingPlan`],
+/// byte for byte.
 pub fn draw_variables<const N: usize>(
     initial: &Gaussian<N>,
     variables: &[Variable],

@@ -194,7 +194,8 @@ fn rotating(initial: InitialGaussian) -> Problem {
 
 #[test]
 fn without_oblateness_a_cloud_about_zero_eccentricity_returns_after_a_period() {
-    let problem = rotating(InitialGaussian { mean_phi: 1.0, mean_e: 0.02, sigma_phi: 1.5, sigma_e: 0.015 });
+    let problem =
+        rotating(InitialGaussian { mean_phi: 1.0, mean_e: 0.02, sigma_phi: 1.5, sigma_e: 0.015, correlation: 0.0 });
     let flow = Flow::new(problem.model);
     let exact = Exact::new(&problem, &flow, ExactSettings::default());
     let grids = comparison_grids(&problem, &flow, 40, 30).unwrap();
@@ -213,7 +214,8 @@ fn without_oblateness_a_cloud_about_zero_eccentricity_returns_after_a_period() {
 
 #[test]
 fn density_of_a_cloud_wider_than_the_circle_adds_its_turns() {
-    let problem = rotating(InitialGaussian { mean_phi: 1.0, mean_e: 0.3, sigma_phi: 3.0, sigma_e: 0.02 });
+    let problem =
+        rotating(InitialGaussian { mean_phi: 1.0, mean_e: 0.3, sigma_phi: 3.0, sigma_e: 0.02, correlation: 0.0 });
     let measure = Measure::new(problem.initial);
     let turns: f64 = (-9..=9).map(|k| problem.initial.density(2.0 + std::f64::consts::TAU * f64::from(k), 0.31)).sum();
     assert!((measure.density(State::from_polar(2.0, 0.31)) / turns - 1.0).abs() < 1e-12);

@@ -32,7 +32,7 @@ fn rotation_first_passage(state: State, radiation: f64, critical_e: f64) -> f64 
 #[test]
 fn without_oblateness_orbits_pass_when_rigid_rotation_says() {
     let force = Force { radiation: 0.2, oblateness: 0.0 };
-    let initial = InitialGaussian { mean_phi: 2.0, mean_e: 0.25, sigma_phi: 1.5, sigma_e: 0.08 };
+    let initial = InitialGaussian { mean_phi: 2.0, mean_e: 0.25, sigma_phi: 1.5, sigma_e: 0.08, correlation: 0.0 };
     let problem = Problem { model: force, initial, times: vec![0.0, 1.5], critical_e: 0.45 };
     let (x1, x2) = sample(&problem, 5000, 3);
     let times = first_passage_times(&Flow::new(force), &x1, &x2, 0.45, 1.5).unwrap();
@@ -105,7 +105,7 @@ fn passages_under_strong_radiation_and_oblateness_are_those_that_are_searched_fo
         [(0.63, 0.4, 0.6), (2.605, 0.4092, 0.583), (10.0, 10.0, 0.8), (3.0, 0.5, 0.95)]
     {
         let force = Force { radiation, oblateness };
-        let initial = InitialGaussian { mean_phi: 4.1, mean_e: 0.13, sigma_phi: 0.4, sigma_e: 0.04 };
+        let initial = InitialGaussian { mean_phi: 4.1, mean_e: 0.13, sigma_phi: 0.4, sigma_e: 0.04, correlation: 0.0 };
         let problem = Problem { model: force, initial, times: vec![0.0, 0.5], critical_e };
         let (x1, x2) = sample(&problem, 500, 3);
         let flow = Flow::new(force);

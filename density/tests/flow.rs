@@ -21,7 +21,7 @@ const SCENARIOS: [(f64, f64, f64, f64, f64); 3] = [
 ];
 
 fn cloud((mean_phi, mean_e, sigma_phi, sigma_e, _): (f64, f64, f64, f64, f64), count: usize) -> (Vec<f64>, Vec<f64>) {
-    draw(&InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e }, 5, count)
+    draw(&InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation: 0.0 }, 5, count)
 }
 
 fn hamiltonians(x1: &[f64], x2: &[f64]) -> Vec<f64> {

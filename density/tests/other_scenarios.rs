@@ -19,7 +19,13 @@ use density::trust::{Kind, TOLERANCE, trust};
 const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
 
 fn problem(force: Force, [phi, e, delta_phi, delta_e]: [f64; 4], times: &[f64], critical_e: f64) -> Problem {
-    let initial = InitialGaussian { mean_phi: phi, mean_e: e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e };
+    let initial = InitialGaussian {
+        mean_phi: phi,
+        mean_e: e,
+        sigma_phi: 0.5 * delta_phi,
+        sigma_e: 0.5 * delta_e,
+        correlation: 0.0,
+    };
     Problem { model: force, initial, times: times.to_vec(), critical_e }
 }
 
@@ -55,7 +61,7 @@ fn carried(problem: &Problem, count: usize) -> Vec<(Moments, f64, [f64; 4])> {
     let (mut phi, mut e) = (points.phi.clone(), points.e.clone());
     orbits.read_out(&mut phi, &mut e);
     let side = points.lattice.unwrap();
-    let phi0 = unfold(&problem.initial, &phi, side);
+    let phi0 = unfold(&problem.initial, &phi, &e, side);
     let mesh = CarriedMesh::new(&problem.initial, &phi0, &e, Some(side), 7).unwrap();
     let at = |(&time, grid)| {
         orbits.advance_to(time).unwrap();

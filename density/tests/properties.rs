@@ -53,7 +53,7 @@ prop_compose! {
         let sigma_e = relative_sigma_e * f64::min(mean_e, 1.0 - mean_e);
         Problem {
             model: Force { radiation, oblateness },
-            initial: InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e },
+            initial: InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation: 0.0 },
             times: vec![years],
             critical_e,
         }

@@ -181,7 +181,7 @@ fn plane(said: &Description, axes: &[Vec<Axis>]) -> Result<Plane, String> {
 /// What a message says of a problem, without the projections.
 pub fn described(name: &str, problem: &Problem<Planar>, ends: impl Fn(usize) -> Vec<[f64; 2]>) -> Description {
     let Problem { model, initial, times, critical_e } = problem;
-    let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = *initial;
+    let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, .. } = *initial;
     let variable = |variable: &Variable| scenario::Variable {
         name: variable.name.into(),
         symbol: variable.symbol.into(),
@@ -207,7 +207,7 @@ pub fn described(name: &str, problem: &Problem<Planar>, ends: impl Fn(usize) -> 
         reentry: Planar::REENTRY,
         critical: *critical_e,
         mean: vec![mean_phi, mean_e],
-        covariance: vec![sigma_phi * sigma_phi, 0.0, sigma_e * sigma_e],
+        covariance: vec![sigma_phi * sigma_phi, initial.covariance(), sigma_e * sigma_e],
         projections: Vec::new(),
         snapshots: times.iter().enumerate().map(|(index, &time)| Moment { time, ends: ends(index) }).collect(),
     }
@@ -221,6 +221,7 @@ pub fn key(field: Field) -> String {
         Field::MeanE => "initial.e".into(),
         Field::DeltaPhi => "initial.delta_phi".into(),
         Field::DeltaE => "initial.delta_e".into(),
+        Field::Correlation => "initial.correlation".into(),
         Field::Times => "times.at".into(),
         Field::CriticalE => "disposal.critical_e".into(),
     }
@@ -246,20 +247,18 @@ pub fn problem(said: &Description) -> Result<Problem<Planar>, String> {
     let (&[mean_phi, mean_e], &[phi_phi, phi_e, e_e]) = (&said.mean[..], &said.covariance[..]) else {
         return Err("initial: a planar cloud has two means and three covariances".into());
     };
-    if phi_e != 0.0 {
-        return Err(format!(
-            "initial: the covariance of phi and e is {phi_e}, it must be 0: they are drawn independently"
-        ));
-    }
     // The root of a square is the number itself, to the last bit.
-    let initial = InitialGaussian { mean_phi, mean_e, sigma_phi: phi_phi.sqrt(), sigma_e: e_e.sqrt() };
+    let (sigma_phi, sigma_e) = (phi_phi.sqrt(), e_e.sqrt());
+    let correlation = phi_e / (sigma_phi * sigma_e);
+    let initial = InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation };
     let times = said.snapshots.iter().map(|moment| moment.time).collect();
     let problem = Problem::new(model, initial, times, said.critical);
     problem.map_err(|error| format!("{}: {}", key(error.field), error.problem()))
 }
 
 /// A placeholder where the initial Gaussian is not used.
-const NOWHERE: InitialGaussian = InitialGaussian { mean_phi: 0.0, mean_e: 0.0, sigma_phi: 0.0, sigma_e: 0.0 };
+const NOWHERE: InitialGaussian =
+    InitialGaussian { mean_phi: 0.0, mean_e: 0.0, sigma_phi: 0.0, sigma_e: 0.0, correlation: 0.0 };
 
 #[cfg(test)]
 mod tests {
@@ -285,6 +284,15 @@ mod tests {
             in_plane(Plane { problem: Problem { times: many, ..problem }, grids: vec![grids[0]; MOST_SNAPSHOTS] });
         let (header, items) = long.to_parts().unwrap();
         assert_eq!(Assignment::from_parts(&header, &items), Ok(long));
+    }
+
+    #[test]
+    fn a_correlation_survives_it_to_rounding() {
+        let Plane { mut problem, grids } = example().plane.unwrap();
+        problem.initial.correlation = -0.7;
+        let (header, items) = in_plane(Plane { problem, grids }).to_parts().unwrap();
+        let initial = Assignment::from_parts(&header, &items).unwrap().plane.unwrap().problem.initial;
+        assert!((initial.correlation + 0.7).abs() < 1e-15, "{initial:?}");
     }
 
     #[test]

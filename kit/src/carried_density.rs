@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn a_carried_density_is_right_if_it_grows_by_the_change_of_e_over_s_and_wrong_by_as_much_as_it_does_not() {
-        let initial = InitialGaussian { mean_phi: 6.2, mean_e: 0.2, sigma_phi: 0.1, sigma_e: 0.02 };
+        let initial = InitialGaussian { mean_phi: 6.2, mean_e: 0.2, sigma_phi: 0.1, sigma_e: 0.02, correlation: 0.0 };
         let (phi, e) = ([6.2, 0.0, 6.1], [0.2, 0.21, 0.0]);
         let carried = CarriedDensity::begin(&initial, &phi, &e, &[0.0; 3]);
         let n: Vec<f64> = carried.start.iter().map(|(_, density)| *density).collect();
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn points_of_a_cloud_of_several_turns_are_on_the_turn_that_their_densities_are_of() {
-        let initial = InitialGaussian { mean_phi: 3.0, mean_e: 0.2, sigma_phi: 1.5, sigma_e: 0.02 };
+        let initial = InitialGaussian { mean_phi: 3.0, mean_e: 0.2, sigma_phi: 1.5, sigma_e: 0.02, correlation: 0.0 };
         let (unfolded, e) = ([-3.0, 3.0, 8.0], [0.2; 3]);
         let n = [0, 1, 2].map(|i| initial.density(unfolded[i], e[i]));
         let phi = unfolded.map(|phi: f64| phi.rem_euclid(TAU));

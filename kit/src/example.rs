@@ -11,7 +11,7 @@ use crate::assignment::{Assignment, Plane};
 pub fn problem() -> Problem<Planar> {
     Problem {
         model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
-        initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01 },
+        initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01, correlation: 0.0 },
         times: vec![0.0, 0.5],
         critical_e: 0.6,
     }

@@ -27,13 +27,18 @@ pub struct Scenario {
     pub grids: Vec<Grid>,
 }
 
-/// Two problems whose exact answers are known.
+/// Two problems whose exact answers are known. In the second one the solar angle and the eccentricity are correlated.
 pub fn known() -> [Result<Scenario, LostOrbit>; 2] {
     let paper = Force { radiation: 0.15, oblateness: 0.40921 };
     let other = Force { radiation: 0.25, oblateness: 0.2 };
     [
         bounded("check-1", paper, cloud(2.2069, 0.145, 0.005, 0.0008), vec![0.0, 0.3, 0.8, 1.3, 2.0]),
-        bounded("check-2", other, cloud(0.9, 0.3, 0.005, 0.001), vec![0.0, 0.6, 1.0]),
+        bounded(
+            "check-2",
+            other,
+            InitialGaussian { correlation: 0.6, ..cloud(0.9, 0.3, 0.005, 0.001) },
+            vec![0.0, 0.6, 1.0],
+        ),
     ]
 }
 
@@ -61,7 +66,7 @@ pub fn impossible() -> Result<Scenario, LostOrbit> {
 }
 
 fn cloud(mean_phi: f64, mean_e: f64, sigma_phi: f64, sigma_e: f64) -> InitialGaussian {
-    InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e }
+    InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation: 0.0 }
 }
 
 fn bounded(name: &'static str, force: Force, initial: InitialGaussian, times: Vec<f64>) -> Result<Scenario, LostOrbit> {

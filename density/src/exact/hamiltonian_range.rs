@@ -43,8 +43,11 @@ pub(super) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> 
         if least(i).hypot(least(j)) > RADIUS {
             continue;
         }
-        let ((phi_low, e_low), (phi_high, e_high)) =
-            (gaussian.point(edge(i), edge(j)), gaussian.point(edge(i + 1), edge(j + 1)));
+        let corners = [(i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)].map(|(i, j)| gaussian.point(edge(i), edge(j)));
+        let (e_low, e_high) = (corners[0].1, corners[3].1);
+        let angles = corners.map(|(phi, _)| phi);
+        let (phi_low, phi_high) =
+            (angles.into_iter().fold(f64::INFINITY, f64::min), angles.into_iter().fold(f64::NEG_INFINITY, f64::max));
         if e_high <= 0.0 || e_low >= 1.0 {
             continue;
         }

@@ -26,8 +26,11 @@ impl Joint {
         apart + outside <= 2.0 * (self.error + other.error)
     }
 
-    /// The initial Gaussian itself, from its distribution functions.
-    pub(super) fn at_start(measure: &Measure, grid: &Grid) -> Self {
+    /// The initial Gaussian itself, from its distribution functions; `None` if the variables are not independent.
+    pub(super) fn at_start(measure: &Measure, grid: &Grid) -> Option<Self> {
+        if measure.gaussian.correlation != 0.0 {
+            return None;
+        }
         let (phi, e) = (&grid.phi, &grid.e);
         // Moves the edges to the turn of the circle that holds the mean.
         let shift = nearest(phi.low, measure.gaussian.mean_phi) - phi.low;
@@ -38,6 +41,6 @@ impl Joint {
         let masses = columns.iter().flat_map(|column| rows.iter().map(move |row| column * row));
         let density: Vec<f64> = masses.map(|mass| mass / grid.bin_area()).collect();
         let inside = columns.iter().sum::<f64>() * rows.iter().sum::<f64>();
-        Self { density, error: grid.len() as f64 * f64::EPSILON, mass_outside: 1.0 - inside, orbits: 0 }
+        Some(Self { density, error: grid.len() as f64 * f64::EPSILON, mass_outside: 1.0 - inside, orbits: 0 })
     }
 }

@@ -38,8 +38,8 @@ fn without_noise(
     tolerance: f64,
     most_orbits: usize,
 ) -> Joint {
-    if years == 0.0 {
-        return Joint::at_start(&family.measure, grid);
+    if let Some(at_start) = Joint::at_start(&family.measure, grid).filter(|_| years == 0.0) {
+        return at_start;
     }
     let most_backward = (BACKWARD * most_orbits as f64 / turns(&family.flow.model, grid, years).max(1.0)) as usize;
     let coarse = by_orbits::joint(family, grid, years, tolerance, CHECKING.min(most_orbits));

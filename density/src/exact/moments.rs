@@ -114,7 +114,7 @@ impl Noise {
     /// The noise as a share of the deviations of the initial Gaussian: the accuracy of probabilities.
     pub(crate) fn of_probabilities(years: f64, family: &Family<'_, impl PlanarHamiltonian>) -> f64 {
         let initial = &family.measure.gaussian;
-        Self::after(years, family).over(initial.sigma_e, initial.sigma_phi, initial.mean_e)
+        Self::after(years, family).over(initial.sigma_e, initial.sigma_phi_given_e(), initial.mean_e)
     }
 
     /// The noise as a share of one standard deviation.

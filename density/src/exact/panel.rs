@@ -2,7 +2,7 @@
 //!
 //! A [`Panel`] holds the Chebyshev coefficients of `x1`, `x2` along the backward image of a piece of curve. That image is
 //! smooth on the scale of the dynamics, however narrow the cloud, so the flow is called at a few nodes only. The one-form
-//! `G(e) w(phi) dphi` varies on the scale of the cloud and is integrated by Gauss-Legendre rules on pieces of the
+//! `F(phi, e) dphi` ([`super::measure`]) varies on the scale of the cloud and is integrated by Gauss-Legendre rules on pieces of the
 //! polynomial that are short in standard deviations.
 
 use std::f64::consts::PI;
@@ -98,7 +98,7 @@ impl<const N: usize> Panel<N> {
         }
     }
 
-    /// `∫ G w dphi` along the panel from parameter `from` to `to`.
+    /// `∫ F dphi` along the panel from parameter `from` to `to`.
     pub(super) fn circulation(&self, measure: &Measure, resolution: Resolution, (from, to): (f64, f64)) -> f64 {
         self.piece(measure, resolution, from, to, 0)
     }
@@ -131,7 +131,7 @@ impl<const N: usize> Panel<N> {
 
 impl Point {
     fn form(&self, measure: &Measure) -> f64 {
-        measure.phi_density(self.u) * measure.gaussian.sigma_phi * self.du * measure.e_probability(self.v)
+        measure.below(self.u, self.v) * self.du
     }
 }
 
@@ -162,7 +162,8 @@ impl Extent {
         } else if above || below {
             du
         } else {
-            du.max(dv)
+            // The density varies over a shorter length across the cloud's axis than along the coordinates.
+            du.max(dv) / (1.0 - measure.gaussian.correlation.powi(2)).sqrt()
         };
         // A piece of more than a fraction of a turn may pass the cloud between its nodes.
         let beside = beside && !hidden_turn && 4.0 * du < measure.turn_sigmas();

@@ -222,18 +222,17 @@ impl Cutter<'_> {
     /// Whether the nodes of an interval lie so far from the cloud that no part of it lies between them, or are too far
     /// apart to decide.
     fn nearness(&self, states: &[State]) -> Nearness {
-        let gaussian = self.measure.gaussian;
-        let sigmas =
-            |state: &State| (self.measure.phi_sigmas(state.solar_angle()), self.measure.e_sigmas(state.eccentricity()));
-        let points: Vec<(f64, f64)> = states.iter().map(sigmas).collect();
-        let turn = self.measure.turn_sigmas();
+        let sigma_phi = self.measure.gaussian.sigma_phi_given_e();
+        let standardise = |state: &State| self.measure.standardise(state.solar_angle(), state.eccentricity());
+        let points: Vec<(f64, f64)> = states.iter().map(standardise).collect();
+        let turn = self.measure.turn();
         let (mut wide_u, mut wide_v): (f64, f64) = (0.0, 0.0);
         for (pair, ends) in points.windows(2).zip(states.windows(2)) {
             let du = (pair[1].0 - pair[0].0).abs();
             wide_u = wide_u.max(du.min(turn - du));
             // Near the origin a curve can turn between two nodes by more than the nodes show.
             let moved = (ends[1].x1 - ends[0].x1).hypot(ends[1].x2 - ends[0].x2);
-            let turned = (moved / ends[0].eccentricity().max(1e-300)).min(std::f64::consts::PI) / gaussian.sigma_phi;
+            let turned = (moved / ends[0].eccentricity().max(1e-300)).min(std::f64::consts::PI) / sigma_phi;
             wide_u = wide_u.max(turned.min(turn));
             wide_v = wide_v.max((pair[1].1 - pair[0].1).abs());
         }

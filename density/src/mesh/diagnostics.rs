@@ -91,7 +91,7 @@ pub(super) fn cell_ratio(initial: &InitialGaussian, [u, v]: [f64; 2], states: [[
     let [[x1, x1_u, x1_v], [x2, x2_u, x2_v]] = states;
     let s = (1.0 - x1 * x1 - x2 * x2).max(1e-12).sqrt();
     let present = (x1_u * x2_v - x1_v * x2_u) / s;
-    let before = initial.sigma_phi * initial.sigma_e * e0 / (1.0 - e0 * e0).sqrt();
+    let before = initial.unit_area() * e0 / (1.0 - e0 * e0).sqrt();
     (present / before, super::gaussian::standard_density([u, v]))
 }
 

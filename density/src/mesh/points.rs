@@ -67,12 +67,15 @@ pub fn initial_points<M>(
 }
 
 fn check(initial: &InitialGaussian) -> Result<(), MeshError> {
-    let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = *initial;
+    let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation } = *initial;
     if !(mean_phi.is_finite() && 0.0 < mean_e && mean_e < 1.0) {
         return Err(MeshError::Initial("the mean solar angle must be finite and the mean eccentricity in (0, 1)"));
     }
     if !(sigma_phi.is_finite() && sigma_e.is_finite() && sigma_phi > 0.0 && sigma_e > 0.0) {
         return Err(MeshError::Initial("both standard deviations must be positive and finite"));
+    }
+    if correlation.is_nan() || correlation.abs() >= 1.0 {
+        return Err(MeshError::Initial("the correlation must be between -1 and 1"));
     }
     if initial.mass_inside() < 0.01 {
         return Err(MeshError::Initial("less than 1 % of it lies in 0 < e < 1"));
@@ -92,8 +95,9 @@ pub fn lattice_reach(side: usize) -> f64 {
     (3.0 + 0.1 * side as f64).clamp(NARROWEST, WIDEST)
 }
 
-/// A lattice of `side` points per side, over `reach` standard deviations to each side of the mean, cut to `0 < e < 1`.
-/// Its solar angles are not folded, even where they span several turns.
+/// A lattice of `side` points per side in the standardised coordinates ([`InitialGaussian::standardise`]), over `reach`
+/// standard deviations to each side of the mean, cut to `0 < e < 1`. Its solar angles are not folded, even where they
+/// span several turns.
 ///
 /// # Errors
 /// As [`initial_points`]; [`MeshError::Initial`] if `reach` is not positive and finite.
@@ -109,17 +113,29 @@ pub fn lattice_points<M>(problem: &Problem<M>, side: usize, reach: f64) -> Resul
             "a lattice over it must reach a positive, finite number of standard deviations",
         ));
     }
-    let (low, high) = (initial.point(-reach, -reach), initial.point(reach, reach));
+    let (low, high) = (initial.point(-reach, 0.0), initial.point(reach, 0.0));
     if (high.0 - low.0) / (side - 1) as f64 >= TAU {
         return Err(MeshError::Initial(
             "it spans so many turns that the lines of the lattice lie a turn apart; take more points",
         ));
     }
-    let (e_low, e_high) = (low.1.max(E_RANGE.0), high.1.min(E_RANGE.1));
+    let (e_low, e_high) = (initial.point(0.0, -reach).1.max(E_RANGE.0), initial.point(0.0, reach).1.min(E_RANGE.1));
     let between = |low: f64, high: f64, i: usize| low + (high - low) * (i as f64 / (side - 1) as f64);
-    let points = (0..side * side).map(|row| (between(low.0, high.0, row / side), between(e_low, e_high, row % side)));
-    let (phi, e) = points.unzip();
+    let point = |row: usize| {
+        let e = between(e_low, e_high, row % side);
+        (between(low.0, high.0, row / side) + shear(initial, e), e)
+    };
+    let (phi, e) = (0..side * side).map(point).unzip();
     Ok(Points { phi, e, lattice: Some(side) })
+}
+
+/// How far the solar angle's mean given `e` lies from its mean \[rad\].
+fn shear(initial: &InitialGaussian, e: f64) -> f64 {
+    if initial.correlation == 0.0 {
+        return 0.0;
+    }
+    let (_, v) = initial.standardise(initial.mean_phi, e);
+    initial.mean_phi_given(v) - initial.mean_phi
 }
 
 /// The shift of the low-discrepancy sequence for a seed: a number in `[0, 1)` for each direction.
@@ -161,18 +177,22 @@ pub fn normal_quantile(probability: f64) -> f64 {
 
 /// The solar angles \[rad\] of a lattice of `side` points per side at `t = 0`, which were read out modulo a turn, as
 /// they were placed: the lattice lines ascend by less than a turn, and their middle lies within half a turn of the
-/// mean. Columns that are not such a lattice are not refused here.
-pub fn unfold(initial: &InitialGaussian, phi: &[f64], side: usize) -> Vec<f64> {
-    if side < 2 || phi.len() != side * side {
-        return phi.iter().map(|&phi| nearest(phi, initial.mean_phi)).collect();
+/// mean. Along a line the angle follows its mean given the eccentricity. Columns that are not such a lattice are not
+/// refused here.
+pub fn unfold(initial: &InitialGaussian, phi: &[f64], e: &[f64], side: usize) -> Vec<f64> {
+    let near = |(&phi, &e): (&f64, &f64)| nearest(phi, initial.mean_phi + shear(initial, e));
+    if side < 2 || phi.len() != side * side || e.len() != phi.len() {
+        return phi.iter().zip(e).map(near).collect();
     }
-    let mut lines = vec![phi[0]; side];
+    let first_of = |i: usize| phi[i * side] - shear(initial, e[i * side]);
+    let mut lines = vec![first_of(0); side];
     for i in 1..side {
-        lines[i] = fold(phi[i * side], lines[i - 1]);
+        lines[i] = fold(first_of(i), lines[i - 1]);
     }
     let middle = lines[0].midpoint(lines[side - 1]);
     let shift = nearest(middle, initial.mean_phi) - middle;
-    phi.iter().enumerate().map(|(row, &phi)| nearest(phi, lines[row / side] + shift)).collect()
+    let placed = phi.iter().zip(e).enumerate();
+    placed.map(|(row, (&phi, &e))| nearest(phi, lines[row / side] + shift + shear(initial, e))).collect()
 }
 
 #[cfg(test)]
@@ -230,12 +250,14 @@ mod tests {
 
     #[test]
     fn a_lattice_over_several_turns_is_unfolded_as_it_was_placed() {
-        for (sigma_phi, mean_phi) in [(0.1, 0.02), (0.6, 2.2), (3.1, 6.0)] {
+        for (sigma_phi, mean_phi, correlation) in
+            [(0.1, 0.02, 0.0), (0.6, 2.2, 0.0), (3.1, 6.0, 0.0), (0.1, 0.02, 0.9), (0.6, 2.2, -0.99), (3.0, 6.0, 0.5)]
+        {
             let mut problem = scenario(1);
-            (problem.initial.sigma_phi, problem.initial.mean_phi) = (sigma_phi, mean_phi);
+            problem.initial = InitialGaussian { sigma_phi, mean_phi, correlation, ..problem.initial };
             let points = initial_points(&problem, 961, Placement::Lattice, 0).unwrap();
             let folded: Vec<f64> = points.phi.iter().map(|&phi| fold(phi, 0.0)).collect();
-            let unfolded = unfold(&problem.initial, &folded, 31);
+            let unfolded = unfold(&problem.initial, &folded, &points.e, 31);
             assert!(points.phi.iter().zip(&unfolded).all(|(a, b)| (a - b).abs() < 1e-12), "{sigma_phi}");
         }
     }

@@ -10,7 +10,8 @@ fn plan(draws: Draws, seed: u64, replicates: usize) -> SamplingPlan {
 }
 
 /// A Gaussian half of which is cut away.
-const HALVED: InitialGaussian = InitialGaussian { mean_phi: 1.0, mean_e: 0.0, sigma_phi: 0.1, sigma_e: 0.3 };
+const HALVED: InitialGaussian =
+    InitialGaussian { mean_phi: 1.0, mean_e: 0.0, sigma_phi: 0.1, sigma_e: 0.3, correlation: 0.0 };
 
 #[test]
 fn a_draw_depends_on_seed_and_index_alone() {

@@ -36,7 +36,7 @@ pub struct Lattice {
 impl Lattice {
     /// A lattice of `lines` lines with `nodes` nodes each.
     pub fn new(gaussian: InitialGaussian, lines: usize, nodes: usize) -> Self {
-        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = gaussian;
+        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, .. } = gaussian;
         let (below, above) = (mean_e - REACH * sigma_e, mean_e + REACH * sigma_e);
         let periodic = 2.0 * REACH * sigma_phi >= TAU;
         let width = if periodic { TAU } else { 2.0 * REACH * sigma_phi };

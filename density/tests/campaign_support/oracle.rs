@@ -199,7 +199,7 @@ struct Sampled {
 impl Sampled {
     fn new(problem: &Problem, effort: &Effort) -> Self {
         const SEED: u64 = 20_261_127;
-        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = problem.initial;
+        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, .. } = problem.initial;
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let [phi, e] = [(mean_phi, sigma_phi), (mean_e, sigma_e)]
             .map(|(mean, sigma)| Normal::new(mean, sigma).expect("a scenario has a positive deviation"));

@@ -32,7 +32,8 @@ pub fn draw(seed: u64, index: u64) -> Scenario {
     let critical_e = rounded(between(0.2, 0.95));
     let horizon = rounded(between(0.1f64.ln(), 30f64.ln()).exp());
     let (one, other) = (between(0.02, 0.49), between(0.5, 0.98));
-    let initial = InitialGaussian { mean_phi, mean_e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e };
+    let initial =
+        InitialGaussian { mean_phi, mean_e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e, correlation: 0.0 };
     let times = vec![0.0, rounded(one * horizon), rounded(other * horizon), horizon];
     let problem = Problem { model: Force { radiation, oblateness }, initial, times, critical_e };
     Scenario { name: format!("random-{seed}-{index}"), problem }
@@ -46,7 +47,7 @@ fn rounded(x: f64) -> f64 {
 impl fmt::Display for Scenario {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Problem { model: force, initial, times, critical_e } = &self.problem;
-        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e } = initial;
+        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, .. } = initial;
         write!(
             f,
             "C {:.4} W {:.4} phi {mean_phi:.3} +- {sigma_phi:.4} e {mean_e:.4} +- {sigma_e:.5}, critical e {critical_e:.3}, {:.2} yr",
@@ -90,6 +91,7 @@ impl Scenario {
             mean_e: number("e")?,
             sigma_phi: 0.5 * number("delta_phi")?,
             sigma_e: 0.5 * number("delta_e")?,
+            correlation: 0.0,
         };
         let force = Force { radiation: number("radiation")?, oblateness: number("oblateness")? };
         let problem = Problem { model: force, initial, times, critical_e: number("critical_e")? };

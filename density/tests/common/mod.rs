@@ -18,7 +18,13 @@ pub fn paper(number: usize) -> Problem {
     };
     Problem {
         model: Force { radiation: 0.15, oblateness: 0.40921 },
-        initial: InitialGaussian { mean_phi, mean_e, sigma_phi: delta_phi / 2.0, sigma_e: delta_e / 2.0 },
+        initial: InitialGaussian {
+            mean_phi,
+            mean_e,
+            sigma_phi: delta_phi / 2.0,
+            sigma_e: delta_e / 2.0,
+            correlation: 0.0,
+        },
         times: (0..snapshots).map(|k| 0.5 * f64::from(k)).collect(),
         critical_e: 0.6,
     }

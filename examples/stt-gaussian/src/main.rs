@@ -35,7 +35,9 @@ impl Propagator for SttGaussian {
         let states = [(0, 0), (0, 1), (1, 1)].map(|(a, b)| {
             let u = [0, 1].map(|i| HyperDual64::new(0.0, f64::from(a == i), f64::from(b == i), 0.0));
             let initial = problem.initial;
-            let (phi, e) = (u[0] * initial.sigma_phi + initial.mean_phi, u[1] * initial.sigma_e + initial.mean_e);
+            let e = u[1] * initial.sigma_e + initial.mean_e;
+            let along = u[1] * initial.correlation * initial.sigma_phi; // the part of phi that goes with e
+            let phi = u[0] * initial.sigma_phi_given_e() + along + initial.mean_phi;
             [e * phi.sin(), e * phi.cos()]
         });
         self.0 = Some((force, problem.times.clone(), states));

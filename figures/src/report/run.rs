@@ -158,11 +158,12 @@ pub fn what_was_run(results: &Results) -> Markup {
 /// The scenarios with their parameters.
 pub fn scenarios(drawn: &Drawn<'_>) -> Markup {
     type Row = (&'static str, &'static str, fn(&Scene<'_>) -> String);
-    let rows: [Row; 7] = [
+    let rows: [Row; 8] = [
         ("initial mean solar angle", "rad", |s| s.problem.initial.mean_phi.to_string()),
         ("initial mean eccentricity", "", |s| s.problem.initial.mean_e.to_string()),
         ("initial standard deviation of the solar angle", "rad", |s| s.problem.initial.sigma_phi.to_string()),
         ("initial standard deviation of the eccentricity", "", |s| s.problem.initial.sigma_e.to_string()),
+        ("initial correlation of solar angle and eccentricity", "", |s| s.problem.initial.correlation.to_string()),
         ("snapshots", "yr", |s| s.times.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")),
         ("critical eccentricity", "", |s| s.problem.critical_e.to_string()),
         ("bins of the comparison grid, φ × e", "", bins),

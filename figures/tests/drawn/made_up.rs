@@ -86,7 +86,7 @@ impl Run {
         let moments = [rows("exact"), rows("mc")].concat();
         let problem = Problem {
             model: Force { radiation: 0.15, oblateness: 0.40921 }.into(),
-            initial: InitialGaussian { mean_phi: 2.2, mean_e: 0.2, sigma_phi: 0.2, sigma_e: 0.02 },
+            initial: InitialGaussian { mean_phi: 2.2, mean_e: 0.2, sigma_phi: 0.2, sigma_e: 0.02, correlation: 0.0 },
             times,
             critical_e: 0.6,
         };

@@ -1,6 +1,5 @@
 //! Characteristics: points that carry a density along, on a carried mesh or on a hull mesh of their final positions.
 
-use density::angle::nearest;
 use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate, unfold};
 use messages::content::{Characteristics, Content, Lattice};
 use messages::layout::diagnostic;
@@ -60,10 +59,7 @@ fn carried(
         Some(mesh) => mesh,
         None => {
             let (side, degree) = (lattice.map(|lattice| lattice.side as usize), lattice.map_or(1, |l| l.degree));
-            let phi0 = match side {
-                Some(side) => unfold(initial, phi, side),
-                None => phi.iter().map(|&phi| nearest(phi, initial.mean_phi)).collect(),
-            };
+            let phi0 = unfold(initial, phi, e, side.unwrap_or(0));
             CarriedMesh::new(initial, &phi0, e, side, degree as usize).map_err(|e| e.to_string())?
         }
     };

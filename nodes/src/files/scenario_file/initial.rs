@@ -8,7 +8,7 @@ use toml::Spanned;
 use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
 
-/// The table `[initial]`: means, and either one or two standard deviations of each variable.
+/// The table `[initial]`: means, either one or two standard deviations of each variable, and their correlation.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Initial {
@@ -18,12 +18,13 @@ pub(super) struct Initial {
     delta_e: Option<Spanned<Measure>>,
     sigma_phi: Option<Spanned<Measure>>,
     sigma_e: Option<Spanned<Measure>>,
+    correlation: Option<Spanned<Measure>>,
 }
 
 impl Initial {
     /// The Gaussian that the table says.
     pub(super) fn read(file: &InputFile, table: &Spanned<Self>) -> Result<InitialGaussian, InputError> {
-        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e } = table.get_ref();
+        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e, correlation } = table.get_ref();
         let deviation =
             |name: &str, one: &Option<Spanned<Measure>>, two: &Option<Spanned<Measure>>, dimension| match (one, two) {
                 (Some(one), None) => measure::read(file, one, dimension),
@@ -42,17 +43,19 @@ impl Initial {
             mean_e: measure::read(file, e, Dimension::Number)?,
             sigma_phi: deviation("phi", sigma_phi, delta_phi, Dimension::Angle)?,
             sigma_e: deviation("e", sigma_e, delta_e, Dimension::Number)?,
+            correlation: correlation.as_ref().map_or(Ok(0.0), |given| measure::read(file, given, Dimension::Number))?,
         })
     }
 
     /// The line and key of what is wrong with one of its fields.
     pub(super) fn locate(table: &Spanned<Self>, file: &InputFile, field: Field, problem: &str) -> InputError {
-        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e } = table.get_ref();
+        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e, correlation } = table.get_ref();
         let value = match field {
             Field::MeanPhi => Some(phi),
             Field::MeanE => Some(e),
             Field::DeltaPhi => delta_phi.as_ref().or(sigma_phi.as_ref()),
             Field::DeltaE => delta_e.as_ref().or(sigma_e.as_ref()),
+            Field::Correlation => correlation.as_ref(),
             _ => None,
         };
         let is_half = matches!(field, Field::DeltaPhi) && delta_phi.is_none()

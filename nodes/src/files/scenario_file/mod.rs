@@ -78,7 +78,7 @@ impl Raw {
         let problem = in_words(error);
         match error.field {
             Field::Parameter(name) => Orbit::locate(&self.orbit, file, name, &problem),
-            field @ (Field::MeanPhi | Field::MeanE | Field::DeltaPhi | Field::DeltaE) => {
+            field @ (Field::MeanPhi | Field::MeanE | Field::DeltaPhi | Field::DeltaE | Field::Correlation) => {
                 Initial::locate(&self.initial, file, field, &problem)
             }
             Field::CriticalE => Disposal::locate(&self.disposal, file, &problem),
@@ -100,9 +100,13 @@ pub fn to_text(name: &str, problem: &Problem<Planar>) -> String {
     let forces = if forces == DEFAULT_FORCES { String::new() } else { format!("[model]\nforces = {forces:?}\n\n") };
     let orbit: String =
         parameters.iter().map(|(parameter, value)| format!("{} = {value:?}\n", parameter.name)).collect();
+    let correlation = match initial.correlation {
+        0.0 => String::new(),
+        correlation => format!("correlation = {correlation:?}\n"),
+    };
     format!(
         "name = \"{name}\"\n\n{forces}[orbit]\n{orbit}\n[initial]\nphi = {:?}\ne = {:?}\n\
-         delta_phi = {:?}\ndelta_e = {:?}\n\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = {critical_e:?}\n",
+         delta_phi = {:?}\ndelta_e = {:?}\n{correlation}\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = {critical_e:?}\n",
         initial.mean_phi,
         initial.mean_e,
         2.0 * initial.sigma_phi,
@@ -151,7 +155,8 @@ mod tests {
     fn a_problem_survives_the_way_through_a_file() {
         let shortest = GOOD.replace("end = 2.0\nstep = 0.5", "end = 63e-6\nstep = 1e-6");
         let forces = "[model]\nforces = [\"srp\", \"j2\", \"sun\", \"moon\"]\n[orbit]\nsun = 4.76e-4\nmoon = 0.001\n";
-        for text in [GOOD, &shortest, &GOOD.replace("[orbit]\n", forces)] {
+        let correlated = GOOD.replace("[times]", "correlation = -0.7\n[times]");
+        for text in [GOOD, &shortest, &GOOD.replace("[orbit]\n", forces), &correlated] {
             let scenario = load(text).unwrap();
             assert_eq!(load(&to_text(&scenario.name, &scenario.problem)).unwrap(), scenario);
         }
@@ -286,6 +291,13 @@ mod tests {
                 "between -2π and 2π; if 7 degrees are meant, write 0.1221730",
             ),
             ("phi = 2.2069", "phi = 1e9", 6, "initial.phi", "between -2π and 2π"),
+            (
+                "delta_e = 0.05",
+                "delta_e = 0.05\ncorrelation = 1.0",
+                10,
+                "initial.correlation",
+                "1 is not allowed, it must be between -0.999 and 0.999",
+            ),
             ("delta_phi = 0.39", "delta_phi = 20", 8, "initial.delta_phi", "if 20 degrees are meant, write 0.3490659"),
             (
                 "critical_e",
