@@ -11,6 +11,7 @@
 
 pub mod empirical;
 pub mod exact;
+pub mod over_leaves;
 pub mod times;
 
 use crate::flow::{Escaped, Flow, Passages};

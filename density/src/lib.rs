@@ -61,6 +61,7 @@ pub mod sample_sums;
 pub mod sampling;
 pub mod standard_errors;
 pub mod trust;
+pub mod uncertain;
 pub mod variable_moments;
 
 /// Older names of the paper's planar model, used by the other crates.

@@ -18,6 +18,8 @@ pub enum Field {
     DeltaE,
     /// Correlation of the solar angle and the eccentricity.
     Correlation,
+    /// Relative standard deviation of the radiation parameter.
+    SigmaRadiation,
     /// The snapshot times.
     Times,
     /// The eccentricity at which the satellite re-enters.
@@ -33,6 +35,7 @@ impl fmt::Display for Field {
             Self::DeltaPhi => "delta_phi, two standard deviations of the solar angle,",
             Self::DeltaE => "delta_e, two standard deviations of the eccentricity,",
             Self::Correlation => "the correlation of the solar angle and the eccentricity",
+            Self::SigmaRadiation => "the relative standard deviation of the radiation parameter",
             Self::Times => "a snapshot time",
             Self::CriticalE => "the critical eccentricity",
         })

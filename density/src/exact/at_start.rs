@@ -147,8 +147,9 @@ mod tests {
             let density =
                 |x: f64| (-6..=6).map(|k| normal_density((x - mean + TAU * f64::from(k)) / sigma) / sigma).sum::<f64>();
             let (first, second) = branch_moments(mean, sigma);
-            assert!((first - integral(|x| x * density(x), -PI, PI)).abs() < 1e-9, "{mean} {sigma}");
-            assert!((second - integral(|x| x * x * density(x), -PI, PI)).abs() < 1e-9, "{mean} {sigma}");
+            // The integrands are no periodic functions, for which the midpoint rule would be accurate to rounding.
+            assert!((first - integral(|x| x * density(x), -PI, PI)).abs() < 1e-8, "{mean} {sigma}");
+            assert!((second - integral(|x| x * x * density(x), -PI, PI)).abs() < 1e-8, "{mean} {sigma}");
         }
         for (mean, sigma) in [(0.3, 0.02), (0.01, 0.02), (0.5, 0.5), (0.98, 0.03)] {
             let weight = |e: f64| normal_density((e - mean) / sigma);

@@ -28,7 +28,7 @@ struct Leaf {
 
 /// The joint density after `years` on `grid`, to an L1 error of about `tolerance` unless that takes more than `most_orbits`.
 pub(super) fn joint(
-    family: &Family<'_, impl PlanarHamiltonian>,
+    family: &Family<impl PlanarHamiltonian>,
     grid: &Grid,
     years: f64,
     tolerance: f64,
@@ -68,7 +68,7 @@ fn finish(grid: &Grid, leaves: &[Leaf], error: f64, orbits: usize) -> Joint {
     Joint { density, error: error + missing, mass_outside, orbits }
 }
 
-fn leaf(family: &Family<'_, impl PlanarHamiltonian>, grid: &Grid, t: f64, interval: Interval) -> Leaf {
+fn leaf(family: &Family<impl PlanarHamiltonian>, grid: &Grid, t: f64, interval: Interval) -> Leaf {
     let mut entries: Vec<(u32, f64, f64)> = Vec::new();
     for ((_, kronrod, gauss), orbit) in interval.nodes().iter().zip(family.orbits(interval)) {
         if let Some(orbit) = orbit.filter(|orbit| orbit.share.total() > 0.0) {

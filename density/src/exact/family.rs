@@ -59,19 +59,21 @@ impl Orbit {
 
 /// The orbits of a cloud.
 #[derive(Debug)]
-pub(crate) struct Family<'a, M> {
-    pub flow: &'a Flow<M>,
+pub(crate) struct Family<M> {
+    pub flow: Flow<M>,
     pub measure: Measure,
     /// The intervals of `q` at the start, as pairs of their ends.
     first: Vec<(f64, f64)>,
     /// Smallest share of an orbit that matters: the inverse of the cloud's width in `H`.
     scale: f64,
+    /// Largest number of orbits that are kept.
+    kept: usize,
     known: Mutex<HashMap<u64, Option<Arc<Orbit>>>>,
 }
 
-impl<'a, M: PlanarHamiltonian> Family<'a, M> {
+impl<M: PlanarHamiltonian> Family<M> {
     /// The orbits of the cloud `measure`; an orbit that touches the circle `e = critical_e` is the end of an interval.
-    pub(crate) fn new(flow: &'a Flow<M>, measure: Measure, critical_e: f64) -> Self {
+    pub(crate) fn new(flow: &Flow<M>, measure: Measure, critical_e: f64) -> Self {
         let axis = Axis::new(flow.model);
         let pilots = pilots(&axis, &measure);
         let parts = axis.within(cloud_range(&flow.model, &measure));
@@ -80,7 +82,12 @@ impl<'a, M: PlanarHamiltonian> Family<'a, M> {
         let levels = pilots.iter().map(|&q| axis.hamiltonian(q));
         let (low, high) = levels.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
         let scale = 1.0 / (high - low).max(1e-12);
-        Self { flow, measure, first, scale, known: Mutex::default() }
+        Self { flow: *flow, measure, first, scale, kept: KEPT, known: Mutex::default() }
+    }
+
+    /// The same, of which at most `kept` orbits are kept for later.
+    pub(crate) fn keeping(self, kept: usize) -> Self {
+        Self { kept, ..self }
     }
 
     /// The intervals of `q` to begin with.
@@ -102,13 +109,13 @@ impl<'a, M: PlanarHamiltonian> Family<'a, M> {
         let missing: Vec<usize> = (0..POINTS).filter(|&k| orbits[k].is_none()).collect();
         let traced = missing.chunks(BATCH).flat_map(|batch| {
             let qs: Vec<f64> = batch.iter().map(|&k| points[k]).collect();
-            let contours = Contour::trace(self.flow, &qs);
+            let contours = Contour::trace(&self.flow, &qs);
             qs.into_iter().zip(contours).map(|(q, contour)| contour.map(|contour| Arc::new(self.orbit(q, contour))))
         });
         let traced: Vec<_> = missing.iter().copied().zip(traced).collect();
         let mut known = self.known();
         for (k, orbit) in traced {
-            if known.len() < KEPT {
+            if known.len() < self.kept {
                 known.insert(points[k].to_bits(), orbit.clone());
             }
             orbits[k] = Some(orbit);

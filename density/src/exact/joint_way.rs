@@ -19,7 +19,7 @@ const CHECKING: usize = 1_000;
 /// While the cloud is not wound up, blocks of bins with a polynomial each ([`by_blocks`]) are the cheaper way. Their
 /// result is taken only if a few orbits, followed from grid line to grid line, agree with it within both errors.
 pub(super) fn joint(
-    family: &Family<'_, impl PlanarHamiltonian>,
+    family: &Family<impl PlanarHamiltonian>,
     grid: &Grid,
     years: f64,
     tolerance: f64,
@@ -32,7 +32,7 @@ pub(super) fn joint(
 
 /// The joint density as if the states on the orbits were exact.
 fn without_noise(
-    family: &Family<'_, impl PlanarHamiltonian>,
+    family: &Family<impl PlanarHamiltonian>,
     grid: &Grid,
     years: f64,
     tolerance: f64,
@@ -46,7 +46,7 @@ fn without_noise(
     if coarse.error <= tolerance {
         return coarse;
     }
-    match by_blocks::joint(family.flow, &family.measure, grid, years, tolerance, most_backward) {
+    match by_blocks::joint(&family.flow, &family.measure, grid, years, tolerance, most_backward) {
         Some(joint) if joint.error <= tolerance && joint.agrees_with(&coarse, grid) => joint,
         _ => by_orbits::joint(family, grid, years, tolerance, most_orbits),
     }

@@ -29,8 +29,11 @@ pub(crate) mod family;
 mod hamiltonian_range;
 pub mod joint;
 mod joint_way;
+pub mod leaves;
+mod leaves_joint;
 pub mod measure;
 pub mod moments;
+pub(crate) mod over_leaves;
 mod panel;
 mod rules;
 mod self_check;
@@ -47,7 +50,9 @@ use crate::problem::Problem;
 
 pub(crate) use contour::angle_of;
 use family::Family;
+use joint::Joint;
 use measure::Measure;
+use moments::SmoothMoments;
 pub use self_check::Check;
 
 /// Required accuracy of the reference.
@@ -144,6 +149,38 @@ pub struct ExactSnapshot {
 }
 
 impl ExactSnapshot {
+    /// The figures of which the error estimates are within the limits; the others are withheld.
+    fn new(grid: Grid, moments: &SmoothMoments, probability: Estimated, joint: Joint, limits: Limits) -> Self {
+        let stands = |error: f64, limit: f64| error <= limit;
+        let (phi_stands, e_stands) = (stands(moments.error, limits.moments), stands(moments.e_error, limits.moments));
+        let or_nan = |stands: bool, value: f64| if stands { value } else { f64::NAN };
+        let table = Moments {
+            mean_phi: or_nan(phi_stands, moments.mean_phi),
+            std_phi: or_nan(phi_stands, moments.std_phi),
+            mean_e: or_nan(e_stands, moments.mean_e),
+            std_e: or_nan(e_stands, moments.std_e),
+            cov_phi_e: or_nan(phi_stands, moments.cov_phi_e),
+            prob_above_critical_e: or_nan(stands(probability.error, limits.probability), probability.value),
+        };
+        let mut circular = moments.circular;
+        if !stands(moments.circular_error, limits.moments) {
+            (circular.mean, circular.resultant) = (f64::NAN, f64::NAN);
+        }
+        let mut density = joint.density;
+        if !stands(joint.error, limits.joint) {
+            density.fill(f64::NAN);
+        }
+        let estimate = Estimate::from_joint(grid, density, table, circular);
+        Self {
+            estimate,
+            moment_error: if phi_stands { moments.error } else { moments.error.max(moments.e_error) },
+            circular_error: moments.circular_error,
+            probability_error: probability.error,
+            joint_error: joint.error,
+            mass_outside: joint.mass_outside,
+        }
+    }
+
     /// A snapshot of which everything is withheld.
     fn withheld(grid: Grid) -> Self {
         let moments = Moments::from_array([f64::NAN; 6]);
@@ -160,7 +197,7 @@ pub struct Exact<'a, M = Force> {
     problem: &'a Problem<M>,
     flow: &'a Flow<M>,
     settings: ExactSettings,
-    family: Family<'a, M>,
+    family: Family<M>,
 }
 
 impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
@@ -185,37 +222,11 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
             return Ok(ExactSnapshot::withheld(*grid));
         };
         let (moments, probability) = (self.moments(years)?, self.probability_above(self.problem.critical_e, years)?);
-        let ExactSettings { joint_error, most_orbits, limits, .. } = self.settings;
+        let ExactSettings { joint_error, most_orbits, .. } = self.settings;
         let joint = joint_way::joint(&self.family, grid, years, joint_error, most_orbits);
-        let stands = |error: f64, limit: f64| error <= limit;
-        let (phi_stands, e_stands) = (stands(moments.error, limits.moments), stands(moments.e_error, limits.moments));
-        let or_nan = |stands: bool, value: f64| if stands { value } else { f64::NAN };
-        let table = Moments {
-            mean_phi: or_nan(phi_stands, moments.mean_phi),
-            std_phi: or_nan(phi_stands, moments.std_phi),
-            mean_e: or_nan(e_stands, moments.mean_e),
-            std_e: or_nan(e_stands, moments.std_e),
-            cov_phi_e: or_nan(phi_stands, moments.cov_phi_e),
-            prob_above_critical_e: or_nan(stands(probability.error, limits.probability), probability.value),
-        };
-        let mut circular = moments.circular;
-        if !stands(moments.circular_error, limits.moments) {
-            (circular.mean, circular.resultant) = (f64::NAN, f64::NAN);
-        }
-        let mut density = joint.density;
-        if !stands(joint.error, limits.joint) {
-            density.fill(f64::NAN);
-        }
-        let estimate = Estimate::from_joint(*grid, density, table, circular);
-        check.agrees(&estimate)?;
-        Ok(ExactSnapshot {
-            estimate,
-            moment_error: if phi_stands { moments.error } else { moments.error.max(moments.e_error) },
-            circular_error: moments.circular_error,
-            probability_error: probability.error,
-            joint_error: joint.error,
-            mass_outside: joint.mass_outside,
-        })
+        let snapshot = ExactSnapshot::new(*grid, &moments, probability, joint, self.settings.limits);
+        check.agrees(&snapshot.estimate)?;
+        Ok(snapshot)
     }
 
     /// Moments after `years`.

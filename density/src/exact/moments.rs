@@ -11,10 +11,11 @@
 use std::f64::consts::PI;
 
 use crate::angle::{Circular, fold, nearest};
+use crate::flow::Accuracy;
 use crate::model::PlanarHamiltonian;
 
 use super::contour::angle_of;
-use super::family::{Family, Integrals, Orbit};
+use super::family::{Family, Integrals, Interval, Orbit};
 use super::rules::gauss;
 use super::share::density;
 
@@ -47,9 +48,17 @@ pub struct SmoothMoments {
 
 /// The point about which the moments are taken.
 #[derive(Debug, Clone, Copy)]
-struct Centre {
-    phi: f64,
-    e: f64,
+pub(super) struct Centre {
+    pub phi: f64,
+    pub e: f64,
+}
+
+impl Centre {
+    /// From the values of the first pass.
+    pub(super) fn of(values: &[f64]) -> Self {
+        let circular = Circular::from_mean_vector(values[2] / values[0], values[1] / values[0]);
+        Self { phi: circular.mean, e: values[3] / values[0] }
+    }
 }
 
 /// Absolute accuracy of states, apart from the integrator's error.
@@ -60,19 +69,33 @@ const ROUNDING: f64 = 1e-14;
 /// deviations of 1e-4 rad and 1e-3, had an error of 5e-8 at a probability of one half, and twice that is reported.
 const TOUCHING: f64 = 4e-7;
 /// Functions integrated for the centre: 1, cos, sin, e, e².
-const FIRST: usize = 5;
+pub(super) const FIRST: usize = 5;
 /// Functions integrated about the centre: 1, cos, sin, δe, δe², δphi, δphi², δphi δe, density of `phi` at its branch cut.
-const SECOND: usize = 9;
+pub(super) const SECOND: usize = 9;
 
 /// The moments after `years`, refined until the error estimate is below `tolerance` or `most_orbits` have been taken.
 pub(super) fn smooth_moments(
-    family: &Family<'_, impl PlanarHamiltonian>,
+    family: &Family<impl PlanarHamiltonian>,
     years: f64,
     tolerance: f64,
     most_orbits: usize,
 ) -> SmoothMoments {
-    let t = angle_of(years);
     let noise = Noise::after(years, family);
+    let coarse = first_pass(family, years, tolerance, most_orbits / 2);
+    let centre = Centre::of(&coarse.values);
+    let left = most_orbits.saturating_sub(coarse.orbits);
+    let fine = second_pass(family, years, centre, coarse.intervals.clone(), (tolerance, left));
+    finish(&coarse, &fine, centre, noise)
+}
+
+/// The integrals from which the centre follows.
+pub(super) fn first_pass(
+    family: &Family<impl PlanarHamiltonian>,
+    years: f64,
+    tolerance: f64,
+    most_orbits: usize,
+) -> Integrals {
+    let (t, noise) = (angle_of(years), Noise::after(years, family));
     let first = |orbit: &Orbit| {
         along(family, orbit, t, None, |phi, e| {
             let (sin, cos) = phi.sin_cos();
@@ -86,19 +109,25 @@ pub(super) fn smooth_moments(
         let tolerance = tolerance.max(noise.over(std_e, spread, values[3] / values[0]));
         [1.0, spread, spread, std_e, std_e].map(|scale| 0.3 * tolerance * scale).to_vec()
     };
-    let coarse = family.integrate(family.first_intervals(), FIRST, first, scale, most_orbits / 2);
-    let mass = coarse.values[0];
-    let circular = Circular::from_mean_vector(coarse.values[2] / mass, coarse.values[1] / mass);
-    let centre = Centre { phi: circular.mean, e: coarse.values[3] / mass };
+    family.integrate(family.first_intervals(), FIRST, first, scale, most_orbits)
+}
+
+/// The integrals about a centre.
+pub(super) fn second_pass(
+    family: &Family<impl PlanarHamiltonian>,
+    years: f64,
+    centre: Centre,
+    from: Vec<Interval>,
+    (tolerance, most_orbits): (f64, usize),
+) -> Integrals {
+    let (t, noise) = (angle_of(years), Noise::after(years, family));
     let second = |orbit: &Orbit| about(family, orbit, t, centre);
     let scale = |values: &[f64], _: &[f64]| {
         let (std_e, std_phi) = deviations(values);
         let tolerance = tolerance.max(noise.over(std_e, std_phi, centre.e));
         scales(values).map(|scale| 0.3 * tolerance * scale).to_vec()
     };
-    let left = most_orbits.saturating_sub(coarse.orbits);
-    let fine = family.integrate(coarse.intervals.clone(), SECOND, second, scale, left);
-    finish(&coarse, &fine, centre, noise)
+    family.integrate(from, SECOND, second, scale, most_orbits)
 }
 
 /// Absolute accuracy of states, which no number of orbits improves.
@@ -107,24 +136,29 @@ pub(crate) struct Noise(f64);
 
 impl Noise {
     /// The error of an orbit grows about linearly with time; `Accuracy` states it after two years.
-    pub(super) fn after(years: f64, family: &Family<'_, impl PlanarHamiltonian>) -> Self {
-        Self(ROUNDING + 0.5 * years * family.flow.accuracy.largest_error())
+    pub(super) fn after(years: f64, family: &Family<impl PlanarHamiltonian>) -> Self {
+        Self::of(years, family.flow.accuracy)
+    }
+
+    /// The same for orbits of this accuracy.
+    pub(super) fn of(years: f64, accuracy: Accuracy) -> Self {
+        Self(ROUNDING + 0.5 * years * accuracy.largest_error())
     }
 
     /// The noise as a share of the deviations of the initial Gaussian: the accuracy of probabilities.
-    pub(crate) fn of_probabilities(years: f64, family: &Family<'_, impl PlanarHamiltonian>) -> f64 {
+    pub(crate) fn of_probabilities(years: f64, family: &Family<impl PlanarHamiltonian>) -> f64 {
         let initial = &family.measure.gaussian;
         Self::after(years, family).over(initial.sigma_e, initial.sigma_phi_given_e(), initial.mean_e)
     }
 
     /// The noise as a share of one standard deviation.
-    fn of(self, deviation: f64) -> f64 {
+    fn over_one(self, deviation: f64) -> f64 {
         self.0 / deviation
     }
 
     /// The noise as a share of the deviations of a cloud, summed over `phi` and `e`.
     pub(super) fn over(self, std_e: f64, std_phi: f64, mean_e: f64) -> f64 {
-        self.of(std_phi * mean_e.max(std_e)) + self.of(std_e)
+        self.over_one(std_phi * mean_e.max(std_e)) + self.over_one(std_e)
     }
 }
 
@@ -138,14 +172,15 @@ fn deviations(values: &[f64]) -> (f64, f64) {
 }
 
 /// The natural size of each integral of the second pass.
-fn scales(values: &[f64]) -> [f64; SECOND] {
+pub(super) fn scales(values: &[f64]) -> [f64; SECOND] {
     let (e, phi) = deviations(values);
     let spread = phi.min(1.0);
     // The density at the branch cut only enters an error estimate.
     [1.0, spread, spread, e, e * e, phi, phi * phi, phi * e, f64::INFINITY]
 }
 
-fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, noise: Noise) -> SmoothMoments {
+/// The moments from both passes.
+pub(super) fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, noise: Noise) -> SmoothMoments {
     let mean = |f: usize| fine.values[f] / fine.values[0];
     let (std_e, std_phi) = deviations(&fine.values);
     let circular = Circular::from_mean_vector(mean(2), mean(1));
@@ -159,7 +194,7 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, noise: Noise) ->
     // The accuracy of the states themselves matters for a cloud that is hardly wider than their error.
     let mean_e = centre.e + mean(3);
     let e_error =
-        relative(3).max(relative(4)) + noise.of(std_e) + if fine.lost + coarse.lost > 0 { missing } else { 0.0 };
+        relative(3).max(relative(4)) + noise.over_one(std_e) + if fine.lost + coarse.lost > 0 { missing } else { 0.0 };
     let phi_error = relative(5).max(relative(6)).max(relative(7))
         + noise.over(std_e, std_phi, mean_e)
         + cut / std_phi
@@ -180,7 +215,7 @@ fn finish(coarse: &Integrals, fine: &Integrals, centre: Centre, noise: Noise) ->
     }
 }
 
-fn about(family: &Family<'_, impl PlanarHamiltonian>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64> {
+fn about(family: &Family<impl PlanarHamiltonian>, orbit: &Orbit, t: f64, centre: Centre) -> Vec<f64> {
     let cuts = cut_crossings(orbit, &family.flow.model, centre.phi + PI);
     let mut values = along(family, orbit, t, Some(&cuts), |phi, e| {
         let (theta, de) = (nearest(phi, centre.phi) - centre.phi, e - centre.e);
@@ -199,7 +234,7 @@ fn about(family: &Family<'_, impl PlanarHamiltonian>, orbit: &Orbit, t: f64, cen
 
 /// The integral along an orbit of functions of the state `t` later. The functions jump at the times `cuts` on the orbit.
 fn along<const N: usize>(
-    family: &Family<'_, impl PlanarHamiltonian>,
+    family: &Family<impl PlanarHamiltonian>,
     orbit: &Orbit,
     t: f64,
     cuts: Option<&[f64]>,
@@ -276,7 +311,7 @@ fn cut_crossings(orbit: &Orbit, model: &impl PlanarHamiltonian, cut: f64) -> Vec
 
 /// The probability that the eccentricity exceeds `critical_e` after `years`, with its error estimate.
 pub(super) fn probability_above(
-    family: &Family<'_, impl PlanarHamiltonian>,
+    family: &Family<impl PlanarHamiltonian>,
     critical_e: f64,
     years: f64,
     tolerance: f64,

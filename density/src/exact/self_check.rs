@@ -14,9 +14,9 @@ use crate::problem::Problem;
 use crate::sampling;
 
 /// Number of orbits of the sample.
-const ORBITS: usize = 2000;
+pub(super) const ORBITS: usize = 2000;
 /// Seed of the sample: any would do.
-const SEED: u64 = 20_220_601;
+pub(super) const SEED: u64 = 20_220_601;
 /// Number of standard errors beyond which a difference is not chance: its probability is 1e-8 in a normal distribution.
 const CHANCE: f64 = 6.0;
 /// Number of orbits by which the count in a small part of the cloud may be off.
@@ -59,8 +59,12 @@ impl Sample {
     pub(super) fn new<M: PlanarHamiltonian>(problem: &Problem<M>, flow: &Flow<M>, years: f64) -> Result<Self, Escaped> {
         let (mut x1, mut x2) = sampling::draw(&problem.initial, SEED, ORBITS);
         flow.advance(&mut x1, &mut x2, years)?;
-        let states = x1.into_iter().zip(x2).map(|(x1, x2)| State { x1, x2 }).collect();
-        Ok(Self { states, critical_e: problem.critical_e })
+        Ok(Self::of(&x1, &x2, problem.critical_e))
+    }
+
+    /// Orbits in these states.
+    pub(super) fn of(x1: &[f64], x2: &[f64], critical_e: f64) -> Self {
+        Self { states: x1.iter().zip(x2).map(|(&x1, &x2)| State { x1, x2 }).collect(), critical_e }
     }
 
     /// Compares an estimate with the sample; withheld values agree with anything.

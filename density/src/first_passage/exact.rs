@@ -47,9 +47,19 @@ pub fn curve<M: PlanarHamiltonian>(
 ) -> Result<Vec<Estimated>, Error> {
     is_possible(&flow.model)?;
     let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
+    Ok(of_family(problem, &family, times, (PROBABILITY_ERROR, most_orbits)))
+}
+
+/// The curve of a model whose orbits fit the method.
+pub(crate) fn of_family<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    family: &Family<M>,
+    times: &[f64],
+    (absolute, most_orbits): (f64, usize),
+) -> Vec<Estimated> {
     let passed = |orbit: &Orbit| passed(orbit, problem.critical_e, times);
-    let noise = Noise::of_probabilities(times.last().copied().unwrap_or(0.0), &family);
-    let tolerance = |&value: &f64| probability_tolerance(value, PROBABILITY_ERROR).max(0.3 * noise * value);
+    let noise = Noise::of_probabilities(times.last().copied().unwrap_or(0.0), family);
+    let tolerance = |&value: &f64| probability_tolerance(value, absolute).max(0.3 * noise * value);
     let tolerances = |values: &[f64], _: &[f64]| values.iter().map(tolerance).collect();
     let found = family.integrate(family.first_intervals(), times.len() + 1, passed, tolerances, most_orbits);
     let missing: f64 = (1.0 - found.values[times.len()]).abs();
@@ -62,7 +72,7 @@ pub fn curve<M: PlanarHamiltonian>(
             + touching(found.values[k])
             + if missing > 1e-12 { missing } else { missing * found.values[k] },
     };
-    Ok((0..times.len()).map(|k| if times[k] == 0.0 { at_start } else { estimated(k) }).collect())
+    (0..times.len()).map(|k| if times[k] == 0.0 { at_start } else { estimated(k) }).collect()
 }
 
 /// The part of an orbit's probability that has passed by each time, then the total; per unit of `H`.

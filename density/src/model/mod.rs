@@ -29,6 +29,7 @@
 //! | [`plane`] | states in the plane, and what a planar Hamiltonian model states beyond every other model |
 //! | [`planar`] | solar radiation pressure and Earth's oblateness in the plane: the paper's model |
 //! | [`sun_moon`] | the same with the gravity of the Sun and the Moon |
+//! | [`uncertain_radiation`] | a planar model whose radiation parameter is a variable of the orbit |
 //! | [`earth`] | constants of the Earth and the Sun |
 //! | [`registry`] | every planar model by its name |
 
@@ -40,6 +41,7 @@ pub mod plane;
 pub mod quantity;
 pub mod registry;
 pub mod sun_moon;
+pub mod uncertain_radiation;
 pub mod variable;
 
 use std::fmt::Debug;

@@ -1,0 +1,200 @@
+//! Integrals over an uncertain radiation parameter.
+//!
+//! The mean of a function `f` of the leaf ([`crate::uncertain`]) is `∫ f(z) w(z) dz` with the standard normal density `w`, cut where the
+//! parameter would be negative. It is computed by Kronrod rules on intervals of `z`, which are halved where the function is
+//! rough: where a change of the parameter decides whether an orbit passes a saddle, for example.
+
+use rayon::prelude::*;
+
+use crate::model::registry::Planar;
+use crate::problem::Problem;
+use crate::uncertain::UncertainProblem;
+
+use super::family::{Interval, kronrod_error, worst};
+use super::measure::normal_density;
+use super::rules::POINTS;
+
+/// Standard deviations from the mean beyond which the Gaussian counts as zero: 8e-11 of it lie there.
+const REACH: f64 = 6.5;
+/// Ends of the first intervals in standard deviations.
+const FIRST: [f64; 4] = [-REACH, -2.2, 2.2, REACH];
+
+/// What is known of a leaf.
+#[derive(Debug, Clone)]
+pub(crate) struct Leaf {
+    /// The values of the functions.
+    pub values: Vec<f64>,
+    /// Estimates of errors: of each value, or of all of them together.
+    pub errors: Vec<f64>,
+}
+
+/// An interval of `z` with its part of the integrals.
+#[derive(Debug, Clone)]
+pub(crate) struct Panel {
+    interval: Interval,
+    /// By the Kronrod rule.
+    pub values: Vec<f64>,
+    /// Differences of the Kronrod rule from the Gauss rule.
+    pub differences: Vec<f64>,
+    /// The integrals of the values' sizes.
+    sizes: Vec<f64>,
+    /// The integrals of the errors of the leaves.
+    inner: Vec<f64>,
+    /// The probability of the leaves of which nothing is known.
+    lost: f64,
+}
+
+impl Panel {
+    /// The error estimates of the rule, one for each value.
+    pub fn errors(&self) -> impl Iterator<Item = f64> + '_ {
+        self.differences.iter().zip(&self.sizes).map(|(&difference, &size)| kronrod_error(difference, size))
+    }
+}
+
+/// Integrals over all leaves.
+#[derive(Debug, Clone)]
+pub(crate) struct OverLeaves {
+    /// The parts of the integrals, in ascending order of `z`.
+    pub panels: Vec<Panel>,
+}
+
+impl OverLeaves {
+    fn sum(&self, of: impl Fn(&Panel) -> &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.panels.first().map_or(0, |panel| of(panel).len())];
+        for panel in &self.panels {
+            sum.iter_mut().zip(of(panel)).for_each(|(sum, part)| *sum += part);
+        }
+        sum
+    }
+
+    /// The integrals.
+    pub fn values(&self) -> Vec<f64> {
+        self.sum(|panel| &panel.values)
+    }
+
+    /// The integrals of the leaves' error estimates.
+    pub fn inner(&self) -> Vec<f64> {
+        self.sum(|panel| &panel.inner)
+    }
+
+    /// The error estimate of each value: of the rules, of the leaves, and of those of which nothing is known.
+    pub fn errors(&self) -> Vec<f64> {
+        let mut errors = self.inner();
+        for panel in &self.panels {
+            errors.iter_mut().zip(panel.errors()).for_each(|(sum, error)| *sum += error);
+        }
+        let lost = self.lost();
+        errors.iter_mut().for_each(|error| *error += lost);
+        errors
+    }
+
+    /// The probability of the leaves of which nothing is known.
+    pub fn lost(&self) -> f64 {
+        self.panels.iter().map(|panel| panel.lost).sum()
+    }
+}
+
+/// The integrals over all leaves of the functions that `leaf` computes from a problem and the density of its `z`; `None` if nothing is known of
+/// a leaf. They are refined until the shares of the tolerated error that `share` gives to the panels add up to at most 1,
+/// or until `most_leaves` have been taken.
+pub(crate) fn integrate<E: Send>(
+    problem: &UncertainProblem,
+    leaf: impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<Leaf>, E> + Sync,
+    share: impl Fn(&Panel, &[f64]) -> f64,
+    most_leaves: usize,
+) -> Result<OverLeaves, E> {
+    let lowest = problem.lowest().max(-REACH);
+    let cuts: Vec<f64> = std::iter::once(lowest).chain(FIRST.into_iter().filter(|&cut| cut > lowest)).collect();
+    let mut pending: Vec<Interval> = cuts.windows(2).map(|pair| Interval { low: pair[0], high: pair[1] }).collect();
+    let mut found = OverLeaves { panels: Vec::new() };
+    let mut leaves = 0;
+    loop {
+        leaves += pending.len() * POINTS;
+        let fresh: Vec<Panel> =
+            pending.iter().map(|&interval| panel(problem, interval, &leaf)).collect::<Result<_, E>>()?;
+        found.panels.extend(fresh);
+        found.panels.sort_by(|a, b| a.interval.low.total_cmp(&b.interval.low));
+        let values = found.values();
+        let shares: Vec<f64> = found.panels.iter().map(|panel| share(panel, &values)).collect();
+        let most = most_leaves.saturating_sub(leaves) / (2 * POINTS);
+        let worst = worst(&shares, most, |i| found.panels[i].interval.can_be_halved());
+        if shares.iter().sum::<f64>() <= 1.0 || worst.is_empty() {
+            return Ok(found);
+        }
+        pending = worst.iter().flat_map(|&i| found.panels[i].interval.halves()).collect();
+        let mut position = 0;
+        found.panels.retain(|_| {
+            position += 1;
+            worst.binary_search(&(position - 1)).is_err()
+        });
+    }
+}
+
+fn panel<E: Send>(
+    problem: &UncertainProblem,
+    interval: Interval,
+    leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<Leaf>, E> + Sync),
+) -> Result<Panel, E> {
+    let nodes = interval.nodes();
+    let scale = 1.0 / problem.mass_inside();
+    let density = |z: f64| scale * normal_density(z);
+    let at = |&(z, ..): &(f64, f64, f64)| match problem.leaf(z) {
+        Some(plane) => leaf(&plane, z, density(z)),
+        None => Ok(None),
+    };
+    let leaves: Vec<Option<Leaf>> = nodes.par_iter().map(at).collect::<Result<_, E>>()?;
+    let first = leaves.iter().flatten().next();
+    let zeros = || vec![0.0; first.map_or(0, |leaf| leaf.values.len())];
+    let (mut values, mut gauss, mut sizes) = (zeros(), zeros(), zeros());
+    let (mut inner, mut lost) = (vec![0.0; first.map_or(0, |leaf| leaf.errors.len())], 0.0);
+    for (&(z, by_kronrod, by_gauss), leaf) in nodes.iter().zip(&leaves) {
+        let (kronrod_weight, gauss_weight) = (by_kronrod * density(z), by_gauss * density(z));
+        let Some(leaf) = leaf else {
+            lost += kronrod_weight;
+            continue;
+        };
+        for (f, value) in leaf.values.iter().enumerate() {
+            values[f] += kronrod_weight * value;
+            gauss[f] += gauss_weight * value;
+            sizes[f] += kronrod_weight * value.abs();
+        }
+        inner.iter_mut().zip(&leaf.errors).for_each(|(sum, error)| *sum += kronrod_weight * error);
+    }
+    let differences = values.iter().zip(&gauss).map(|(kronrod, gauss)| kronrod - gauss).collect();
+    Ok(Panel { interval, values, differences, sizes, inner, lost })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::paper;
+    use crate::uncertain::{Distribution, Spread};
+
+    /// Moments of a Gaussian that is cut at zero (Johnson, Kotz & Balakrishnan 1994, Sect. 13.10.1), and a step.
+    #[test]
+    fn means_over_the_parameter_are_those_of_its_distribution() {
+        let paper = paper::scenario(1);
+        let plane = Problem { model: paper.model.into(), initial: paper.initial, times: paper.times, critical_e: 0.6 };
+        for (relative, distribution) in
+            [(0.1, Distribution::Gaussian), (0.7, Distribution::Gaussian), (0.4, Distribution::LogNormal)]
+        {
+            let problem = UncertainProblem::new(plane.clone(), Spread { relative, distribution }).unwrap();
+            let leaf = |leaf: &Problem<Planar>, z: f64, _: f64| {
+                let radiation = leaf.model.value("radiation").unwrap();
+                Ok::<_, ()>(Some(Leaf { values: vec![1.0, radiation, f64::from(z > 0.3)], errors: vec![0.0; 3] }))
+            };
+            let share = |panel: &Panel, _: &[f64]| panel.errors().sum::<f64>() / 1e-7;
+            let found = integrate(&problem, leaf, share, 3000).unwrap();
+            let hazard = normal_density(problem.lowest()) / problem.mass_inside();
+            let mean = match distribution {
+                Distribution::Gaussian => problem.mean() * (1.0 + relative * hazard),
+                Distribution::LogNormal => problem.mean(),
+            };
+            let step = crate::exact::measure::normal_tail(0.3) / problem.mass_inside();
+            for (value, right) in found.values().into_iter().zip([1.0, mean, step]) {
+                assert!((value - right).abs() < 1e-7, "{relative}: {value} instead of {right}");
+            }
+            assert_eq!(found.lost(), 0.0);
+        }
+    }
+}

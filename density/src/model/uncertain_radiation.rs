@@ -1,0 +1,161 @@
+//! A planar model whose radiation parameter differs from orbit to orbit: it is a variable of the orbit and stays constant along it.
+//!
+//! Radiation pressure enters the motion linearly: `C` adds `n_sun C s` to the rate of `x1 = e sin(phi)`, with `s = sqrt(1 - e²)`
+//! (Eqs. 1 and 7 of Sun et al. 2022). All else is the planar model's motion with `C = 0`.
+
+use std::fmt::Debug;
+use std::marker::PhantomData;
+
+use super::earth::SUN_MEAN_MOTION;
+use super::plane::{State, VARIABLES, density_growth};
+use super::registry::Planar;
+use super::{Kind, Model, PlanarHamiltonian, Quantity, Variable};
+use crate::flow::FromEquations;
+
+/// What the third variable is.
+pub trait Scale: Copy + Debug + PartialEq + Send + Sync + 'static {
+    /// The third variable.
+    const VARIABLE: Variable;
+
+    /// The radiation parameter at a value of the third variable.
+    fn radiation(value: f64) -> f64;
+
+    /// The third variable at a radiation parameter.
+    fn value(radiation: f64) -> f64;
+}
+
+/// The third variable is the radiation parameter `C` itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Linear;
+
+impl Scale for Linear {
+    const VARIABLE: Variable = Variable {
+        name: "radiation parameter",
+        symbol: "C",
+        unit: "",
+        kind: Kind::Interval { low: 0.0, high: 1000.0 },
+    };
+
+    fn radiation(value: f64) -> f64 {
+        value
+    }
+
+    fn value(radiation: f64) -> f64 {
+        radiation
+    }
+}
+
+/// The third variable is the logarithm of the radiation parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Logarithmic;
+
+impl Scale for Logarithmic {
+    const VARIABLE: Variable = Variable {
+        name: "logarithm of the radiation parameter",
+        symbol: "ln_C",
+        unit: "",
+        kind: Kind::Interval { low: -1000.0, high: 1000.0 },
+    };
+
+    fn radiation(value: f64) -> f64 {
+        value.exp()
+    }
+
+    fn value(radiation: f64) -> f64 {
+        radiation.ln()
+    }
+}
+
+/// A planar model whose radiation parameter is a variable. The state is `(x1, x2, C)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UncertainRadiation<S> {
+    without: Planar,
+    scale: PhantomData<S>,
+}
+
+impl<S: Scale> UncertainRadiation<S> {
+    /// From the planar model without radiation pressure.
+    pub fn new(without: Planar) -> Self {
+        Self { without, scale: PhantomData }
+    }
+}
+
+impl<S: Scale> Model for UncertainRadiation<S> {
+    type State<T: Quantity> = [T; 3];
+    type Variables = [f64; 3];
+    type Series<const P: usize> = FromEquations<Self, P>;
+
+    const VARIABLES: &'static [Variable] = &[VARIABLES[0], VARIABLES[1], S::VARIABLE];
+    const REENTRY: usize = 1;
+
+    fn rate<T: Quantity>(&self, _: T, [x1, x2, radiation]: [T; 3]) -> [T; 3] {
+        let state = State { x1, x2 };
+        let motion = self.without.motion(state);
+        [motion.x1 + state.s() * radiation * SUN_MEAN_MOTION, motion.x2, T::from(0.0)]
+    }
+
+    fn is_inside(&self, [x1, x2, _]: [f64; 3]) -> bool {
+        x1 * x1 + x2 * x2 < 1.0
+    }
+
+    fn state(&self, _: f64, [phi, e, third]: [f64; 3]) -> [f64; 3] {
+        let State { x1, x2 } = State::from_polar(phi, e);
+        [x1, x2, S::radiation(third)]
+    }
+
+    fn read_out(&self, _: f64, [x1, x2, radiation]: [f64; 3]) -> [f64; 3] {
+        let state = State { x1, x2 };
+        [state.solar_angle(), state.eccentricity(), S::value(radiation)]
+    }
+
+    fn clearance<T: Quantity>(&self, [x1, x2, _]: [T; 3]) -> T {
+        State { x1, x2 }.s()
+    }
+
+    fn critical_clearance(&self, critical: f64) -> f64 {
+        self.without.critical_clearance(critical)
+    }
+
+    fn density_growth(&self, [x1, x2, _]: [f64; 3], [y1, y2, _]: [f64; 3]) -> Option<f64> {
+        Some(density_growth(State { x1, x2 }, State { x1: y1, x2: y2 }))
+    }
+
+    fn conserved(&self, _: f64, [x1, x2, radiation]: [f64; 3]) -> Vec<(&'static str, f64)> {
+        let without = self.without.hamiltonian(State { x1, x2 });
+        vec![("hamiltonian", without + radiation * x2), ("radiation", radiation)]
+    }
+
+    fn reversed(&self, [x1, x2, radiation]: [f64; 3]) -> Option<[f64; 3]> {
+        Some([-x1, x2, radiation])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::Flow;
+    use crate::model::planar::Force;
+    use crate::model::sun_moon::SunMoon;
+
+    #[test]
+    fn every_orbit_moves_as_with_a_radiation_parameter_of_its_own() {
+        let force = Force { radiation: 0.15, oblateness: 0.40921 };
+        for model in [Planar::from(force), SunMoon { force, sun: 4.8e-4, moon: 1e-3 }.into()] {
+            let uncertain = UncertainRadiation::<Linear>::new(model.with("radiation", 0.0).unwrap());
+            for radiation in [0.02, 0.15, 0.3] {
+                let alone = Flow::new(model.with("radiation", radiation).unwrap());
+                let end = alone.advance_one(State::from_polar(2.2, 0.145), 2.0).unwrap();
+                let start = uncertain.state(0.0, [2.2, 0.145, radiation]);
+                let [x1, x2, kept] = Flow::new(uncertain).carry_one(start, 0.0, 2.0).unwrap();
+                assert!((x1 - end.x1).hypot(x2 - end.x2) < 1e-11 && kept == radiation, "{radiation}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_logarithm_is_read_out_as_it_was_given() {
+        let model = UncertainRadiation::<Logarithmic>::new(Force { radiation: 0.0, oblateness: 0.4 }.into());
+        let state = model.state(0.0, [1.0, 0.2, -1.9]);
+        assert!((state[2] - (-1.9f64).exp()).abs() < 1e-16 && (model.read_out(0.0, state)[2] + 1.9).abs() < 1e-15);
+    }
+}
