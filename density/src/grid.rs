@@ -10,8 +10,10 @@ use rayon::prelude::*;
 use crate::angle::{Circular, fold, nearest};
 use crate::flow::Flow;
 use crate::model::plane::{PlanarHamiltonian, State};
+use crate::model::registry::Planar;
 use crate::orbits::{LostOrbit, Orbits};
 use crate::problem::Problem;
+use crate::uncertain::UncertainProblem;
 
 /// A uniform partition of an interval into bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,6 +135,38 @@ pub fn comparison_grids<M: PlanarHamiltonian>(
         let there: Vec<(State, f64)> = states.filter(|(state, _)| !state.x1.is_nan()).collect();
         if there.is_empty() {
             Orbits::new(*flow, starts_1.clone(), starts_2.clone()).advance_to(time)?;
+        }
+        grids.push(bounding_grid(&there, bins_phi, bins_e));
+    }
+    Ok(grids)
+}
+
+/// The comparison grids where the radiation parameter is uncertain: they enclose the images of the 4-sigma ellipse for parameters out to three
+/// deviations.
+///
+/// # Errors
+/// As [`comparison_grids`].
+pub fn grids_over_leaves(problem: &UncertainProblem, bins_phi: usize, bins_e: usize) -> Result<Vec<Grid>, LostOrbit> {
+    const LEAVES: i32 = 12;
+    const REACH: f64 = 3.0;
+    let rings = ellipse_rings(&problem.plane);
+    let (starts_1, starts_2): (Vec<f64>, Vec<f64>) = rings.iter().map(|(state, _)| (state.x1, state.x2)).unzip();
+    let z = |k: i32| REACH * f64::from(k) / f64::from(LEAVES);
+    let leaves: Vec<(f64, Flow<Planar>)> = (-LEAVES..=LEAVES)
+        .filter_map(|k| Some(((-0.5 * z(k) * z(k)).exp(), Flow::new(problem.leaf(z(k))?.model))))
+        .collect();
+    let mut states = vec![(starts_1.clone(), starts_2.clone()); leaves.len()];
+    let (mut now, mut grids) = (0.0, Vec::new());
+    for &time in &problem.plane.times {
+        let mut there: Vec<(State, f64)> = Vec::new();
+        for ((weight, flow), (x1, x2)) in leaves.iter().zip(&mut states) {
+            flow.advance_where_possible(x1, x2, time - now);
+            let known = x1.iter().zip(&*x2).zip(&rings).filter(|((x1, _), _)| !x1.is_nan());
+            there.extend(known.map(|((&x1, &x2), &(_, share))| (State { x1, x2 }, weight * share)));
+        }
+        now = time;
+        if there.is_empty() {
+            Orbits::new(Flow::new(problem.plane.model), starts_1.clone(), starts_2.clone()).advance_to(time)?;
         }
         grids.push(bounding_grid(&there, bins_phi, bins_e));
     }

@@ -9,6 +9,7 @@
 
 use crate::exact::measure::normal_tail;
 use crate::gaussian::Gaussian;
+use crate::model::Variable;
 use crate::model::registry::Planar;
 use crate::model::uncertain_radiation::{Linear, Logarithmic, Scale, UncertainRadiation};
 use crate::problem::Problem;
@@ -21,6 +22,16 @@ pub enum Distribution {
     Gaussian,
     /// `C` is log-normal: its logarithm is a Gaussian.
     LogNormal,
+}
+
+impl Distribution {
+    /// The variable that is a Gaussian.
+    pub fn variable(self) -> Variable {
+        match self {
+            Self::Gaussian => Linear::VARIABLE,
+            Self::LogNormal => Logarithmic::VARIABLE,
+        }
+    }
 }
 
 /// The uncertainty of the radiation parameter.

@@ -59,8 +59,8 @@ fn apart(found: [f64; 5], expected: [f64; 5]) -> f64 {
 }
 
 /// The reference is good to 1e-5 (a mean of `e` is up to 30 deviations). In `uncertain-3` its 41 values of the parameter are too few by two
-/// years, when part of the cloud has passed the saddle: moments by the same quadrature change by 8e-4 deviations from 41 to 81 values, and
-/// by less than 1e-6 from 81 to 161.
+/// years, when part of the cloud has passed the saddle: by the same quadrature the covariance changes by 6e-4 of the deviations' product from 41
+/// to 81 values, and by 1.3e-4 from 81 to 161. Those times are left out.
 #[test]
 fn the_exact_density_has_the_moments_and_probabilities_of_the_reference() {
     for (name, times) in [("uncertain-1", [0.5, 2.0]), ("uncertain-3", [0.5, 1.0])] {
@@ -89,6 +89,7 @@ fn the_exact_first_passages_are_those_of_the_reference() {
         let found = curve(&exact, &times).unwrap();
         for (passed, snapshot) in found.iter().zip(&snapshots) {
             let difference = (passed.probability.value - snapshot.ever).abs();
+            let tolerance = tolerance + passed.probability.error;
             assert!(difference < tolerance, "{name} at {}: {difference:e}", snapshot.years);
             // The law of total expectation, and of total variance.
             let p = passed.probability.value;

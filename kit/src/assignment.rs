@@ -9,6 +9,7 @@ use density::model::registry::{ModelError, Planar};
 use density::model::{Kind, Model, PlanarHamiltonian, Variable};
 use density::problem::{InitialGaussian, Problem};
 use density::problem_error::Field;
+use density::uncertain::{Distribution, Spread, UncertainProblem};
 use messages::layout::PASSAGE_TIMES;
 use messages::port::Message;
 use messages::scenario::{self, Description, Moment, Parameter, Projection, Range, ScenarioHeader};
@@ -30,8 +31,10 @@ pub struct Assignment {
     /// The comparison grid of each snapshot: one axis per variable. The axis of a variable that is in no projection
     /// has no bins.
     pub axes: Vec<Vec<Axis>>,
-    /// The problem and the grids as types of `density`, if the model is planar.
+    /// The problem and the grids as types of `density`, if the model is planar and all its parameters are certain.
     pub plane: Option<Plane>,
+    /// The same, if the model is planar and its radiation parameter is uncertain.
+    pub uncertain: Option<Uncertain>,
 }
 
 /// A scenario of a planar model.
@@ -43,35 +46,43 @@ pub struct Plane {
     pub grids: Vec<Grid>,
 }
 
+/// A scenario of a planar model with an uncertain radiation parameter, which is the cloud's third variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Uncertain {
+    /// The problem.
+    pub problem: UncertainProblem,
+    /// The comparison grid in solar angle and eccentricity of each snapshot.
+    pub grids: Vec<Grid>,
+}
+
 impl Assignment {
     /// A planar scenario at position `scenario` of the `scenarios` of a run; `scenarios` is 0 if it is not known.
     pub fn in_plane(run_id: u64, name: &str, (scenario, scenarios): (u32, u32), plane: Plane) -> Self {
-        let ends = |grid: &Grid| {
-            let (phi, e) = ([grid.phi.low, grid.phi.high], [grid.e.low, grid.e.high]);
-            vec![phi, e, phi, e]
-        };
-        let bins = plane.grids.first().map(|grid| (grid.phi.bins, grid.e.bins));
-        let said = Description {
-            run_id,
-            scenario,
-            scenarios,
-            projections: bins.map_or(Vec::new(), projections),
-            ..described(name, &plane.problem, |index| plane.grids.get(index).map_or(Vec::new(), ends))
-        };
+        let said = described(name, &plane.problem, None, |index| ends(plane.grids.get(index)));
+        let said = Description { run_id, scenario, scenarios, projections: projections_on(&plane.grids), ..said };
         let axes = plane.grids.iter().map(|grid| vec![grid.phi, grid.e]).collect();
-        Self::new(said, axes, Some(plane))
+        Self { plane: Some(plane), ..Self::new(said, axes) }
     }
 
-    fn new(said: Description, axes: Vec<Vec<Axis>>, plane: Option<Plane>) -> Self {
+    /// The same for a scenario with an uncertain radiation parameter.
+    pub fn with_uncertainty(run_id: u64, name: &str, (scenario, scenarios): (u32, u32), uncertain: Uncertain) -> Self {
+        let UncertainProblem { plane, spread } = &uncertain.problem;
+        let said = described(name, plane, Some(*spread), |index| ends(uncertain.grids.get(index)));
+        let said = Description { run_id, scenario, scenarios, projections: projections_on(&uncertain.grids), ..said };
+        let axes = uncertain.grids.iter().map(|grid| vec![grid.phi, grid.e, NO_AXIS]).collect();
+        Self { uncertain: Some(uncertain), ..Self::new(said, axes) }
+    }
+
+    fn new(said: Description, axes: Vec<Vec<Axis>>) -> Self {
         let (variables, projections) = (said.variables.clone(), said.projections.clone());
         let space = Arc::new(Space { variables, reentry: said.reentry, projections });
         let times = said.snapshots.iter().map(|moment| moment.time).collect();
-        Self { said, space, times, axes, plane }
+        Self { said, space, times, axes, plane: None, uncertain: None }
     }
 
-    /// Count of numbers in the payload of a planar scenario with `snapshots` snapshots.
+    /// Largest count of numbers in the payload of a planar scenario with `snapshots` snapshots.
     pub const fn numbers(snapshots: usize) -> usize {
-        Description::numbers(VARIABLES.len(), AXES, snapshots)
+        Description::numbers(VARIABLES.len() + 1, AXES, snapshots)
     }
 
     /// Reads a message.
@@ -94,6 +105,10 @@ impl Assignment {
     pub fn plane(&self) -> Result<&Plane, Failure> {
         let models = || Planar::ALL.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(" or ");
         self.plane.as_ref().ok_or_else(|| {
+            if self.uncertain.is_some() {
+                let why = "the scenario's radiation parameter is uncertain, which this does not take into account";
+                return Failure::Refused(why.into());
+            }
             Failure::Refused(format!(
                 "the scenario's model is \"{}\", this is for the model {} alone",
                 self.said.model,
@@ -121,8 +136,10 @@ impl Assignment {
         check_bins(&said.projections)?;
         let axes: Vec<Vec<Axis>> = said.snapshots.iter().map(|moment| axes(&said, moment)).collect::<Result<_, _>>()?;
         let is_planar = Planar::ALL.iter().any(|(name, _)| *name == said.model);
-        let plane = if is_planar { Some(plane(&said, &axes)?) } else { None };
-        Ok(Self::new(said, axes, plane))
+        let is_uncertain = said.variables.len() == VARIABLES.len() + 1;
+        let plane = if is_planar && !is_uncertain { Some(plane(&said, &axes)?) } else { None };
+        let uncertain = if is_planar && is_uncertain { Some(uncertain(&said, &axes)?) } else { None };
+        Ok(Self { plane, uncertain, ..Self::new(said, axes) })
     }
 
     /// The message's header and items.
@@ -136,6 +153,22 @@ impl Assignment {
 
 /// Number of axes of all projections on which densities in the plane are compared.
 const AXES: usize = 4;
+
+/// The axis of a variable that is in no projection.
+const NO_AXIS: Axis = Axis { low: 0.0, high: 1.0, bins: 0 };
+
+/// The ends of the axes of all projections in the plane.
+fn ends(grid: Option<&Grid>) -> Vec<[f64; 2]> {
+    let of = |grid: &Grid| {
+        let (phi, e) = ([grid.phi.low, grid.phi.high], [grid.e.low, grid.e.high]);
+        vec![phi, e, phi, e]
+    };
+    grid.map_or(Vec::new(), of)
+}
+
+fn projections_on(grids: &[Grid]) -> Vec<Projection> {
+    grids.first().map_or(Vec::new(), |grid| projections((grid.phi.bins, grid.e.bins)))
+}
 
 /// The projections in the plane: the joint density, and the density of each variable by itself.
 fn projections((phi, e): (usize, usize)) -> Vec<Projection> {
@@ -163,23 +196,42 @@ fn axes(said: &Description, Moment { time, ends }: &Moment) -> Result<Vec<Axis>,
             return Err(format!("projections: at {time} yr {symbol} has other bins in one of them than in another"));
         }
     }
-    Ok(axes.into_iter().map(|axis| axis.unwrap_or(Axis { low: 0.0, high: 1.0, bins: 0 })).collect())
+    Ok(axes.into_iter().map(|axis| axis.unwrap_or(NO_AXIS)).collect())
 }
 
 /// The problem and the grids of a scenario with a planar model.
 fn plane(said: &Description, axes: &[Vec<Axis>]) -> Result<Plane, String> {
-    let problem = problem(said)?;
-    let grid = |axes: &Vec<Axis>| Grid { phi: axes[0], e: axes[1] };
-    let grids: Vec<Grid> = axes.iter().map(grid).collect();
-    let bins = grids.first().map_or((0, 0), |grid| (grid.phi.bins, grid.e.bins));
-    if said.projections != projections(bins) {
-        return Err("projections: a planar model is compared in phi and e together, in phi, and in e".into());
+    let (problem, spread) = problem(said)?;
+    match spread {
+        None => Ok(Plane { problem, grids: grids(said, axes)? }),
+        Some(_) => Err("variables: there are more than the plane has".into()),
     }
-    Ok(Plane { problem, grids })
 }
 
-/// What a message says of a problem, without the projections.
-pub fn described(name: &str, problem: &Problem<Planar>, ends: impl Fn(usize) -> Vec<[f64; 2]>) -> Description {
+/// The problem and the grids of a scenario with an uncertain radiation parameter.
+fn uncertain(said: &Description, axes: &[Vec<Axis>]) -> Result<Uncertain, String> {
+    let (plane, spread) = problem(said)?;
+    let spread = spread.ok_or("variables: the radiation parameter is missing")?;
+    let problem = UncertainProblem::new(plane, spread);
+    let problem = problem.map_err(|error| format!("{}: {}", key(error.field), error.problem()))?;
+    Ok(Uncertain { problem, grids: grids(said, axes)? })
+}
+
+fn grids(said: &Description, axes: &[Vec<Axis>]) -> Result<Vec<Grid>, String> {
+    let grids: Vec<Grid> = axes.iter().map(|axes| Grid { phi: axes[0], e: axes[1] }).collect();
+    if said.projections != projections_on(&grids) {
+        return Err("projections: a planar model is compared in phi and e together, in phi, and in e".into());
+    }
+    Ok(grids)
+}
+
+/// What a message says of a problem, whose radiation parameter may be uncertain, without the projections.
+pub fn described(
+    name: &str,
+    problem: &Problem<Planar>,
+    spread: Option<Spread>,
+    ends: impl Fn(usize) -> Vec<[f64; 2]>,
+) -> Description {
     let Problem { model, initial, times, critical_e } = problem;
     let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, .. } = *initial;
     let variable = |variable: &Variable| scenario::Variable {
@@ -196,6 +248,15 @@ pub fn described(name: &str, problem: &Problem<Planar>, ends: impl Fn(usize) -> 
         symbol: parameter.symbol.into(),
         value,
     };
+    let (mut variables, mut mean) = (VARIABLES.to_vec(), vec![mean_phi, mean_e]);
+    let mut covariance = vec![sigma_phi * sigma_phi, initial.covariance(), sigma_e * sigma_e];
+    if let Some(spread) = spread {
+        let (third, sigma) = UncertainProblem { plane: problem.clone(), spread }.third();
+        variables.push(spread.distribution.variable());
+        mean.push(third);
+        let [phi, cross, e] = [covariance[0], covariance[1], covariance[2]];
+        covariance = vec![phi, cross, 0.0, e, 0.0, sigma * sigma];
+    }
     Description {
         run_id: 0,
         scenario: 0,
@@ -203,11 +264,11 @@ pub fn described(name: &str, problem: &Problem<Planar>, ends: impl Fn(usize) -> 
         name: name.into(),
         model: model.name().into(),
         parameters: model.parameters().into_iter().map(parameter).collect(),
-        variables: VARIABLES.iter().map(variable).collect(),
+        variables: variables.iter().map(variable).collect(),
         reentry: Planar::REENTRY,
         critical: *critical_e,
-        mean: vec![mean_phi, mean_e],
-        covariance: vec![sigma_phi * sigma_phi, initial.covariance(), sigma_e * sigma_e],
+        mean,
+        covariance,
         projections: Vec::new(),
         snapshots: times.iter().enumerate().map(|(index, &time)| Moment { time, ends: ends(index) }).collect(),
     }
@@ -222,30 +283,37 @@ pub fn key(field: Field) -> String {
         Field::DeltaPhi => "initial.delta_phi".into(),
         Field::DeltaE => "initial.delta_e".into(),
         Field::Correlation => "initial.correlation".into(),
+        Field::SigmaRadiation => "initial.sigma_radiation".into(),
         Field::Times => "times.at".into(),
         Field::CriticalE => "disposal.critical_e".into(),
     }
 }
 
-/// The problem that a message states.
+/// The problem that a message states, and the spread of its radiation parameter if that is uncertain.
 ///
 /// # Errors
 /// What is wrong, by the key that a scenario file has for it.
-pub fn problem(said: &Description) -> Result<Problem<Planar>, String> {
+pub fn problem(said: &Description) -> Result<(Problem<Planar>, Option<Spread>), String> {
     let given: Vec<(&str, f64)> = said.parameters.iter().map(|given| (given.name.as_str(), given.value)).collect();
     let model = Planar::by_name(&said.model, &given).map_err(|error| match error {
         ModelError::Unknown { .. } => format!("model.name: {error}"),
         ModelError::Missing { .. } | ModelError::Superfluous { .. } => format!("orbit: {error}"),
     })?;
-    let ours = described("", &Problem { model, initial: NOWHERE, times: Vec::new(), critical_e: 0.0 }, |_| Vec::new());
+    let nowhere = Problem { model, initial: NOWHERE, times: Vec::new(), critical_e: 0.0 };
+    let spread = spread(said, model.value("radiation").unwrap_or(0.0))?;
+    let ours = described("", &nowhere, spread, |_| Vec::new());
     if (&said.variables, said.reentry) != (&ours.variables, ours.reentry) {
         return Err(format!(
-            "variables: they are not those of the model \"{}\": solar angle phi and eccentricity e",
+            "variables: they are not those of the model \"{}\": solar angle phi and eccentricity e, and the radiation parameter \
+             where it is uncertain",
             said.model
         ));
     }
-    let (&[mean_phi, mean_e], &[phi_phi, phi_e, e_e]) = (&said.mean[..], &said.covariance[..]) else {
-        return Err("initial: a planar cloud has two means and three covariances".into());
+    let (mean_phi, mean_e, phi_phi, phi_e, e_e) = match (&said.mean[..], &said.covariance[..]) {
+        (&[phi, e], &[phi_phi, phi_e, e_e]) => (phi, e, phi_phi, phi_e, e_e),
+        (&[phi, e, _], &[phi_phi, phi_e, 0.0, e_e, 0.0, _]) => (phi, e, phi_phi, phi_e, e_e),
+        (&[_, _, _], _) => return Err("initial: the radiation parameter is independent of phi and e".into()),
+        _ => return Err("initial: a planar cloud has two means and three covariances".into()),
     };
     // The root of a square is the number itself, to the last bit.
     let (sigma_phi, sigma_e) = (phi_phi.sqrt(), e_e.sqrt());
@@ -253,7 +321,31 @@ pub fn problem(said: &Description) -> Result<Problem<Planar>, String> {
     let initial = InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation };
     let times = said.snapshots.iter().map(|moment| moment.time).collect();
     let problem = Problem::new(model, initial, times, said.critical);
-    problem.map_err(|error| format!("{}: {}", key(error.field), error.problem()))
+    let problem = problem.map_err(|error| format!("{}: {}", key(error.field), error.problem()))?;
+    Ok((problem, spread))
+}
+
+/// The spread of the radiation parameter of which a message states the mean among the parameters, and mean and variance of the third
+/// variable.
+fn spread(said: &Description, radiation: f64) -> Result<Option<Spread>, String> {
+    const ROUNDING: f64 = 1e-9;
+    let (Some(third), Some(&mean), Some(&variance)) = (said.variables.get(2), said.mean.get(2), said.covariance.get(5))
+    else {
+        return Ok(None);
+    };
+    let distributions = [Distribution::Gaussian, Distribution::LogNormal];
+    let distribution = distributions.into_iter().find(|distribution| distribution.variable().symbol == third.symbol);
+    let distribution = distribution.ok_or_else(|| format!("variables: there is no third variable {}", third.symbol))?;
+    let (relative, right) = match distribution {
+        Distribution::Gaussian => (variance.sqrt() / mean, mean),
+        Distribution::LogNormal => (variance.exp_m1().sqrt(), (mean + 0.5 * variance).exp()),
+    };
+    if (right / radiation - 1.0).abs() > ROUNDING || !relative.is_finite() {
+        return Err(format!(
+            "initial: the mean of the radiation parameter is {right}, but the parameter is {radiation}"
+        ));
+    }
+    Ok(Some(Spread { relative, distribution }))
 }
 
 /// A placeholder where the initial Gaussian is not used.

@@ -4,8 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use density::disposal::over_radiation::{self, EndProbability};
 use density::disposal::{self, Sensitivity};
 use density::exact::{Error, Estimated};
+use density::first_passage::over_leaves::Passed;
+use density::uncertain::{Spread, UncertainProblem};
 use nodes::files::plain_number::plain;
 use nodes::files::scenario_file::{self, ScenarioFile};
 use serde_json::json;
@@ -46,6 +49,10 @@ struct Answer {
     /// The factor on the radiation parameter with which each of them is reached by the end.
     factors: Vec<Option<f64>>,
     sensitivities: Vec<Sensitivity>,
+    /// What is known at the end, if the radiation parameter is uncertain.
+    at_end: Option<Passed>,
+    /// How uncertain that parameter is.
+    spread: Option<Spread>,
 }
 
 /// Answers.
@@ -69,10 +76,34 @@ pub fn run(arguments: &AskArguments) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-fn answer(ScenarioFile { name, problem }: ScenarioFile) -> Result<Answer, Error> {
-    let years = years(problem.times.last().copied().unwrap_or(0.0));
-    let curve = years.iter().copied().zip(disposal::probabilities(&problem, &years)?).collect();
-    let times = PROBABILITIES.iter().map(|&p| disposal::time_of(&problem, p)).collect::<Result<_, _>>()?;
+fn answer(scenario: ScenarioFile) -> Result<Answer, Error> {
+    match scenario.uncertain() {
+        Some(problem) => with_uncertainty(scenario.name, &problem),
+        None => without_uncertainty(scenario),
+    }
+}
+
+/// All times at which the curve is computed: those that are printed, and close ones from which the time of a probability follows.
+fn all_times(printed: &[f64], end: f64) -> Vec<f64> {
+    let mut times: Vec<f64> = printed.iter().copied().chain(disposal::dense_times(end)).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
+}
+
+/// The printed points of a curve, and the time by which each of [`PROBABILITIES`] is reached.
+fn read(times: &[f64], found: &[Estimated], printed: &[f64]) -> (Vec<(f64, Estimated)>, Vec<Option<f64>>) {
+    let points = times.iter().copied().zip(found.iter().copied());
+    let curve: Vec<(f64, f64)> = points.clone().map(|(time, p)| (time, p.value)).collect();
+    let reached = PROBABILITIES.iter().map(|&p| disposal::time_of(&curve, p)).collect();
+    (points.filter(|(time, _)| printed.contains(time)).collect(), reached)
+}
+
+fn without_uncertainty(ScenarioFile { name, problem, .. }: ScenarioFile) -> Result<Answer, Error> {
+    let end = problem.times.last().copied().unwrap_or(0.0);
+    let printed = years(end);
+    let times = all_times(&printed, end);
+    let (curve, reached) = read(&times, &disposal::probabilities(&problem, &times)?, &printed);
     let now = problem.model.value("radiation");
     let factor = |p: &f64| {
         let radiation = disposal::radiation_for(&problem, *p)?;
@@ -80,7 +111,32 @@ fn answer(ScenarioFile { name, problem }: ScenarioFile) -> Result<Answer, Error>
     };
     let factors = PROBABILITIES.iter().map(factor).collect::<Result<_, _>>()?;
     let sensitivities = disposal::sensitivities(&problem)?;
-    Ok(Answer { name, derived: derived::of(&problem), curve, times, factors, sensitivities })
+    Ok(Answer {
+        name,
+        derived: derived::of(&problem),
+        curve,
+        times: reached,
+        factors,
+        sensitivities,
+        at_end: None,
+        spread: None,
+    })
+}
+
+fn with_uncertainty(name: String, problem: &UncertainProblem) -> Result<Answer, Error> {
+    let plane = &problem.plane;
+    let end = plane.times.last().copied().unwrap_or(0.0);
+    let printed = years(end);
+    let times = all_times(&printed, end);
+    let passed = over_radiation::passed(problem, &times)?;
+    let found: Vec<Estimated> = passed.iter().map(|passed| passed.probability).collect();
+    let (curve, reached) = read(&times, &found, &printed);
+    let table = EndProbability::new(problem)?;
+    let factor = |p: &f64| table.radiation_for(problem, *p).map(|radiation| radiation / problem.mean());
+    let factors = PROBABILITIES.iter().map(factor).collect();
+    let sensitivities = over_radiation::sensitivities(problem, &table)?;
+    let (at_end, spread) = (passed.last().copied(), Some(problem.spread));
+    Ok(Answer { name, derived: derived::of(plane), curve, times: reached, factors, sensitivities, at_end, spread })
 }
 
 /// Every year up to the horizon, or every few years of a long one, or parts of a year of a short one; the horizon itself comes last.
@@ -107,8 +163,10 @@ fn in_words(p: &Estimated) -> String {
 }
 
 fn print(answer: &Answer) {
-    let Answer { name, derived, curve, times, factors, sensitivities } = answer;
-    say!("{name}: {}", derived.lines().join("\n  "));
+    let Answer { name, derived, curve, times, factors, sensitivities, at_end, spread } = answer;
+    let mut lines = derived.lines();
+    lines.extend(spread.map(derived::in_words));
+    say!("{name}: {}", lines.join("\n  "));
     let mut table = new_table(["by, yr", "probability of re-entry"].map(str::to_owned).into(), 0);
     curve.iter().for_each(|(time, p)| {
         table.add_row([plain(*time), in_words(p)]);
@@ -133,18 +191,35 @@ fn print(answer: &Answer) {
         let effect = if effect.abs() < 5e-6 { "0.00000".into() } else { format!("{effect:+.5}") };
         table.add_row([change.clone(), effect]);
     });
+    if let Some(passed) = at_end {
+        say!("\n{}", radiation_in_words(passed));
+    }
     say!("\n{table}\n");
     say!(
         "By the exact first-passage curve of the scenario's model: in the plane, averaged over each revolution, without Earth's shadow."
     );
 }
 
+/// What re-entry or its absence says of the radiation parameter.
+fn radiation_in_words(passed: &Passed) -> String {
+    let given = |(mean, deviation): (f64, f64)| match mean.is_nan() {
+        true => "unknown, since that is as good as impossible".into(),
+        false => format!("{mean:.5} on average, with a deviation of {deviation:.5}"),
+    };
+    format!(
+        "the radiation parameter C given re-entry by then: {}\ngiven none: {}",
+        given(passed.radiation_if_passed),
+        given(passed.radiation_if_not)
+    )
+}
+
 fn in_json(answer: &Answer) -> serde_json::Value {
-    let Answer { name, derived, curve, times, factors, sensitivities } = answer;
+    let Answer { name, derived, curve, times, factors, sensitivities, at_end, .. } = answer;
     let point = |(time, p): &(f64, Estimated)| {
         let probability = is_stated(p).then_some(p.value);
         json!({"t_yr": time, "probability": probability, "error_estimate": p.error.is_finite().then_some(p.error)})
     };
+    let given = |(mean, deviation): (f64, f64)| (!mean.is_nan()).then(|| json!({"mean": mean, "deviation": deviation}));
     let wanted = PROBABILITIES.iter().zip(times).zip(factors);
     json!({
         "scenario": name,
@@ -152,6 +227,7 @@ fn in_json(answer: &Answer) -> serde_json::Value {
         "derived": derived.json(),
         "curve": curve.iter().map(point).collect::<Vec<_>>(),
         "reached": wanted.map(|((p, time), factor)| json!({"probability": p, "t_yr": time, "radiation_factor": factor, "radiation_factor_is_upper_bound": factor.is_some_and(is_lowest)})).collect::<Vec<_>>(),
+        "radiation_at_end": at_end.as_ref().map(|passed| json!({"if_re_entered": given(passed.radiation_if_passed), "if_not": given(passed.radiation_if_not)})),
         "sensitivities": sensitivities.iter().map(|s| json!({"change": s.change, "effect": s.effect})).collect::<Vec<_>>(),
     })
 }

@@ -5,6 +5,7 @@ use density::model::PlanarHamiltonian;
 use density::model::plane::State;
 use density::model::registry::Planar;
 use density::problem::Problem;
+use density::uncertain::{Distribution, Spread};
 use figures::sub_domains::{self, Motion};
 use nodes::files::plain_number::plain;
 use serde_json::{Value, json};
@@ -71,6 +72,15 @@ impl Derived {
             "period_yr": self.period,
         })
     }
+}
+
+/// How uncertain the radiation parameter is.
+pub fn in_words(Spread { relative, distribution }: Spread) -> String {
+    let distribution = match distribution {
+        Distribution::Gaussian => "a Gaussian, cut at 0",
+        Distribution::LogNormal => "log-normal",
+    };
+    format!("radiation parameter with a standard deviation of {} % ({distribution})", significant(100.0 * relative))
 }
 
 /// A number with six significant digits.

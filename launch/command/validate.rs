@@ -52,12 +52,14 @@ fn validate(path: &Path) -> Result<String, Vec<String>> {
 fn scenario(file: &InputFile) -> Result<String, Vec<String>> {
     let scenario = scenario_file::check(file).map_err(|e| vec![e.to_string()])?;
     let times = &scenario.problem.times;
+    let mut lines = super::derived::of(&scenario.problem).lines();
+    lines.extend(scenario.spread.map(super::derived::in_words));
     Ok(format!(
         "scenario {} with {} snapshots to {} yr\n  {}",
         scenario.name,
         times.len(),
         plain(times.last().copied().unwrap_or(0.0)),
-        super::derived::of(&scenario.problem).lines().join("\n  ")
+        lines.join("\n  ")
     ))
 }
 

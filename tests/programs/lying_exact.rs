@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::{Form, Passage, Propagator};
-use messages::content::{Content, Density};
+use messages::content::{Content, DENSITY_HEAD, Density};
 use nodes::methods::exact::{ExactDensity, Settings};
 
 struct Liar {
@@ -33,7 +33,7 @@ impl Propagator for Liar {
 
     fn write(&self, columns: &mut [f64]) {
         self.exact.write(columns);
-        let (head, joint) = Density::parts(columns);
+        let (head, joint) = columns.split_at_mut(DENSITY_HEAD);
         let sigma_e = head[3];
         match self.lie.as_str() {
             _ if self.index == 0 => {}

@@ -161,6 +161,17 @@ impl Place<'_> {
         Ok((&plane.problem, *grid))
     }
 
+    /// The comparison grid in the plane at the snapshot's time, also where the radiation parameter is uncertain.
+    ///
+    /// # Errors
+    /// If the scenario's model is not planar.
+    pub fn grid(&self) -> Result<Grid, String> {
+        match &self.assignment.uncertain {
+            Some(uncertain) => uncertain.grids.get(self.index).copied().ok_or_else(|| "it is one too many".into()),
+            None => self.in_plane().map(|(_, grid)| grid),
+        }
+    }
+
     /// Calls `read` with the description of the figures to compute of a cloud in the scenario's space.
     pub fn ask<T>(&self, read: impl FnOnce(&Question<'_>) -> T) -> T {
         let Assignment { space, said, .. } = self.assignment;

@@ -9,32 +9,34 @@ use super::{Estimated, Kind, Memory, Place, Snapshot};
 use crate::snapshot_rules::{Breach, Rule};
 use crate::space::Space;
 
-/// Numbers before the error estimates in the head of a density.
-const STATED: usize = DENSITY_HEAD - 4;
-/// Moments at the beginning of the head.
-const MOMENTS: usize = 6;
+/// Error estimates at the end of the head of a density.
+const ESTIMATES: usize = 4;
 
 impl Kind for Density {
     /// A method may withhold figures by writing NaN; its error estimates give the accuracy that was reached.
-    fn breach(&self, _: &Space, _: usize, items: &[f64]) -> Option<Breach> {
-        let (head, joint) = items.split_at(DENSITY_HEAD.min(items.len()));
-        in_head(head).or_else(|| in_joint(joint)).map(|what| Breach { rule: Rule::Finite, what })
+    fn breach(&self, space: &Space, _: usize, items: &[f64]) -> Option<Breach> {
+        let stated = space.quantities().len();
+        let head = (stated + ESTIMATES).min(items.len());
+        let found = in_head(&items[..head], stated).or_else(|| in_joint(&items[head..], head));
+        found.map(|what| Breach { rule: Rule::Finite, what })
     }
 
     /// NaN stands for figures that are withheld.
     fn estimate(&self, snapshot: &Snapshot, _: &mut Memory, at: &Place) -> Result<Estimated, String> {
         let [values] = snapshot.columns()?;
-        let (_, grid) = at.in_plane()?;
-        let bins = grid.len();
-        let Some((&head, joint)) = values.split_first_chunk::<DENSITY_HEAD>().filter(|(_, joint)| joint.len() == bins)
-        else {
+        let grid = at.grid()?;
+        let (bins, stated) = (grid.len(), at.assignment.space.quantities().len());
+        let head = stated + ESTIMATES;
+        if values.len() != head + bins {
             let count = values.len();
-            return Err(format!("it holds {count} numbers, not {DENSITY_HEAD} and one for each of {bins} bins"));
-        };
-        let [a, b, c, d, e, f, mean, resultant, diagnostics @ ..] = head;
-        let moments = Moments::from_array([a, b, c, d, e, f]);
-        let estimate = Estimate::from_joint(grid, joint.to_vec(), moments, Circular { mean, resultant });
-        Ok(Estimated { diagnostic: diagnostic::NUMERICAL, diagnostics, ..estimate.into() })
+            return Err(format!("it holds {count} numbers, not {head} and one for each of {bins} bins"));
+        }
+        let diagnostics = std::array::from_fn(|k| values[stated + k]);
+        // The estimate in the plane has the marginals; the moments may be of more variables.
+        let unknown = Circular { mean: f64::NAN, resultant: f64::NAN };
+        let estimate = Estimate::from_joint(grid, values[head..].to_vec(), Moments::NONE, unknown);
+        let (values, errors) = (values[..stated].to_vec(), vec![f64::NAN; stated]);
+        Ok(Estimated { values, errors, diagnostic: diagnostic::NUMERICAL, diagnostics, ..estimate.into() })
     }
 
     fn of_all_shards(&self) -> Result<Content, String> {
@@ -47,13 +49,14 @@ impl Kind for Density {
 
     /// Whether it states neither a moment nor a bin.
     fn withholds_all(&self, items: &[f64]) -> bool {
-        let Some((head, joint)) = items.split_first_chunk::<DENSITY_HEAD>() else { return false };
-        !joint.is_empty() && head[..MOMENTS].iter().chain(joint).all(|number| number.is_nan())
+        // The moments of the plane come first, whatever follows them.
+        let Some((head, rest)) = items.split_first_chunk::<DENSITY_HEAD>() else { return false };
+        !rest.is_empty() && head[..6].iter().chain(rest).all(|number| number.is_nan())
     }
 }
 
-fn in_head(head: &[f64]) -> Option<String> {
-    let (stated, estimates) = head.split_at(STATED.min(head.len()));
+fn in_head(head: &[f64], count: usize) -> Option<String> {
+    let (stated, estimates) = head.split_at(count.min(head.len()));
     if let Some(row) = stated.iter().position(|value| value.is_infinite()) {
         return Some(format!(
             "row {row} of column 0 is {}; a moment is finite, or NaN where it is withheld",
@@ -61,13 +64,13 @@ fn in_head(head: &[f64]) -> Option<String> {
         ));
     }
     let place = estimates.iter().position(|estimate| estimate.is_nan() || *estimate < 0.0)?;
-    let (row, estimate) = (STATED + place, estimates[place]);
+    let (row, estimate) = (count + place, estimates[place]);
     Some(format!("row {row} of column 0 is {estimate}; an error estimate is 0 or more, infinite if unknown"))
 }
 
-fn in_joint(joint: &[f64]) -> Option<String> {
+fn in_joint(joint: &[f64], head: usize) -> Option<String> {
     let bad = joint.iter().position(|value| !value.is_finite())?;
-    let row = DENSITY_HEAD + bad;
+    let row = head + bad;
     match joint.iter().find(|value| !value.is_nan()) {
         None => None,
         Some(_) if joint[bad].is_infinite() => Some(format!("row {row} of column 0 is {}", joint[bad])),

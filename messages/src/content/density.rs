@@ -2,19 +2,12 @@
 
 use super::{Kind, NoDetails, kind};
 
-/// Numbers before the joint density in a snapshot of kind [`kind::DENSITY`].
+/// Numbers before the joint density in a snapshot of kind [`kind::DENSITY`] in the plane; with more variables there are more moments.
 pub const DENSITY_HEAD: usize = 12;
 
 /// A density on the comparison grid, with its moments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Density;
-
-impl Density {
-    /// The parts to write: the head of [`DENSITY_HEAD`] numbers, and the joint density.
-    pub fn parts(items: &mut [f64]) -> (&mut [f64], &mut [f64]) {
-        items.split_at_mut(DENSITY_HEAD.min(items.len()))
-    }
-}
 
 impl Kind for Density {
     const CODE: u32 = kind::DENSITY;

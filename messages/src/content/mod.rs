@@ -32,7 +32,7 @@ codes! {
         pub const SAMPLES: u32 = 1;
         /// Characteristics: `phi` \[rad\], `e`, density `n` \[1/rad\] carried along.
         pub const CHARACTERISTICS: u32 = 2;
-        /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers (the six
+        /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers in the plane (the six
         /// moments, circular mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard
         /// deviations, of the resultant vector, of the probability and of the joint density in L1), then the joint
         /// density \[1/rad\], `phi` outermost. NaN in place of any of the first eight numbers, or of the whole joint

@@ -254,7 +254,7 @@ mod tests {
         assert_eq!(sweep.len(), 6);
         let found: Vec<_> = (0..6)
             .map(|index| {
-                let ScenarioFile { name, problem } = sweep.scenario(index).unwrap();
+                let ScenarioFile { name, problem, .. } = sweep.scenario(index).unwrap();
                 assert_eq!(name, format!("s-{index}"));
                 assert_eq!(sweep.index_of(&name), Some(index));
                 assert_eq!(sweep.values(index)[0], problem.initial.mean_e);

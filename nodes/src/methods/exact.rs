@@ -1,15 +1,24 @@
 //! The exact density: no samples, no mesh, no mixture, only the flow run backwards and quadrature.
 
+use density::exact::leaves::{ExactLeaves, LeavesSnapshot, ThirdMoments};
 use density::exact::{Estimated, Exact, ExactSettings, ExactSnapshot, Limits};
 use density::first_passage::exact::curve;
-use messages::content::{DENSITY_HEAD, Density};
+use density::first_passage::over_leaves;
+use density::grid::Grid;
+use messages::content::Density;
+use messages::layout::PASSAGE_COLUMNS;
 use serde::{Deserialize, Serialize};
 
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::{Method, Misfit};
-use kit::assignment::{Assignment, Plane};
+use kit::assignment::{Assignment, Plane, Uncertain};
 use kit::failure::Failure;
 use kit::{Form, Passage, Propagator};
+
+/// Error estimates in a snapshot.
+const ESTIMATES: usize = 4;
+/// Most numbers before the joint density, those of three variables.
+const MOST_HEAD: usize = 12 + ESTIMATES;
 
 /// Settings of the exact reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -96,7 +105,7 @@ impl Method for Settings {
     }
 
     fn most_numbers(&self, bins: (usize, usize)) -> usize {
-        bins.0.saturating_mul(bins.1).saturating_add(DENSITY_HEAD)
+        bins.0.saturating_mul(bins.1).saturating_add(MOST_HEAD)
     }
 
     fn rows_to_share(&self) -> Result<usize, String> {
@@ -109,61 +118,106 @@ impl Method for Settings {
 pub struct ExactDensity {
     settings: ExactSettings,
     accuracy: Option<AccuracySetting>,
-    work: Option<(Plane, Option<ExactSnapshot>)>,
+    work: Option<Work>,
+    /// The numbers of the snapshot that has been reached.
+    numbers: Vec<f64>,
+}
+
+/// The scenario under way.
+#[derive(Debug)]
+enum Work {
+    Plane(Plane),
+    /// The radiation parameter is uncertain.
+    Leaves {
+        exact: Box<ExactLeaves>,
+        grids: Vec<Grid>,
+    },
 }
 
 impl ExactDensity {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings: settings.science(), accuracy: settings.accuracy, work: None }
+        Self { settings: settings.science(), accuracy: settings.accuracy, work: None, numbers: Vec::new() }
     }
+
+    fn snapshot(&self, index: usize) -> Result<Vec<f64>, Failure> {
+        match self.work.as_ref().ok_or_else(Failure::no_scenario)? {
+            Work::Plane(plane) => {
+                let flow = AccuracySetting::flow(self.accuracy, plane.problem.model);
+                let exact = Exact::new(&plane.problem, &flow, self.settings).snapshot(&plane.grids, index)?;
+                Ok(numbers(&exact, None))
+            }
+            Work::Leaves { exact, grids } => {
+                let LeavesSnapshot { plane, third } = exact.snapshot(grids, index)?;
+                Ok(numbers(&plane, Some(third)))
+            }
+        }
+    }
+}
+
+/// The payload of a snapshot: the quantities of the scenario's space in their order, the error estimates, the joint density.
+fn numbers(exact: &ExactSnapshot, third: Option<ThirdMoments>) -> Vec<f64> {
+    let ExactSnapshot { estimate, moment_error, circular_error, probability_error, joint_error, .. } = exact;
+    let [mean_phi, std_phi, mean_e, std_e, cov_phi_e, above] = estimate.moments.to_array();
+    let moments = match third {
+        None => vec![mean_phi, std_phi, mean_e, std_e, cov_phi_e],
+        Some(ThirdMoments { mean, deviation, with_phi, with_e }) => {
+            vec![mean_phi, std_phi, mean_e, std_e, mean, deviation, cov_phi_e, with_phi, with_e]
+        }
+    };
+    let circular = [above, estimate.circular.mean, estimate.circular.resultant];
+    let errors = [*moment_error, *circular_error, *probability_error, *joint_error];
+    [&moments[..], &circular, &errors, &estimate.joint].concat()
+}
+
+/// A row of the first-passage curve. A probability whose error estimate is too large is withheld; its bounds are known
+/// nevertheless.
+fn row(time: f64, p: Estimated, largest_error: f64) -> [f64; PASSAGE_COLUMNS] {
+    let value = if p.error <= largest_error { p.value } else { f64::NAN };
+    [time, value, (p.value - p.error).max(0.0), (p.value + p.error).min(1.0)]
 }
 
 impl Propagator for ExactDensity {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let plane = assignment.plane()?;
-        let most_bins = plane.grids.iter().map(density::grid::Grid::len).max().unwrap_or(0);
-        self.work = Some((plane.clone(), None));
-        Ok(Form::whole(Density, DENSITY_HEAD + most_bins))
+        let grids = match &assignment.uncertain {
+            Some(Uncertain { problem, grids }) => {
+                let accuracy = self.accuracy.unwrap_or_default().0;
+                let exact = Box::new(ExactLeaves::new(problem.clone(), accuracy, self.settings));
+                self.work = Some(Work::Leaves { exact, grids: grids.clone() });
+                grids
+            }
+            None => {
+                let plane = assignment.plane()?;
+                self.work = Some(Work::Plane(plane.clone()));
+                &plane.grids
+            }
+        };
+        let most_bins = grids.iter().map(Grid::len).max().unwrap_or(0);
+        let head = assignment.space.quantities().len() + ESTIMATES;
+        Ok(Form::whole(Density, head + most_bins))
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let (plane, snapshot) = self.work.as_mut().ok_or_else(Failure::no_scenario)?;
-        let flow = AccuracySetting::flow(self.accuracy, plane.problem.model);
-        let exact = Exact::new(&plane.problem, &flow, self.settings).snapshot(&plane.grids, index)?;
-        let rows = DENSITY_HEAD + exact.estimate.joint.len();
-        *snapshot = Some(exact);
-        Ok(rows)
+        self.numbers = self.snapshot(index)?;
+        Ok(self.numbers.len())
     }
 
     fn write(&self, columns: &mut [f64]) {
-        let Some((_, Some(exact))) = &self.work else { return };
-        let (head, joint) = Density::parts(columns);
-        let (moments, rest) = head.split_at_mut(6);
-        moments.copy_from_slice(&exact.estimate.moments.to_array());
-        let circular = exact.estimate.circular;
-        let ExactSnapshot { moment_error, circular_error, probability_error, joint_error, .. } = *exact;
-        rest.copy_from_slice(&[
-            circular.mean,
-            circular.resultant,
-            moment_error,
-            circular_error,
-            probability_error,
-            joint_error,
-        ]);
-        joint.copy_from_slice(&exact.estimate.joint);
+        columns.copy_from_slice(&self.numbers);
     }
 
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
-        let (plane, _) = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
-        let flow = AccuracySetting::flow(self.accuracy, plane.problem.model);
         let ExactSettings { most_orbits, limits, .. } = self.settings;
-        let curve = curve(&plane.problem, &flow, times, most_orbits)?;
-        // A probability whose error estimate is too large is withheld; its bounds are known nevertheless.
-        let row = |(&time, p): (&f64, &Estimated)| {
-            let value = if p.error <= limits.probability { p.value } else { f64::NAN };
-            [time, value, (p.value - p.error).max(0.0), (p.value + p.error).min(1.0)]
+        let probabilities: Vec<Estimated> = match self.work.as_ref().ok_or_else(Failure::no_scenario)? {
+            Work::Plane(plane) => {
+                let flow = AccuracySetting::flow(self.accuracy, plane.problem.model);
+                curve(&plane.problem, &flow, times, most_orbits)?
+            }
+            Work::Leaves { exact, .. } => {
+                over_leaves::curve(exact, times)?.iter().map(|passed| passed.probability).collect()
+            }
         };
-        Ok(Passage::Curve(times.iter().zip(&curve).map(row).collect()))
+        let rows = times.iter().zip(probabilities).map(|(&time, p)| row(time, p, limits.probability));
+        Ok(Passage::Curve(rows.collect()))
     }
 }

@@ -1,13 +1,16 @@
 //! Monte Carlo: random draws from the initial Gaussian, each propagated on its own (Sect. 3.1).
 
+use std::fmt::Debug;
 use std::num::NonZeroUsize;
+use std::ops::Range;
 
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_points, point};
-use density::flow::Passages;
-use density::model::registry::Planar;
-use density::orbits::Orbits;
-use density::problem::Problem;
-use density::sampling::{Draws, SamplingPlan};
+use density::flow::{Accuracy, Flow, Passages};
+use density::model::Model;
+use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::orbits::{LostOrbit, Orbits};
+use density::sampling::{Draws, SamplingPlan, draw_variables};
+use density::uncertain::{UncertainProblem, UncertainTask};
 use messages::content::Samples;
 use messages::layout::PASSAGE_TIMES;
 use serde::{Deserialize, Serialize};
@@ -16,7 +19,7 @@ use crate::files::input::{natural, positive};
 use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::{Method, Misfit};
-use kit::assignment::Assignment;
+use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
@@ -103,7 +106,7 @@ impl Method for Settings {
     }
 
     fn most_numbers(&self, _: (usize, usize)) -> usize {
-        self.samples.saturating_mul(2)
+        self.samples.saturating_mul(3)
     }
 
     fn rows_to_share(&self) -> Result<usize, String> {
@@ -131,12 +134,50 @@ pub struct MonteCarlo {
 struct Sample {
     /// Number of the first orbit in the case.
     first: usize,
-    orbits: Orbits<Planar>,
+    cloud: Box<dyn Cloud>,
     /// Position in `curve_times` of the time by which each orbit had passed, or [`PENDING`]. It takes one byte per
     /// orbit, since there may be many orbits.
     points: Vec<u8>,
     curve_times: Vec<f64>,
-    problem: Problem<Planar>,
+    times: Vec<f64>,
+    critical: f64,
+}
+
+/// Orbits of any model.
+trait Cloud: Debug {
+    /// Moves all orbits to a time \[yr\] and notes when each first reached the critical value.
+    fn advance_watching(&mut self, time: f64, critical: f64, passages: Passages<'_, u8>) -> Result<(), LostOrbit>;
+
+    /// Writes the variables of all orbits, one column after the other.
+    fn read_out(&self, columns: &mut [f64]);
+}
+
+impl<M: Model> Cloud for Orbits<M> {
+    fn advance_watching(&mut self, time: f64, critical: f64, passages: Passages<'_, u8>) -> Result<(), LostOrbit> {
+        Orbits::advance_watching(self, time, critical, passages)
+    }
+
+    fn read_out(&self, columns: &mut [f64]) {
+        self.read_out_columns(&mut columns.chunks_exact_mut(self.len().max(1)).collect::<Vec<_>>());
+    }
+}
+
+/// Draws the orbits of some numbers where the radiation parameter is uncertain.
+struct Draw<'a> {
+    problem: &'a UncertainProblem,
+    seed: u64,
+    accuracy: Accuracy,
+    range: Range<usize>,
+}
+
+impl UncertainTask for Draw<'_> {
+    type Output = Box<dyn Cloud>;
+
+    fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Box<dyn Cloud> {
+        let start = draw_variables(&self.problem.gaussian(), UncertainRadiation::<S>::VARIABLES, self.seed, self.range);
+        let flow = Flow { model, accuracy: self.accuracy };
+        Box::new(Orbits::from_variables(flow, &start.each_ref().map(Vec::as_slice)))
+    }
 }
 
 /// Stands for an orbit that has not passed. No time of the curve has this position.
@@ -148,6 +189,27 @@ impl MonteCarlo {
     pub fn new(settings: Settings) -> Self {
         Self { settings, shard: Shard::WHOLE, sample: None }
     }
+
+    /// The orbits of the numbers in `range`.
+    fn draw(
+        &self,
+        assignment: &Assignment,
+        range: Range<usize>,
+        accuracy: Option<AccuracySetting>,
+    ) -> Result<Box<dyn Cloud>, Failure> {
+        if let Some(Uncertain { problem, .. }) = &assignment.uncertain {
+            if self.settings.draws != DrawsChoice::Independent || self.settings.replicates > 1 {
+                let why =
+                    "where the radiation parameter is uncertain, mc takes independent draws without replicates alone";
+                return Err(Failure::Refused(why.into()));
+            }
+            let accuracy = accuracy.unwrap_or_default().0;
+            return Ok(problem.perform(Draw { problem, seed: self.settings.seed, accuracy, range }));
+        }
+        let problem = &assignment.plane()?.problem;
+        let (x1, x2) = self.settings.plan().draw_range(&problem.initial, range);
+        Ok(Box::new(Orbits::new(AccuracySetting::flow(accuracy, problem.model), x1, x2)))
+    }
 }
 
 impl Propagator for MonteCarlo {
@@ -157,32 +219,31 @@ impl Propagator for MonteCarlo {
     }
 
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let problem = &assignment.plane()?.problem;
         let Settings { samples, replicates, accuracy, .. } = self.settings;
         let range = self.shard.part(samples)?;
         let (first, most_rows) = (range.start, range.len());
-        let (x1, x2) = self.settings.plan().draw_range(&problem.initial, range);
-        let orbits = Orbits::new(AccuracySetting::flow(accuracy, problem.model), x1, x2);
         let (points, curve_times) = (vec![PENDING; most_rows], assignment.passage_times());
-        self.sample = Some(Sample { first, orbits, points, curve_times, problem: problem.clone() });
+        let (times, critical) = (assignment.times.clone(), assignment.said.critical);
+        let cloud = self.draw(assignment, range, accuracy)?;
+        self.sample = Some(Sample { first, cloud, points, curve_times, times, critical });
         let replicates = if replicates > 1 { replicates as u32 } else { 0 };
         Ok(Form { content: Samples { replicates }.into(), most_rows, total_rows: samples })
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let Sample { first, orbits, points, curve_times, problem } =
+        let Sample { first, cloud, points, curve_times, times, critical } =
             self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
+        let count = points.len();
         let note = |time| point(time, curve_times) as u8;
         let passages = Passages { passages: points, pending: PENDING, note: &note };
-        let moved = orbits.advance_watching(problem.times[index], problem.critical_e, passages);
+        let moved = cloud.advance_watching(times[index], *critical, passages);
         moved.map_err(|lost| lost.counted_from(*first))?;
-        Ok(orbits.len())
+        Ok(count)
     }
 
     fn write(&self, columns: &mut [f64]) {
-        if let Some(Sample { orbits, .. }) = &self.sample {
-            let [phi, e] = Samples::columns(columns);
-            orbits.read_out(phi, e);
+        if let Some(Sample { cloud, .. }) = &self.sample {
+            cloud.read_out(columns);
         }
     }
 

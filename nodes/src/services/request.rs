@@ -24,8 +24,8 @@ pub fn read_request(header: &ScenarioHeader, items: &[f64]) -> Result<ScenarioFi
     if !said.projections.is_empty() {
         return Err(refused("projections: a request has none, the service chooses them"));
     }
-    let problem = problem(&said).map_err(|why| refused(&why))?;
-    Ok(ScenarioFile { name, problem })
+    let (problem, spread) = problem(&said).map_err(|why| refused(&why))?;
+    Ok(ScenarioFile { name, problem, spread })
 }
 
 /// The header and the numbers of a request to work on a scenario; `number` is what the answer will carry.
@@ -33,10 +33,10 @@ pub fn read_request(header: &ScenarioHeader, items: &[f64]) -> Result<ScenarioFi
 /// # Errors
 /// If there is more of something than a message holds.
 pub fn request(
-    ScenarioFile { name, problem }: &ScenarioFile,
+    ScenarioFile { name, problem, spread }: &ScenarioFile,
     number: u32,
 ) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
-    let said = Description { scenario: number, ..described(name, problem, |_| Vec::new()) };
+    let said = Description { scenario: number, ..described(name, problem, *spread, |_| Vec::new()) };
     said.encode().map_err(Failure::Refused)
 }
 
@@ -49,7 +49,7 @@ mod tests {
     #[test]
     fn a_request_is_checked_as_a_file_is() {
         let Plane { problem, .. } = kit::example::assignment().plane.unwrap();
-        let scenario = ScenarioFile { name: "scenario-1".into(), problem };
+        let scenario = ScenarioFile { name: "scenario-1".into(), problem, spread: None };
         let (header, items) = request(&scenario, 3).unwrap();
         assert_eq!(read_request(&header, &items).unwrap(), scenario);
         let refused = |header: ScenarioHeader, items: &[f64], words: &str| {

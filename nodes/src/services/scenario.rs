@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use density::flow::Flow;
-use density::grid::comparison_grids;
+use density::grid::{comparison_grids, grids_over_leaves};
+use density::uncertain::UncertainProblem;
 use messages::port::Inlet;
 use messages::report::{Event, Report};
 use messages::text::unpack;
@@ -13,7 +14,7 @@ use crate::files::scenario_file::{self, ScenarioFile};
 use crate::files::sweep::Sweep;
 use crate::services::request::read_request;
 use crate::services::roomy::Roomy;
-use kit::assignment::{Assignment, Plane};
+use kit::assignment::{Assignment, Plane, Uncertain};
 use kit::failure::Failure;
 use kit::session::Session;
 
@@ -104,7 +105,11 @@ struct Publisher<'a> {
 impl Publisher<'_> {
     /// Publishes a scenario, which the request of that number may have asked for, unless that is done already, and waits until
     /// it is recorded.
-    fn publish(&mut self, ScenarioFile { name, problem }: &ScenarioFile, request: Option<u32>) -> Result<(), Failure> {
+    fn publish(
+        &mut self,
+        ScenarioFile { name, problem, spread }: &ScenarioFile,
+        request: Option<u32>,
+    ) -> Result<(), Failure> {
         if problem.times.len() > self.most_snapshots {
             return Err(Failure::Refused(format!(
                 "it has {} snapshots, there is room for {}; start the service with a larger --most-snapshots",
@@ -113,14 +118,21 @@ impl Publisher<'_> {
             )));
         }
         let (phi_bins, e_bins) = self.bins;
-        let grids = comparison_grids(problem, &Flow::new(problem.model), phi_bins, e_bins)?;
+        let uncertain = spread.map(|spread| UncertainProblem { plane: problem.clone(), spread });
+        let grids = match &uncertain {
+            None => comparison_grids(problem, &Flow::new(problem.model), phi_bins, e_bins)?,
+            Some(problem) => grids_over_leaves(problem, phi_bins, e_bins)?,
+        };
         let position = self.position;
         self.position += 1;
         if position < self.first {
             return Ok(());
         }
-        let plane = Plane { problem: problem.clone(), grids };
-        let assignment = Assignment::in_plane(self.session.run_id, name, (position, self.count), plane);
+        let (run_id, place) = (self.session.run_id, (position, self.count));
+        let assignment = match uncertain {
+            None => Assignment::in_plane(run_id, name, place, Plane { problem: problem.clone(), grids }),
+            Some(problem) => Assignment::with_uncertainty(run_id, name, place, Uncertain { problem, grids }),
+        };
         let (header, items) = assignment.to_parts()?;
         let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
         outlet.send_items(header, &items)?;

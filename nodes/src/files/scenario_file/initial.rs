@@ -2,6 +2,7 @@
 
 use density::problem::InitialGaussian;
 use density::problem_error::Field;
+use density::uncertain::{Distribution, Spread};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -19,12 +20,14 @@ pub(super) struct Initial {
     sigma_phi: Option<Spanned<Measure>>,
     sigma_e: Option<Spanned<Measure>>,
     correlation: Option<Spanned<Measure>>,
+    sigma_radiation: Option<Spanned<Measure>>,
+    radiation_distribution: Option<Spanned<String>>,
 }
 
 impl Initial {
     /// The Gaussian that the table says.
     pub(super) fn read(file: &InputFile, table: &Spanned<Self>) -> Result<InitialGaussian, InputError> {
-        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e, correlation } = table.get_ref();
+        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e, correlation, .. } = table.get_ref();
         let deviation =
             |name: &str, one: &Option<Spanned<Measure>>, two: &Option<Spanned<Measure>>, dimension| match (one, two) {
                 (Some(one), None) => measure::read(file, one, dimension),
@@ -47,15 +50,36 @@ impl Initial {
         })
     }
 
+    /// How uncertain the radiation parameter is, if the table says so.
+    pub(super) fn spread(file: &InputFile, table: &Spanned<Self>) -> Result<Option<Spread>, InputError> {
+        let Self { sigma_radiation, radiation_distribution, .. } = table.get_ref();
+        let Some(sigma) = sigma_radiation else {
+            return match radiation_distribution {
+                Some(given) => Err(file.error(given, "has no effect without sigma_radiation")),
+                None => Ok(None),
+            };
+        };
+        let distribution = match radiation_distribution.as_ref().map(|given| (given, given.get_ref().as_str())) {
+            None | Some((_, "gaussian")) => Distribution::Gaussian,
+            Some((_, "log-normal")) => Distribution::LogNormal,
+            Some((given, other)) => {
+                let problem = format!("\"{other}\" is not allowed, it must be \"gaussian\" or \"log-normal\"");
+                return Err(file.error(given, &problem));
+            }
+        };
+        Ok(Some(Spread { relative: measure::read(file, sigma, Dimension::Number)?, distribution }))
+    }
+
     /// The line and key of what is wrong with one of its fields.
     pub(super) fn locate(table: &Spanned<Self>, file: &InputFile, field: Field, problem: &str) -> InputError {
-        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e, correlation } = table.get_ref();
+        let Self { phi, e, delta_phi, delta_e, sigma_phi, sigma_e, correlation, sigma_radiation, .. } = table.get_ref();
         let value = match field {
             Field::MeanPhi => Some(phi),
             Field::MeanE => Some(e),
             Field::DeltaPhi => delta_phi.as_ref().or(sigma_phi.as_ref()),
             Field::DeltaE => delta_e.as_ref().or(sigma_e.as_ref()),
             Field::Correlation => correlation.as_ref(),
+            Field::SigmaRadiation => sigma_radiation.as_ref(),
             _ => None,
         };
         let is_half = matches!(field, Field::DeltaPhi) && delta_phi.is_none()

@@ -6,6 +6,7 @@ use density::model::PlanarHamiltonian;
 use density::model::registry::{DEFAULT_FORCES, Planar};
 use density::problem::Problem;
 use density::problem_error::{Field, ProblemError};
+use density::uncertain::{Distribution, Spread, UncertainProblem};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -33,6 +34,15 @@ pub struct ScenarioFile {
     pub name: String,
     /// The problem.
     pub problem: Problem<Planar>,
+    /// How uncertain its radiation parameter is, if it is.
+    pub spread: Option<Spread>,
+}
+
+impl ScenarioFile {
+    /// The problem with its uncertain radiation parameter; `None` if that is certain.
+    pub fn uncertain(&self) -> Option<UncertainProblem> {
+        self.spread.map(|spread| UncertainProblem { plane: self.problem.clone(), spread })
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -68,8 +78,13 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     let model = orbit::read(file, raw.model.as_ref(), &raw.orbit)?;
     let times = times::read(file, &raw.times)?;
     let critical_e = Disposal::read(file, &raw.disposal, orbit::semi_major_axis(file, &raw.orbit)?)?;
-    let problem = Problem::new(model, initial, times, critical_e);
-    Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem: problem.map_err(|error| raw.locate(file, &error))? })
+    let located = |error: ProblemError| raw.locate(file, &error);
+    let problem = Problem::new(model, initial, times, critical_e).map_err(located)?;
+    let spread = Initial::spread(file, &raw.initial)?;
+    if let Some(spread) = spread {
+        UncertainProblem::new(problem.clone(), spread).map_err(located)?;
+    }
+    Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem, spread })
 }
 
 impl Raw {
@@ -78,9 +93,12 @@ impl Raw {
         let problem = in_words(error);
         match error.field {
             Field::Parameter(name) => Orbit::locate(&self.orbit, file, name, &problem),
-            field @ (Field::MeanPhi | Field::MeanE | Field::DeltaPhi | Field::DeltaE | Field::Correlation) => {
-                Initial::locate(&self.initial, file, field, &problem)
-            }
+            field @ (Field::MeanPhi
+            | Field::MeanE
+            | Field::DeltaPhi
+            | Field::DeltaE
+            | Field::Correlation
+            | Field::SigmaRadiation) => Initial::locate(&self.initial, file, field, &problem),
             Field::CriticalE => Disposal::locate(&self.disposal, file, &problem),
             Field::Times => Times::locate(&self.times, file, &problem),
         }
@@ -92,8 +110,8 @@ fn in_words(error: &ProblemError) -> String {
     format!("{} is not allowed, it must be {}", plain(error.value), error.right)
 }
 
-/// The text of a scenario file that states `problem`.
-pub fn to_text(name: &str, problem: &Problem<Planar>) -> String {
+/// The text of a scenario file that states `problem`, whose radiation parameter may be uncertain.
+pub fn to_text(name: &str, problem: &Problem<Planar>, spread: Option<Spread>) -> String {
     let Problem { model, initial, times, critical_e } = problem;
     let parameters = model.parameters();
     let forces: Vec<&str> = parameters.iter().map(|(parameter, _)| parameter.force).collect();
@@ -104,9 +122,16 @@ pub fn to_text(name: &str, problem: &Problem<Planar>) -> String {
         0.0 => String::new(),
         correlation => format!("correlation = {correlation:?}\n"),
     };
+    let uncertainty = spread.map_or(String::new(), |Spread { relative, distribution }| {
+        let distribution = match distribution {
+            Distribution::Gaussian => "",
+            Distribution::LogNormal => "radiation_distribution = \"log-normal\"\n",
+        };
+        format!("sigma_radiation = {relative:?}\n{distribution}")
+    });
     format!(
         "name = \"{name}\"\n\n{forces}[orbit]\n{orbit}\n[initial]\nphi = {:?}\ne = {:?}\n\
-         delta_phi = {:?}\ndelta_e = {:?}\n{correlation}\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = {critical_e:?}\n",
+         delta_phi = {:?}\ndelta_e = {:?}\n{correlation}{uncertainty}\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = {critical_e:?}\n",
         initial.mean_phi,
         initial.mean_e,
         2.0 * initial.sigma_phi,
@@ -156,9 +181,11 @@ mod tests {
         let shortest = GOOD.replace("end = 2.0\nstep = 0.5", "end = 63e-6\nstep = 1e-6");
         let forces = "[model]\nforces = [\"srp\", \"j2\", \"sun\", \"moon\"]\n[orbit]\nsun = 4.76e-4\nmoon = 0.001\n";
         let correlated = GOOD.replace("[times]", "correlation = -0.7\n[times]");
-        for text in [GOOD, &shortest, &GOOD.replace("[orbit]\n", forces), &correlated] {
+        let uncertain =
+            GOOD.replace("[times]", "sigma_radiation = 0.05\nradiation_distribution = \"log-normal\"\n[times]");
+        for text in [GOOD, &shortest, &GOOD.replace("[orbit]\n", forces), &correlated, &uncertain] {
             let scenario = load(text).unwrap();
-            assert_eq!(load(&to_text(&scenario.name, &scenario.problem)).unwrap(), scenario);
+            assert_eq!(load(&to_text(&scenario.name, &scenario.problem, scenario.spread)).unwrap(), scenario);
         }
     }
 
@@ -291,6 +318,20 @@ mod tests {
                 "between -2π and 2π; if 7 degrees are meant, write 0.1221730",
             ),
             ("phi = 2.2069", "phi = 1e9", 6, "initial.phi", "between -2π and 2π"),
+            (
+                "delta_e = 0.05",
+                "delta_e = 0.05\nsigma_radiation = 5",
+                10,
+                "initial.sigma_radiation",
+                "5 is not allowed, it must be at least 1e-6 and at most 1, a share of the radiation parameter",
+            ),
+            (
+                "delta_e = 0.05",
+                "delta_e = 0.05\nradiation_distribution = \"log-normal\"",
+                10,
+                "initial.radiation_distribution",
+                "has no effect without sigma_radiation",
+            ),
             (
                 "delta_e = 0.05",
                 "delta_e = 0.05\ncorrelation = 1.0",

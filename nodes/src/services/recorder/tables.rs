@@ -15,7 +15,7 @@ use results::{FolderError, moments};
 use super::{Judgement, RecordedComparison, Recording, densities, judgement, rows};
 use crate::files::scenario_file;
 use crate::services::roster::Roster;
-use kit::assignment::Assignment;
+use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
 use kit::space::Space;
 
@@ -41,7 +41,10 @@ pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path, toler
 fn scenario_text(assignment: &Assignment) -> String {
     let said = &assignment.said;
     if let Some(plane) = &assignment.plane {
-        return scenario_file::to_text(&said.name, &plane.problem);
+        return scenario_file::to_text(&said.name, &plane.problem, None);
+    }
+    if let Some(Uncertain { problem, .. }) = &assignment.uncertain {
+        return scenario_file::to_text(&said.name, &problem.plane, Some(problem.spread));
     }
     let parameters: String = said.parameters.iter().map(|p| format!("{} = {:?}\n", p.name, p.value)).collect();
     let symbols: Vec<&str> = said.variables.iter().map(|variable| variable.symbol.as_str()).collect();

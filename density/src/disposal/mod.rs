@@ -3,11 +3,14 @@
 //!
 //! All probabilities come from the exact first-passage curve ([`crate::first_passage::exact`]), with its error estimates.
 
+pub mod over_radiation;
+
 use crate::exact::{Error, Estimated};
 use crate::first_passage::exact::{MOST_ORBITS, curve};
 use crate::flow::Flow;
 use crate::model::PlanarHamiltonian;
 use crate::model::earth::SUN_MEAN_MOTION;
+use crate::model::parameter::Parameter;
 use crate::model::plane::State;
 use crate::model::registry::Planar;
 use crate::problem::{InitialGaussian, Problem};
@@ -57,25 +60,20 @@ pub fn probabilities(problem: &Problem<Planar>, times: &[f64]) -> Result<Vec<Est
     curve(problem, &Flow::new(problem.model), times, MOST_ORBITS)
 }
 
-/// The first time \[yr\] up to the last snapshot by which the satellite has re-entered with a probability; `None` if that is not reached.
-///
-/// # Errors
-/// As [`probabilities`].
-pub fn time_of(problem: &Problem<Planar>, probability: f64) -> Result<Option<f64>, Error> {
-    const STEPS: u32 = 64;
-    let (mut low, mut high) = (0.0, problem.times.last().copied().unwrap_or(0.0));
-    // Each round looks between two times of the one before.
-    for _ in 0..3 {
-        let time = |k: u32| low + (high - low) * f64::from(k) / f64::from(STEPS);
-        let times: Vec<f64> = (0..=STEPS).map(time).collect();
-        let found = probabilities(problem, &times)?;
-        match found.iter().position(|p| p.value >= probability) {
-            None => return Ok(None),
-            Some(0) => return Ok(Some(low)),
-            Some(k) => (low, high) = (times[k - 1], times[k]),
-        }
+/// Times \[yr\] from the start to the last snapshot, close enough together for [`time_of`].
+pub fn dense_times(end: f64) -> Vec<f64> {
+    const STEPS: u32 = 400;
+    (0..=STEPS).map(|k| end * f64::from(k) / f64::from(STEPS)).collect()
+}
+
+/// The first time \[yr\] by which a probability is reached, on a curve that is linear between its points; `None` if it is not reached.
+pub fn time_of(curve: &[(f64, f64)], probability: f64) -> Option<f64> {
+    let first = curve.iter().position(|(_, p)| *p >= probability)?;
+    let (time, p) = curve[first];
+    match first.checked_sub(1).map(|before| curve[before]) {
+        Some((before, below)) => Some(before + (time - before) * (probability - below) / (p - below)),
+        None => Some(time),
     }
-    Ok(Some(high))
 }
 
 /// The least radiation parameter with which the probability of re-entry by the last snapshot is `probability`, all else being that of
@@ -158,24 +156,29 @@ pub fn sensitivities(problem: &Problem<Planar>) -> Result<Vec<Sensitivity>, Erro
     let probability = |problem: &Problem<Planar>| Ok::<f64, Error>(probabilities(problem, &end)?[0].value);
     let now = probability(problem)?;
     let mut found = Vec::new();
-    for (parameter, value) in problem.model.parameters().into_iter().filter(|(_, value)| *value > 0.0) {
-        let Ok(model) = problem.model.with(parameter.name, 1.01 * value) else { continue };
-        let effect = probability(&Problem { model, ..problem.clone() })? - now;
-        found.push(Sensitivity { change: format!("{} {} + 1 %", parameter.name, parameter.symbol), effect });
+    for (change, changed) in changes(problem) {
+        found.push(Sensitivity { change, effect: probability(&changed)? - now });
     }
+    found.sort_by(|a, b| b.effect.abs().total_cmp(&a.effect.abs()));
+    Ok(found)
+}
+
+/// Small changes of a problem, in words and done.
+fn changes(problem: &Problem<Planar>) -> Vec<(String, Problem<Planar>)> {
+    let acting = problem.model.parameters().into_iter().filter(|(_, value)| *value > 0.0);
+    let of_parameter = |(parameter, value): (Parameter, f64)| {
+        let model = problem.model.with(parameter.name, 1.01 * value).ok()?;
+        Some((format!("{} {} + 1 %", parameter.name, parameter.symbol), Problem { model, ..problem.clone() }))
+    };
     let initial = problem.initial;
-    let changes = [
+    let of_initial = [
         ("mean phi + 0.1 sigma", InitialGaussian { mean_phi: initial.mean_phi + 0.1 * initial.sigma_phi, ..initial }),
         ("mean e + 0.1 sigma", InitialGaussian { mean_e: initial.mean_e + 0.1 * initial.sigma_e, ..initial }),
         ("sigma phi + 10 %", InitialGaussian { sigma_phi: 1.1 * initial.sigma_phi, ..initial }),
         ("sigma e + 10 %", InitialGaussian { sigma_e: 1.1 * initial.sigma_e, ..initial }),
     ];
-    for (change, initial) in changes {
-        let effect = probability(&Problem { initial, ..problem.clone() })? - now;
-        found.push(Sensitivity { change: change.into(), effect });
-    }
-    found.sort_by(|a, b| b.effect.abs().total_cmp(&a.effect.abs()));
-    Ok(found)
+    let of_initial = of_initial.map(|(change, initial)| (change.to_owned(), Problem { initial, ..problem.clone() }));
+    acting.filter_map(of_parameter).chain(of_initial).collect()
 }
 
 #[cfg(test)]
@@ -242,9 +245,12 @@ mod tests {
             times: vec![0.0, 2.0],
             critical_e: paper.critical_e,
         };
-        let time = time_of(&problem, 0.3).unwrap().unwrap();
+        let times = dense_times(2.0);
+        let found = probabilities(&problem, &times).unwrap();
+        let curve: Vec<(f64, f64)> = times.into_iter().zip(found.iter().map(|p| p.value)).collect();
+        let time = time_of(&curve, 0.3).unwrap();
         let there = probabilities(&problem, &[0.0, time]).unwrap()[1].value;
-        assert!((there - 0.3).abs() < 1e-2, "{there} at {time}");
+        assert!((there - 0.3).abs() < 1e-3, "{there} at {time}");
         let radiation = radiation_for(&problem, 0.9).unwrap().unwrap();
         let model = problem.model.with("radiation", radiation).unwrap();
         let there = probabilities(&Problem { model, ..problem.clone() }, &[2.0]).unwrap()[0].value;
