@@ -4,12 +4,12 @@
 
 mod common;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::Bench;
 use common::examples::example;
+use common::{Bench, text};
 use messages::domain::{HeldDomain, Place};
 use messages::layout::{RosterEntry, RosterHeader};
 use messages::report::{Event, Report};
@@ -17,6 +17,9 @@ use messages::scenario::{Description, Moment, Parameter, Projection, Range, Vari
 use messages::text::pack;
 use messages::topic::{Capacity, Roster, Scenario, Status};
 use messages::wait::Signals;
+use results::Manifest;
+use results::files::{SCENARIO, SCENARIOS};
+use results::manifest::CaseRecord;
 
 /// Long past anything that a healthy machine takes; only to end a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(120);
@@ -197,6 +200,55 @@ fn a_model_of_another_space_is_estimated_compared_recorded_and_reported_by_its_d
     assert!(String::from_utf8(bench.read(&at("scenario.toml"))).unwrap().contains("name = \"rigid-rotation\""));
     let table = launch::report::moments_at(&folder.join("moments.csv"), "turning").to_string();
     assert!(table.contains("μ_psi, rad") && table.contains("σ_z, m") && table.contains("5.00000"), "{table}");
+    report(&bench, &folder);
+}
+
+/// Makes a results folder of what the recorder has written, as a launcher would, and its report.
+fn report(bench: &Bench, part: &Path) {
+    std::fs::create_dir(part.join(SCENARIOS)).unwrap();
+    std::fs::rename(part.join(SCENARIO), part.join(SCENARIOS).join("turning.toml")).unwrap();
+    let case = |label: &str| (label.to_owned(), CaseRecord { runs: vec![label.into()], ..CaseRecord::default() });
+    let manifest = Manifest {
+        started: "2026-01-01T00:00:00Z".into(),
+        reference: "mc".into(),
+        cases: ["mc", "ut"].map(case).into(),
+        ..Manifest::default()
+    };
+    results::manifest::write(part, &manifest).unwrap();
+    let output = bench.phasecloud().arg("report").arg(part).output().unwrap();
+    assert!(output.status.success() && text(&output.stderr).is_empty(), "{}", text(&output.stderr));
+    let page = std::fs::read_to_string(part.join("report.html")).unwrap();
+    for words in [
+        "densities of angle ψ, distance r and height z",
+        "initial correlation of angle and height",
+        "Critical height",
+        "Probability that z exceeds -1.7",
+        "total variation, r, z",
+        "Kolmogorov, ψ",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    // Every projection on two variables has its figures, with the names and units of its variables on the axes.
+    for (figure, words) in [
+        ("r-z-joint-density-mc-all", ["distance r [m]", "height z [m]", "joint density [1/m²]"]),
+        ("psi-r-joint-density-ut-all", ["angle ψ [rad]", "distance r [m]", "joint density [1/(rad·m)]"]),
+        ("r-z-joint-density-mc-1", ["r [m]", "z [m]", "density [1/m²]"]),
+        ("psi-r-difference-ut-2", ["ψ [rad]", "r [m]", "difference [1/(rad·m)]"]),
+        ("psi-r-marginals-ut", ["angle ψ [rad]", "density [1/rad]", "density [1/m]"]),
+        ("moment-errors", ["relative error of μψ", "relative error of σr", "relative error of μz"]),
+    ] {
+        let file = std::fs::read_to_string(part.join(format!("figures/{figure}.svg"))).unwrap();
+        let document = roxmltree::Document::parse(&file).unwrap();
+        let said = |node: roxmltree::Node<'_, '_>| {
+            node.descendants().filter(roxmltree::Node::is_text).filter_map(|n| n.text()).collect::<String>()
+        };
+        let all: Vec<String> = document.descendants().filter(|node| node.has_tag_name("text")).map(said).collect();
+        for words in words {
+            assert!(all.iter().any(|text| text == words), "{figure}: {words} is not among {all:?}");
+        }
+        assert!(!file.contains("eccentricity") && !file.contains('φ'), "{figure}");
+    }
+    assert!(!part.join("figures/phase-portrait.svg").exists(), "there is no Hamiltonian to draw");
 }
 
 #[test]

@@ -9,14 +9,15 @@ use crate::drawings::{
 };
 use crate::figure::Figure;
 use crate::scene::{Method, Scene};
+use crate::words::reentry;
 
 /// Figures that belong together.
 #[derive(Debug)]
 pub struct Group {
     /// The part of a name that stays the same from run to run.
-    pub key: &'static str,
+    pub key: String,
     /// Its heading.
-    pub heading: &'static str,
+    pub heading: String,
     /// A text that applies to all of its figures; empty if their captions say everything.
     pub text: &'static str,
     /// The figures; a group with a text has many small ones side by side.
@@ -29,20 +30,44 @@ type Job<'a> = Box<dyn Fn() -> Result<Figure, DrawError> + Send + Sync + 'a>;
 
 /// The contents of a group before its figures are drawn.
 struct FigurePlan<'a> {
-    key: &'static str,
-    heading: &'static str,
+    key: String,
+    heading: String,
     text: &'static str,
     jobs: Vec<Job<'a>>,
 }
 
-const SEPARATE: &str = "A row a snapshot; the colour scale of a row ends at the peak of the reference, so the cases can be \
+const SEPARATE: &str = "One row per snapshot; the colour scale of a row ends at the peak of the reference, so the cases can be \
                         compared along it. Corresponds to Figs. 4, 11 and 15 of Sun et al. (2022).";
 const DIFFERENCES: &str = "Orange: the density is too high, purple: too low. Each map has a scale of its own; mind the numbers \
                            beside it. Not in Sun et al. (2022).";
 
+fn plan<'a>(key: &str, heading: &str, text: &'static str, jobs: Vec<Job<'a>>) -> FigurePlan<'a> {
+    FigurePlan { key: key.into(), heading: heading.into(), text, jobs }
+}
+
+/// The figures of a scenario that show no density.
 fn plans<'a>(scene: &'a Scene<'a>) -> Vec<FigurePlan<'a>> {
     let job = |draw: fn(&Scene<'_>) -> Result<Figure, DrawError>| -> Job<'a> { Box::new(move || draw(scene)) };
-    let every = |draw: fn(&Scene<'_>, &crate::scene::Method<'_>) -> Result<Figure, DrawError>, with_reference: bool| {
+    let dynamics = scene.plane.map(|_| vec![job(phase_portrait::draw), job(cloud_evolution::draw)]);
+    let passage = scene.methods.iter().any(|m| !m.passage.is_empty()).then(|| job(first_passage::draw));
+    let probabilities = passage.into_iter().chain([job(probability_above::draw)]).collect();
+    let critical = format!("Critical {}", reentry(scene.description).0);
+    let compared = |draw| if scene.others().next().is_some() { vec![job(draw)] } else { Vec::new() };
+    vec![
+        plan("dynamics", "The flow and the cloud", "", dynamics.unwrap_or_default()),
+        plan("passage", &critical, "", probabilities),
+        plan("moment-errors", "Errors of the moments", "", compared(moment_errors::draw)),
+        plan("accuracy", "Accuracy against effort", "", compared(accuracy::draw)),
+        plan("effort-shares", "Where the effort goes", "", vec![job(effort::draw_shares)]),
+    ]
+}
+
+/// The figures that show the density of a pair of variables.
+fn density_plans<'a>(scene: &'a Scene<'a>) -> Vec<FigurePlan<'a>> {
+    if scene.pair.is_none() {
+        return Vec::new();
+    }
+    let every = |draw: fn(&Scene<'_>, &Method<'_>) -> Result<Figure, DrawError>, with_reference: bool| {
         let methods = scene.methods.iter().filter(move |m| with_reference || m.label != scene.reference);
         methods.map(|method| -> Job<'a> { Box::new(move || draw(scene, method)) }).collect::<Vec<_>>()
     };
@@ -59,40 +84,32 @@ fn plans<'a>(scene: &'a Scene<'a>) -> Vec<FigurePlan<'a>> {
         let others = scene.methods.iter().filter(differs);
         others.map(move |m| -> Job<'a> { Box::new(move || difference::draw(scene, m, index)) })
     });
-    let passage = scene.methods.iter().any(|m| !m.passage.is_empty()).then(|| job(first_passage::draw));
-    let compared = |draw| if scene.others().next().is_some() { vec![job(draw)] } else { Vec::new() };
-    let plan = |key, heading, text, jobs| FigurePlan { key, heading, text, jobs };
+    let of_pair = |key: &str, heading: &str, text, jobs| match scene.pair_name() {
+        None => plan(key, heading, text, jobs),
+        Some(pair) => plan(&format!("{key}-{}", pair.replace(", ", "-")), &format!("{heading}: {pair}"), text, jobs),
+    };
     vec![
-        plan("dynamics", "The flow and the cloud", "", vec![job(phase_portrait::draw), job(cloud_evolution::draw)]),
-        plan(
-            "passage",
-            "Critical eccentricity",
-            "",
-            passage.into_iter().chain([job(probability_above::draw)]).collect(),
-        ),
-        plan("moment-errors", "Errors of the moments", "", compared(moment_errors::draw)),
-        plan("accuracy", "Accuracy against effort", "", compared(accuracy::draw)),
-        plan("effort-shares", "Where the effort goes", "", vec![job(effort::draw_shares)]),
-        plan("joint", "Joint densities, all snapshots in one frame", "", every(joint_density::draw_all, true)),
-        plan("separate", "Joint densities, each snapshot by itself", SEPARATE, separate.collect()),
-        plan("differences", "Differences of the joint densities", DIFFERENCES, differences.collect()),
-        plan("marginals", "Marginal densities", "", every(marginals::draw, false)),
+        of_pair("joint", "Joint densities, all snapshots in one frame", "", every(joint_density::draw_all, true)),
+        of_pair("separate", "Joint densities, each snapshot by itself", SEPARATE, separate.collect()),
+        of_pair("differences", "Differences of the joint densities", DIFFERENCES, differences.collect()),
+        of_pair("marginals", "Marginal densities", "", every(marginals::draw, false)),
     ]
 }
 
-/// Draws all figures of a scenario, on all threads.
+/// Draws all figures of a scenario, those of the densities in the pair of variables of `scene` among them, on all
+/// threads.
 pub fn of_scene(scene: &Scene<'_>) -> Vec<Group> {
-    plans(scene).into_par_iter().map(finish).collect()
+    plans(scene).into_par_iter().chain(density_plans(scene)).map(finish).collect()
+}
+
+/// Draws the figures of the densities in a further pair of variables.
+pub fn of_pair(scene: &Scene<'_>) -> Vec<Group> {
+    density_plans(scene).into_par_iter().map(finish).collect()
 }
 
 /// Draws the figure that compares the scenarios of the run.
 pub fn of_run(scenes: &[Scene<'_>]) -> Group {
-    finish(FigurePlan {
-        key: "effort",
-        heading: "Effort of the cases",
-        text: "",
-        jobs: vec![Box::new(|| effort::draw_normalised(scenes))],
-    })
+    finish(plan("effort", "Effort of the cases", "", vec![Box::new(|| effort::draw_normalised(scenes))]))
 }
 
 fn finish(plan: FigurePlan<'_>) -> Group {

@@ -24,3 +24,4 @@ pub mod report;
 pub mod scene;
 pub mod sub_domains;
 pub mod text;
+pub mod words;

@@ -7,17 +7,19 @@ use density::problem::Problem;
 
 use crate::branch;
 use crate::densities::{Densities, Density};
+use crate::draw_error::DrawError;
 use crate::palette::Pen;
+use results::description::{Description, Variable};
 use results::rows::{EffortRow, PassageRow};
 use results::{MomentsRow, Results};
 
 /// A scenario of the run.
 #[derive(Debug, Clone)]
 pub struct Scenario {
-    /// Its name.
-    pub name: String,
-    /// Its science.
-    pub problem: Problem<Planar>,
+    /// Its variables, and the names of its quantities.
+    pub description: Description,
+    /// Its problem, if its model is one in the plane.
+    pub plane: Option<Problem<Planar>>,
 }
 
 /// A case in a scenario.
@@ -46,7 +48,9 @@ impl Method<'_> {
 
     /// Number of samples, if it is a Monte Carlo method; such a method gives standard errors of its moments.
     pub fn samples(&self) -> Option<f64> {
-        let has_errors = self.moments.first().is_some_and(|row| row.standard_error("mean_e").is_finite());
+        let is_sampled =
+            |row: &&MomentsRow| row.named().any(|(column, se)| column.starts_with("se_mean_") && se.is_finite());
+        let has_errors = self.moments.first().is_some_and(is_sampled);
         self.effort.filter(|_| has_errors).map(|row| row.trajectories).filter(|n| *n >= 1.0)
     }
 }
@@ -58,8 +62,12 @@ pub struct Scene<'a> {
     pub name: &'a str,
     /// Prefix of the names of its figures.
     pub prefix: String,
-    /// Its science.
-    pub problem: &'a Problem<Planar>,
+    /// Its variables, and the names of its quantities.
+    pub description: &'a Description,
+    /// Its problem, if its model is one in the plane.
+    pub plane: Option<&'a Problem<Planar>>,
+    /// The positions of the two variables whose density is shown; none if no density of two variables is compared.
+    pub pair: Option<[usize; 2]>,
     /// All cases that have results here.
     pub methods: Vec<Method<'a>>,
     /// Label of the case with which all others are compared.
@@ -73,10 +81,17 @@ pub struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// The scene of `scenario`. The names of its figures begin with the scenario's name if the run has `several`
-    /// scenarios.
-    pub fn new(scenario: &'a Scenario, results: &'a Results, densities: &'a Densities, several: bool) -> Self {
-        let name = scenario.name.as_str();
+    /// The scene of `scenario` and its pair of variables number `pair`. The names of its figures begin with the
+    /// scenario's name if the run has `several` scenarios.
+    pub fn new(
+        scenario: &'a Scenario,
+        results: &'a Results,
+        densities: &'a Densities,
+        pair: usize,
+        several: bool,
+    ) -> Self {
+        let description = &scenario.description;
+        let name = description.name.as_str();
         let reference = results.manifest.reference.as_str();
         let mut labels: Vec<&str> = Vec::new();
         for row in results.moments.iter().filter(|row| row.scenario == name) {
@@ -84,7 +99,7 @@ impl<'a> Scene<'a> {
                 labels.push(&row.method);
             }
         }
-        let of_scenario = densities.get(name);
+        let of_scenario = densities.get(&(name.to_owned(), pair));
         let mut series = 0;
         let mut pen = |label: &str| {
             if label == reference {
@@ -105,10 +120,12 @@ impl<'a> Scene<'a> {
         Self {
             name,
             prefix: if several { format!("{name}-") } else { String::new() },
-            problem: &scenario.problem,
+            description,
+            plane: scenario.plane.as_ref(),
+            pair: description.pairs().nth(pair).map(|(_, pair)| pair),
             reference,
             exact: labels.iter().find(is_exact).copied(),
-            times: scenario.problem.times.clone(),
+            times: description.times.clone(),
             methods: labels.into_iter().map(method).collect(),
             results,
         }
@@ -161,27 +178,94 @@ impl<'a> Scene<'a> {
         (0..self.times.len()).map(|index| density(index).map(Cloud::of)).collect()
     }
 
-    /// The branch of the solar angle on which all clouds are whole.
-    pub fn phi_range(&self) -> Range<f64> {
-        branch::common(&self.clouds().into_iter().flatten().map(|cloud| cloud.phi).collect::<Vec<_>>())
+    /// The variables of the pair.
+    ///
+    /// # Errors
+    /// If no density of two variables is compared.
+    pub fn variables(&self) -> Result<[&'a Variable; 2], DrawError> {
+        let variables = self.pair.map(|pair| pair.map(|position| &self.description.variables[position]));
+        variables.ok_or_else(|| DrawError("no density of two variables is compared".into()))
+    }
+
+    /// The symbols of the pair of variables; none if these are all variables of the model, so that no figure needs to name
+    /// them.
+    pub fn pair_name(&self) -> Option<String> {
+        let symbols = |[x, y]: [&Variable; 2]| format!("{}, {}", x.symbol, y.symbol);
+        self.variables().ok().filter(|_| self.description.variables.len() > 2).map(symbols)
+    }
+
+    /// The name of a figure of the density of the pair of variables.
+    pub fn density_figure_name(&self, name: &str) -> String {
+        let pair = self.pair_name().map_or(String::new(), |pair| format!("{}-", pair.replace(", ", "-")));
+        self.figure_name(&format!("{pair}{name}"))
+    }
+
+    /// The problem of a scenario in the plane.
+    ///
+    /// # Errors
+    /// If its model is another one.
+    pub fn problem(&self) -> Result<&'a Problem<Planar>, DrawError> {
+        self.plane.ok_or_else(|| DrawError(format!("the model {} is not one in the plane", self.description.model)))
+    }
+
+    /// The range of the first variable in which all clouds are whole; of an angle, the branch on which they are.
+    pub fn x_range(&self) -> Range<f64> {
+        let clouds: Vec<Range<f64>> = self.clouds().into_iter().flatten().map(|cloud| cloud.x).collect();
+        let is_circle = |[x, _]: [&Variable; 2]| x.is_circle();
+        if self.variables().is_ok_and(is_circle) {
+            return branch::common(&clouds);
+        }
+        let ends = clouds.into_iter().reduce(|all, one| all.start.min(one.start)..all.end.max(one.end));
+        ends.unwrap_or(0.0..1.0)
+    }
+
+    /// The range of the second variable in which all clouds are seen, and the critical value if it is the re-entry
+    /// variable. A variable that is not negative is shown from 0 on.
+    pub fn y_range(&self) -> Range<f64> {
+        let bounds = self.variables().ok().and_then(|[_, y]| y.bounds);
+        let grids = self.yardstick().map_or(&[][..], |yardstick| yardstick.densities).iter();
+        let grids =
+            grids.filter(|density| !density.is_withheld()).map(|density| density.grid.y.low..density.grid.y.high);
+        let critical = self.description.critical;
+        let margin = 0.05 * critical.abs();
+        let critical = self.is_reentry(1).then_some(critical - margin..critical + margin);
+        let clouds = self.clouds().into_iter().flatten().map(|cloud| cloud.y);
+        let all = grids.chain(clouds).chain(critical);
+        let all = all.reduce(|all, one| all.start.min(one.start)..all.end.max(one.end)).unwrap_or(0.0..1.0);
+        match bounds {
+            Some([0.0, high]) => 0.0..all.end.min(high),
+            Some([low, high]) => all.start.max(low)..all.end.min(high),
+            None => all,
+        }
+    }
+
+    /// Whether the first (0) or the second (1) variable of the pair is the one that grows to its critical value.
+    pub fn is_reentry(&self, place: usize) -> bool {
+        self.pair.is_some_and(|pair| pair[place] == self.description.reentry)
     }
 }
 
 /// Where a cloud is visible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cloud {
-    /// Its solar angles \[rad\].
-    pub phi: Range<f64>,
-    /// Its eccentricities.
-    pub e: Range<f64>,
+    /// The values of the first variable.
+    pub x: Range<f64>,
+    /// The values of the second variable.
+    pub y: Range<f64>,
 }
 
 impl Cloud {
+    /// How far the cloud is moved to lie on `axis`: by whole turns if its first variable is an angle.
+    pub fn shift_onto(&self, axis: &Range<f64>, is_circle: bool) -> f64 {
+        if is_circle { branch::shift_into(axis, &self.x) } else { 0.0 }
+    }
+
     /// The visible part of a density.
     pub fn of(density: &Density) -> Self {
+        let along_x = if density.grid.is_circle { branch::visible_angle } else { branch::visible };
         Self {
-            phi: branch::visible_angle(&density.grid.phi, &density.marginal_phi),
-            e: branch::visible(&density.grid.e, &density.marginal_e),
+            x: along_x(&density.grid.x, &density.marginal_x),
+            y: branch::visible(&density.grid.y, &density.marginal_y),
         }
     }
 }

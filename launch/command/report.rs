@@ -3,9 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use density::model::registry::Planar;
 use figures::report::{self, FIGURES, PAGE, Subject};
 use figures::scene::Scenario;
 use nodes::files::scenario_file;
+use nodes::services::recorder::description::in_plane;
+use results::description::{self, Description};
 use results::files::SCENARIOS;
 
 use crate::exit::BAD_INPUT;
@@ -94,6 +97,32 @@ fn side_by_side(folders: &[PathBuf], page: &Path) -> Result<Vec<String>, String>
 
 /// The folder with its scenarios, in the order of their names.
 fn subject(folder: &Path) -> Result<Subject, String> {
+    let mut described = description::read(folder).map_err(|e| e.to_string())?;
+    described.sort_by_key(|description| file_name(&description.name));
+    let scenarios = match described.is_empty() {
+        true => scenarios_in_plane(folder)?,
+        false => described.into_iter().map(|description| scenario(folder, description)).collect::<Result<_, _>>()?,
+    };
+    let name =
+        folder.file_name().map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into_owned());
+    Ok(Subject { folder: folder.into(), name, scenarios })
+}
+
+fn file_name(scenario: &str) -> String {
+    format!("{scenario}.toml")
+}
+
+/// A scenario with its problem, if its model is one in the plane and all its parameters are certain.
+fn scenario(folder: &Path, description: Description) -> Result<Scenario, String> {
+    let file = folder.join(SCENARIOS).join(file_name(&description.name));
+    let is_planar = Planar::ALL.iter().any(|(name, _)| *name == description.model);
+    let plane = is_planar.then(|| scenario_file::load(&file).map_err(|e| e.to_string())).transpose()?;
+    let certain = plane.filter(|content| content.spread.is_none());
+    Ok(Scenario { description, plane: certain.map(|content| content.problem) })
+}
+
+/// The scenarios of a folder of an earlier version, which has no descriptions: all are in the plane.
+fn scenarios_in_plane(folder: &Path) -> Result<Vec<Scenario>, String> {
     let scenarios = folder.join(SCENARIOS);
     let unreadable = |e: std::io::Error| {
         format!("{}: cannot be read ({e}); name a folder that `phasecloud run` wrote", scenarios.display())
@@ -104,9 +133,7 @@ fn subject(folder: &Path) -> Result<Subject, String> {
     files.sort();
     let load = |file: &PathBuf| {
         let content = scenario_file::load(file).map_err(|e| e.to_string())?;
-        Ok(Scenario { name: content.name, problem: content.problem })
+        Ok(Scenario { description: in_plane(&content.name, &content.problem), plane: Some(content.problem) })
     };
-    let name =
-        folder.file_name().map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into_owned());
-    Ok(Subject { folder: folder.into(), name, scenarios: files.iter().map(load).collect::<Result<_, String>>()? })
+    files.iter().map(load).collect()
 }

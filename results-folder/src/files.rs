@@ -22,6 +22,8 @@ pub const NOTES: &str = "notes.csv";
 pub const VERDICTS: &str = "verdicts.csv";
 /// The densities as numpy arrays.
 pub const DENSITIES: &str = "densities.npz";
+/// What every scenario is about: its variables, and which column or array has which quantity.
+pub const DESCRIPTIONS: &str = "scenarios.jsonl";
 /// The folder of the scenario files, as their authors wrote them.
 pub const SCENARIOS: &str = "scenarios";
 /// The file in the folder of a single scenario that says what was run.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::description::{self, Description};
 use crate::error::FolderError;
 use crate::files;
 use crate::manifest::{self, Manifest};
@@ -22,6 +23,7 @@ pub struct Results {
     pub diagnostics: Vec<DiagnosticRow>,
     pub notes: Vec<NoteRow>,
     pub verdicts: Vec<VerdictRow>,
+    pub descriptions: Vec<Description>,
 }
 
 impl Results {
@@ -39,6 +41,7 @@ impl Results {
             passages: read(&folder.join(files::FIRST_PASSAGE))?,
             diagnostics: read(&folder.join(files::DIAGNOSTICS))?,
             notes: read(&folder.join(files::NOTES))?,
+            descriptions: description::read(folder)?,
             verdicts: read_if_there(&folder.join(files::VERDICTS))?,
         })
     }

@@ -11,7 +11,7 @@ use crate::error::FolderError;
 use crate::files::{SCENARIO, part};
 
 /// Moves what the recorder has written of scenarios `0..scenarios` up into `folder`: tables one after the other,
-/// archives entry by entry. The scenario files themselves are there already, as their authors wrote them.
+/// descriptions line by line, archives entry by entry. The scenario files themselves are there already, as their authors wrote them.
 ///
 /// # Errors
 /// If something cannot be read or written.
@@ -23,6 +23,7 @@ pub fn join(folder: &Path, scenarios: u32) -> Result<(), FolderError> {
         let joined = match (&files[..], whole.extension().and_then(|e| e.to_str())) {
             ([only], _) => fs::rename(only, &whole),
             (several, Some("npz")) => join_archives(several, &whole),
+            (several, Some("jsonl")) => join_lines(several, &whole),
             (several, _) => join_tables(several, &whole),
         };
         joined.map_err(|e| FolderError::new(&whole, e))?;
@@ -65,6 +66,15 @@ fn join_tables(tables: &[PathBuf], whole: &Path) -> io::Result<()> {
             joined.write_all(&head)?;
         }
         io::copy(&mut rows, &mut joined)?;
+    }
+    joined.flush()
+}
+
+/// All lines of all files.
+fn join_lines(files: &[PathBuf], whole: &Path) -> io::Result<()> {
+    let mut joined = BufWriter::new(File::create(whole)?);
+    for file in files {
+        io::copy(&mut File::open(file)?, &mut joined)?;
     }
     joined.flush()
 }

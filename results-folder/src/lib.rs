@@ -24,6 +24,7 @@
 //! ```
 
 pub mod arrays;
+pub mod description;
 mod error;
 pub mod files;
 mod folder;
@@ -34,6 +35,7 @@ pub mod notes;
 pub mod rows;
 pub mod table;
 
+pub use description::Description;
 pub use error::FolderError;
 pub use folder::Results;
 pub use manifest::Manifest;

@@ -1,6 +1,6 @@
 //! Accuracy against effort: errors over the number of trajectories propagated, and over CPU time.
 
-use super::moment_errors::{QUANTITIES, ROUNDING, errors};
+use super::moment_errors::{ROUNDING, errors};
 use crate::axis::Axis;
 use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
@@ -9,6 +9,7 @@ use crate::legend::{Entry, Sample};
 use crate::palette::{Ink, Stroke};
 use crate::panel::{Panel, Surroundings};
 use crate::scene::{Method, Scene};
+use crate::words::means_and_deviations;
 
 const SLOPE: Stroke = Stroke { ink: Ink::Faint, width: 1.2, dashes: &[] };
 
@@ -32,7 +33,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let quantities: [(&str, Inaccuracy); 2] =
         [("worst relative error", worst_moment), ("worst total variation", worst_distance)];
     let caption = format!(
-        "Each marker is a case; lower left is better. Above the largest relative error of the two means and standard deviations \
+        "Each marker is a case; lower left is better. Above the largest relative error of the means and standard deviations \
          after t = 0, below the largest total variation distance of the joint density, both against {}. A mixture counts five \
          sigma points a component, also those that neighbours share. Not in Sun et al. (2022).",
         scene.reference
@@ -70,15 +71,18 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     })
 }
 
-/// Largest relative error of the two means and standard deviations after t = 0; NaN if there is none.
+/// Largest relative error of the means and standard deviations after t = 0; NaN if there is none.
 pub fn worst_moment(scene: &Scene<'_>, method: &Method<'_>) -> f64 {
-    let all = QUANTITIES.iter().flat_map(|(name, ..)| errors(scene, method, name));
+    let quantities = means_and_deviations(scene.description);
+    let all = quantities.iter().flat_map(|quantity| errors(scene, method, &quantity.name));
     all.filter(|(t, _)| *t > 0.0).map(|(_, error)| error).fold(f64::NAN, f64::max)
 }
 
-/// Largest total variation distance of the joint density; NaN if there is none.
+/// Largest total variation distance of the density by which methods are judged, in the plane the joint density; NaN if
+/// there is none.
 pub fn worst_distance(scene: &Scene<'_>, method: &Method<'_>) -> f64 {
+    let density = scene.description.projections.first().map_or("", |projection| projection.density.as_str());
     let rows = scene.results.distances.iter().filter(|row| row.scenario == scene.name && row.method == method.label);
-    let rows = rows.filter(|row| row.density == "joint" && row.measure == "total_variation");
+    let rows = rows.filter(|row| row.density == density && row.measure == "total_variation");
     rows.map(|row| row.value).filter(|value| value.is_finite()).fold(f64::NAN, f64::max)
 }

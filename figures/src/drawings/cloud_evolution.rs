@@ -9,9 +9,7 @@ use density::orbits::Orbits;
 use density::sampling::draw as draw_samples;
 
 use super::time_bar::{TIME_BAR, time_bar};
-use super::{
-    CRITICAL, at_time, beside_bar, critical, e_axis, mirrored, on_axis, phi_axis, snapshot_marker, snapshots_of_many,
-};
+use super::{CRITICAL, at_time, axis_of, beside_bar, critical, mirrored, on_axis, snapshot_marker, snapshots_of_many};
 use crate::branch::shift_into;
 use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
@@ -32,10 +30,13 @@ const BOUND: Stroke = Stroke { ink: Ink::Faint, width: 1.6, dashes: &[] };
 
 /// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
-    let phi = scene.phi_range();
+    let problem = scene.problem()?;
+    let [x, y] = scene.variables()?;
+    let phi = scene.x_range();
     let (samples, levels) = snapshots(scene)?;
-    let highest = samples.iter().flatten().map(|(_, e)| *e).chain([scene.problem.critical_e]).fold(0.0, f64::max);
-    let (line, line_name) = critical(scene, &phi);
+    let highest = samples.iter().flatten().map(|(_, e)| *e).chain([problem.critical_e]).fold(0.0, f64::max);
+    let e = 0.0..(1.08 * highest).min(1.0);
+    let line = critical(scene, &phi, &e);
     let count = scene.times.len();
     let has_bar = snapshots_of_many(count);
     let times = scene.times.iter().enumerate().filter(|_| !has_bar);
@@ -46,7 +47,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         })
         .collect();
     key.push((Sample::Line(BOUND), "lowest and highest H of the samples".into()));
-    key.push((Sample::Line(CRITICAL), line_name));
+    key.extend(line.iter().map(|(_, name)| (Sample::Line(CRITICAL), name.clone())));
     let caption = format!(
         "{SAMPLES} samples of the initial Gaussian (seed {SEED}), carried by the flow for this figure, at every snapshot. Grey: \
          the contours of the lowest and the highest Hamiltonian among them, which the cloud never leaves. φ runs over a branch \
@@ -55,11 +56,10 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let clouds = placed(&samples, &scene.clouds(), &phi);
     Figure::draw(&scene.figure_name("cloud-evolution"), "Evolution of the cloud", &caption, (760, 430), &key, |area| {
         let (left, right) = if has_bar { beside_bar(area, TIME_BAR) } else { (area.clone(), area.clone()) };
-        let e = e_axis(0.0..(1.08 * highest).min(1.0), 8);
-        let panel = Panel::new(&left, &phi_axis(phi.clone(), 7), &e, Surroundings::default())?;
+        let panel = Panel::new(&left, &axis_of(x, phi.clone(), 7), &axis_of(y, e.clone(), 8), Surroundings::default())?;
         let bounds =
-            levels.iter().flat_map(|level| mirrored(&hamiltonian::contour(scene.problem.model, *level), &phi, BOUND));
-        panel.draw(&bounds.chain([line]).collect::<Vec<_>>())?;
+            levels.iter().flat_map(|level| mirrored(&hamiltonian::contour(problem.model, *level), &phi, BOUND));
+        panel.draw(&bounds.chain(line.iter().map(|(line, _)| line.clone())).collect::<Vec<_>>())?;
         let markers = clouds.iter().enumerate().map(|(index, points)| {
             let (marker, stroke) = snapshot_marker(index, count);
             Element::markers(points.clone(), marker, 1.6, Stroke { width: 0.8, ..stroke }, false)
@@ -76,32 +76,32 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
 fn placed(samples: &[Vec<Point>], clouds: &[Option<Cloud>], phi: &Range<f64>) -> Vec<Vec<Point>> {
     let place = |(points, cloud): (&Vec<Point>, &Option<Cloud>)| {
         let axis_middle = 0.5 * (phi.start + phi.end);
-        let centre = cloud.as_ref().map_or(axis_middle, |c| 0.5 * (c.phi.start + c.phi.end) + shift_into(phi, &c.phi));
+        let centre = cloud.as_ref().map_or(axis_middle, |c| 0.5 * (c.x.start + c.x.end) + shift_into(phi, &c.x));
         points.iter().map(|&(x, e)| (on_axis(x, centre, phi), e)).collect()
     };
     samples.iter().zip(clouds).map(place).collect()
 }
 
 /// The times beside the clouds, each in the colour of its cloud; they keep clear of the line of the critical
-/// eccentricity.
-pub fn cloud_labels(scene: &Scene<'_>, phi: &Range<f64>, clouds: Vec<Vec<Point>>) -> Vec<Label> {
+/// value.
+pub fn cloud_labels(scene: &Scene<'_>, x: &Range<f64>, clouds: Vec<Vec<Point>>) -> Vec<Label> {
     let times = &scene.times;
     let label = |(index, points): (usize, Vec<Point>)| Label {
         words: times.get(index).map_or(String::new(), |&t| at_time(t)),
         points,
         ink: Ink::of_many(index, times.len()),
     };
-    let along = (0..=LINE_POINTS).map(|k| phi.start + (phi.end - phi.start) * k as f64 / LINE_POINTS as f64);
-    let line = along.map(|phi| (phi, scene.problem.critical_e)).collect();
-    let line = Label { words: String::new(), points: line, ink: CRITICAL.ink };
-    clouds.into_iter().enumerate().map(label).chain([line]).collect()
+    let along = (0..=LINE_POINTS).map(|k| x.start + (x.end - x.start) * k as f64 / LINE_POINTS as f64);
+    let line = scene.is_reentry(1).then(|| along.map(|x| (x, scene.description.critical)).collect());
+    let line = line.map(|points| Label { words: String::new(), points, ink: CRITICAL.ink });
+    clouds.into_iter().enumerate().map(label).chain(line).collect()
 }
 
 type Snapshots = (Vec<Vec<Point>>, [f64; 2]);
 
 /// The samples at each snapshot, and their lowest and highest Hamiltonian.
 fn snapshots(scene: &Scene<'_>) -> Result<Snapshots, DrawError> {
-    let problem = scene.problem;
+    let problem = scene.problem()?;
     let (x1, x2) = draw_samples(&problem.initial, SEED, SAMPLES);
     let levels = x1.iter().zip(&x2).map(|(&x1, &x2)| problem.model.hamiltonian(State { x1, x2 }));
     let levels = levels.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)]);

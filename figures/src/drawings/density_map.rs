@@ -12,6 +12,8 @@ use crate::elements::Element;
 use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings, units};
 use crate::scene::Scene;
+use crate::words::density_label;
+use results::description::Variable;
 
 /// Additional space above a panel with a title \[px\].
 pub const TITLE: f64 = 13.0;
@@ -30,12 +32,14 @@ pub struct Map<'s> {
     pub values: &'s [f64],
     /// The density that sets the axes.
     pub yardstick: &'s Density,
+    /// The two variables.
+    pub variables: [&'s Variable; 2],
     /// The colours.
     pub scale: Scale,
 }
 
-/// Pictures of values over the grid of `density`, moved by `shift` in `phi`. On an `axis` of one turn there is a
-/// picture for every turn that meets it; a longer axis has room for the whole grid in one picture.
+/// Pictures of values over the grid of `density`, moved by `shift` along the first variable. If that is an angle and
+/// `axis` one turn, there is a picture for every turn that meets it; otherwise there is one picture of the whole grid.
 pub fn placed(
     density: &Density,
     shift: f64,
@@ -43,24 +47,25 @@ pub fn placed(
     values: &[f64],
     scale: Scale,
 ) -> Result<Vec<Element>, DrawError> {
-    let (phi, e) = (density.grid.phi, density.grid.e);
-    let address = picture(values, phi.bins, e.bins, scale)?;
-    let at = |shift: f64| Element::picture((phi.low + shift, e.low), (phi.high + shift, e.high), address.clone());
-    if axis.end - axis.start > TURN + 1e-6 {
+    let (x, y) = (density.grid.x, density.grid.y);
+    let address = picture(values, x.bins, y.bins, scale)?;
+    let at = |shift: f64| Element::picture((x.low + shift, y.low), (x.high + shift, y.high), address.clone());
+    if !density.grid.is_circle || axis.end - axis.start > TURN + 1e-6 {
         return Ok(vec![at(shift)]);
     }
-    let first = ((axis.start - phi.high - shift) / TURN + 1e-9).ceil() as i32;
+    let first = ((axis.start - x.high - shift) / TURN + 1e-9).ceil() as i32;
     let shifts = (first..).map(|turn| shift + f64::from(turn) * TURN);
-    Ok(shifts.take_while(|shift| phi.low + shift < axis.end - 1e-9).map(at).collect())
+    Ok(shifts.take_while(|shift| x.low + shift < axis.end - 1e-9).map(at).collect())
 }
 
-/// A scale with its numbers. `label` ends in the unit 1/rad; long numbers are given in a power of ten of that unit.
-pub fn colour_bar(area: &Area<'_>, label: &str, scale: Scale) -> Result<(), DrawError> {
+/// A scale with its numbers. The label `words` gets the unit of a density of `variables`; long numbers are given in a power
+/// of ten of that unit.
+pub fn colour_bar(area: &Area<'_>, words: &str, variables: &[&Variable], scale: Scale) -> Result<(), DrawError> {
     let (end, unit) = match scale {
         Scale::Linear(end) | Scale::Difference(end) => unit(end),
         Scale::Strength(end) => (end, "1".to_owned()),
     };
-    let label = format!("{label} [{unit}/rad]");
+    let label = density_label(words, &unit, variables);
     let y = match scale {
         Scale::Linear(_) => Axis::linear(&label, 0.0..end, 5),
         Scale::Difference(_) => Axis::linear(&label, -end..end, 5),

@@ -34,7 +34,7 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figu
             at_time(t)
         )));
     }
-    let name = scene.figure_name(&format!("difference-{}-{index}", method.label));
+    let name = scene.density_figure_name(&format!("difference-{}-{index}", method.label));
     let heading = format!("{} − {}, {}", method.label, subtrahend.label, at_time(t));
     let title = format!("Joint density of {} minus {} at {}", method.label, subtrahend.label, at_time(t));
     let difference: Vec<f64> = density.joint.iter().zip(&other.joint).map(|(p, q)| p - q).collect();
@@ -52,6 +52,7 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figu
         withheld.trim_start().to_owned()
     };
     let yardstick = yardstick(scene, density, index);
-    let map = Map { density, values: &difference, yardstick, scale: Scale::Difference(limit) };
+    let variables = scene.variables()?;
+    let map = Map { density, values: &difference, yardstick, variables, scale: Scale::Difference(limit) };
     map.draw(&name, [&title, &heading, &caption], "difference")
 }

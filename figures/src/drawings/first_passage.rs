@@ -1,4 +1,4 @@
-//! The probability that the eccentricity has ever reached its critical value, against time, with its error interval.
+//! The probability that the re-entry variable has ever reached its critical value, against time, with its error interval.
 
 use super::probability_axis::{ProbabilityAxis, in_words};
 use super::write_absent;
@@ -10,6 +10,7 @@ use crate::legend::{Entry, Sample};
 use crate::panel::{Panel, Surroundings};
 use crate::scene::{Method, Scene};
 use crate::text::subscript;
+use crate::words::reentry;
 use results::rows::PassageRow;
 
 /// An interval narrower than this is the error estimate of an exact method and is not drawn.
@@ -28,7 +29,8 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let ink = |method: &Method<'_>| method.pen.stroke.ink;
     let mut key: Vec<Entry> = curves.iter().map(|m| (Sample::Line(m.pen.stroke), m.label.to_owned())).collect();
     key.extend(sampled.iter().map(|m| (Sample::Band(ink(m)), interval_in_words(m))));
-    let label = format!("P(e has reached {})", subscript("e", "cri"));
+    let (name, symbol) = reentry(scene.description);
+    let label = format!("P({symbol} has reached {})", subscript(symbol, "cri"));
     let rows = || curves.iter().flat_map(|m| m.passage.iter().map(|row| (*m, *row)));
     let limits = rows().filter(|(_, row)| row.high - row.low > NARROW).map(|(_, row)| row.high);
     let values: Vec<f64> = rows().map(|(_, row)| row.prob_reached_critical_e).chain(limits).collect();
@@ -36,12 +38,12 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         curves.iter().filter_map(|m| m.passage.last()).map(|row| row.prob_reached_critical_e).collect();
     let axes = ProbabilityAxis::all(&label, &values, &last);
     let caption = format!(
-        "Peaks of the eccentricity between snapshots count too.{} Not in Sun et al. (2022).{}",
+        "Peaks of the {name} between snapshots count too.{} Not in Sun et al. (2022).{}",
         in_words(&axes),
         absences(scene)
     );
     let end = scene.times.last().copied().unwrap_or(1.0);
-    let title = format!("Probability of having reached e = {}", scene.problem.critical_e);
+    let title = format!("Probability of having reached {symbol} = {}", scene.description.critical);
     let size = (760, 40 + 300 * axes.len() as u32);
     Figure::draw(&scene.figure_name("first-passage"), &title, &caption, size, &key, |area| {
         let x = Axis::linear("time t [yr]", 0.0..end, 8);

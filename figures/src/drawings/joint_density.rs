@@ -7,8 +7,7 @@ use std::ops::Range;
 
 use super::density_map::{Map, TITLE, colour_bar, placed, yardstick};
 use super::time_bar::{TIME_BAR, time_bar};
-use super::{CRITICAL, at_time, beside_bar, critical, e_axis, on_axis, phi_axis, withheld_words, zoom};
-use crate::branch::shift_into;
+use super::{CRITICAL, at_time, axis_of, beside_bar, critical, on_axis, withheld_words, zoom};
 use crate::colour_map::{LEAST, Scale};
 use crate::densities::Density;
 use crate::draw_error::DrawError;
@@ -29,30 +28,28 @@ const BAR: f64 = 92.0;
 
 /// Draws all snapshots of a case in one frame.
 pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError> {
-    let phi = scene.phi_range();
+    let (x, y) = (scene.x_range(), scene.y_range());
+    let variables = scene.variables()?;
     // The yardstick's densities set the scale, so that the figures of all cases can be compared.
     let densities = scene.yardstick().map_or(&[][..], |yardstick| yardstick.densities);
     let given = || densities.iter().filter(|density| !density.is_withheld());
     let peaks = if given().next().is_some() { densities } else { method.densities };
     let peak = peaks.iter().map(Density::peak).fold(0.0, f64::max);
     let scale = Scale::Strength(peak);
-    let (line, line_name) = critical(scene, &phi);
+    let line = critical(scene, &x, &y);
     let clouds = scene.clouds();
-    let tops = clouds.iter().flatten().map(|cloud| cloud.e.end);
-    let highest =
-        given().map(|d| d.grid.e.high).chain(tops).chain([1.05 * scene.problem.critical_e]).fold(0.0, f64::max);
     let mut pictures: Vec<Element> = Vec::new();
     for (index, (density, cloud)) in method.densities.iter().zip(&clouds).enumerate() {
         if density.is_withheld() {
             continue;
         }
-        let shift = cloud.as_ref().map_or(0.0, |cloud| shift_into(&phi, &cloud.phi));
+        let shift = cloud.as_ref().map_or(0.0, |cloud| cloud.shift_onto(&x, density.grid.is_circle));
         let ink = Ink::of_many(index, scene.times.len());
-        let placed = placed(density, shift, &phi, &density.joint, scale)?;
+        let placed = placed(density, shift, &x, &density.joint, scale)?;
         pictures.extend(placed.into_iter().map(|picture| picture.inked(ink)));
     }
-    let insets = zoom::insets(scene, method, scale, [&phi, &(0.0..highest.min(1.0))])?;
-    let name = scene.figure_name(&format!("joint-density-{}-all", method.label));
+    let insets = zoom::insets(scene, method, scale, [&x, &y])?;
+    let name = scene.density_figure_name(&format!("joint-density-{}-all", method.label));
     let title = format!("Joint density of {} at all snapshots", method.label);
     let caption = format!(
         "The colour of a cloud is its time, from early to late; its strength is the density, logarithmic over three decades, the \
@@ -66,39 +63,40 @@ pub fn draw_all(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawEr
         },
         withheld_words(method.label, &method.withheld(&scene.times))
     );
-    let key = [(Sample::Line(CRITICAL), line_name)];
+    let key: Vec<_> = line.iter().map(|(_, name)| (Sample::Line(CRITICAL), name.clone())).collect();
     let size = (WIDTH, HEIGHT + zoom::height(&insets));
     Figure::draw(&name, &title, &caption, size, &key, |area| {
         let (area, below) = area.split_vertically(units(f64::from(HEIGHT)) as i32);
         let (left, bars) = beside_bar(&area, TIME_BAR + BAR);
         let (times, strengths) = beside_bar(&bars, BAR);
         let around = Surroundings { title: method.label, ..Surroundings::default() };
-        let panel = Panel::new(&left, &phi_axis(phi.clone(), 6), &e_axis(0.0..highest.min(1.0), 7), around)?;
+        let panel =
+            Panel::new(&left, &axis_of(variables[0], x.clone(), 6), &axis_of(variables[1], y.clone(), 7), around)?;
         panel.draw(&pictures)?;
-        panel.draw(&[line])?;
+        panel.draw(&line.iter().map(|(line, _)| line.clone()).collect::<Vec<_>>())?;
         let points = method
             .densities
             .iter()
             .zip(&clouds)
-            .map(|(density, cloud)| cloud_points(density, cloud.as_ref(), &phi, LEAST * peak));
-        labels::write(&panel, &cloud_labels(scene, &phi, points.collect()))?;
+            .map(|(density, cloud)| cloud_points(density, cloud.as_ref(), &x, LEAST * peak));
+        labels::write(&panel, &cloud_labels(scene, &x, points.collect()))?;
         time_bar(&times.margin(units(TITLE), 0, 0, 0), &scene.times)?;
-        colour_bar(&strengths, "joint density", scale)?;
-        zoom::draw(&below, &insets)
+        colour_bar(&strengths, "joint density", &variables, scale)?;
+        zoom::draw(&below, &insets, variables)
     })
 }
 
 /// Middles of the bins in which a density is at least `least`, the smallest density drawn, on the branch that keeps the
 /// cloud whole; no points if the density is withheld.
-fn cloud_points(density: &Density, cloud: Option<&Cloud>, phi: &Range<f64>, least: f64) -> Vec<Point> {
+fn cloud_points(density: &Density, cloud: Option<&Cloud>, axis: &Range<f64>, least: f64) -> Vec<Point> {
     let Some(cloud) = cloud.filter(|_| !density.is_withheld() && least > 0.0) else { return Vec::new() };
-    let centre = 0.5 * (cloud.phi.start + cloud.phi.end) + shift_into(phi, &cloud.phi);
+    let centre = 0.5 * (cloud.x.start + cloud.x.end) + cloud.shift_onto(axis, density.grid.is_circle);
     let grid = &density.grid;
     let middle = |axis: &density::grid::Axis, i: usize| axis.edge(i) + 0.5 * axis.width();
     let bins = density.joint.iter().enumerate().filter(|(_, p)| **p >= least);
     bins.map(|(k, _)| {
-        let (x, e) = (middle(&grid.phi, k / grid.e.bins), middle(&grid.e, k % grid.e.bins));
-        (on_axis(x, centre, phi), e)
+        let (x, y) = (middle(&grid.x, k / grid.y.bins), middle(&grid.y, k % grid.y.bins));
+        (if grid.is_circle { on_axis(x, centre, axis) } else { x }, y)
     })
     .collect()
 }
@@ -107,7 +105,7 @@ fn cloud_points(density: &Density, cloud: Option<&Cloud>, phi: &Range<f64>, leas
 pub fn draw_one(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<Figure, DrawError> {
     let (density, t) = snapshot(scene, method, index)?;
     let yardstick = yardstick(scene, density, index);
-    let name = scene.figure_name(&format!("joint-density-{}-{index}", method.label));
+    let name = scene.density_figure_name(&format!("joint-density-{}-{index}", method.label));
     let title = format!("Joint density of {} at {}", method.label, at_time(t));
     let caption = format!(
         "Axes and colour scale are the same for all cases at this time; values above the scale's end have its last colour. An \
@@ -115,7 +113,8 @@ pub fn draw_one(scene: &Scene<'_>, method: &Method<'_>, index: usize) -> Result<
         if density.is_withheld() { withheld_words(method.label, &[t]) } else { String::new() }
     );
     let heading = format!("{}, {}", method.label, at_time(t));
-    let map = Map { density, values: &density.joint, yardstick, scale: Scale::Linear(yardstick.peak()) };
+    let variables = scene.variables()?;
+    let map = Map { density, values: &density.joint, yardstick, variables, scale: Scale::Linear(yardstick.peak()) };
     map.draw(&name, [&title, &heading, &caption], "density")
 }
 

@@ -2,7 +2,7 @@
 
 use density::grid::Axis as Bins;
 
-use super::{at_time, e_axis, phi_axis, steps, withheld_words, write_absent};
+use super::{at_time, axis_of, steps, withheld_words, write_absent};
 use crate::axis::Axis;
 use crate::backend::Area;
 use crate::densities::Density;
@@ -13,6 +13,8 @@ use crate::legend::{self, Entry, Sample};
 use crate::palette::{Ink, Pen, Stroke};
 use crate::panel::{Panel, Surroundings, room_beside, units};
 use crate::scene::{Method, Scene};
+use crate::words::density_label;
+use results::description::Variable;
 
 /// Half width of a 95 % interval in standard deviations.
 const SIGMAS: f64 = 1.96;
@@ -36,6 +38,7 @@ struct Snapshot<'s> {
 
 /// Draws both marginals of a case at every snapshot, and below each marginal its difference from the reference.
 pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError> {
+    let [x, y] = scene.variables()?;
     let reference = scene.yardstick().filter(|yardstick| yardstick.label != method.label);
     let band = scene.monte_carlo();
     let mut key: Vec<Entry> = vec![(Sample::Line(method.pen.stroke), method.label.to_owned())];
@@ -51,14 +54,17 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError>
         .map(|case| withheld_words(case.label, &case.withheld(&scene.times)))
         .collect();
     let caption = format!(
-        "Left the solar angle, on the branch that keeps the cloud whole, right the eccentricity; a row a snapshot.{residuals}\
-         {counted} Corresponds to Figs. 5, 12 and 16 of Sun et al. (2022).{withheld}"
+        "Left the {}{}, right the {}; one row per snapshot.{residuals}{counted} Corresponds to Figs. 5, 12 and 16 of Sun et al. (2022).{withheld}",
+        x.name,
+        if x.is_circle() { ", on the branch that keeps the cloud whole" } else { "" },
+        y.name
     );
-    let name = scene.figure_name(&format!("marginals-{}", method.label));
+    let name = scene.density_figure_name(&format!("marginals-{}", method.label));
     let title = match reference {
         Some(reference) => format!("Marginal densities of {} and {}", method.label, reference.label),
         None => format!("Marginal densities of {}", method.label),
     };
+    let sides = [(x, true), (y, false)].map(|(variable, is_first)| Side { variable, is_first });
     let rows = method.densities.len();
     let key_height = legend::height(&key, f64::from(WIDTH));
     let height = ROW * rows as f64 + key_height * rows.div_ceil(ROWS_A_KEY) as f64;
@@ -79,7 +85,7 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError>
                 reference: reference.and_then(|r| Some((r.densities.get(index)?, r.pen))),
                 sampled: band.and_then(|(mc, n)| Some((mc.densities.get(index)?, n))).filter(|(d, _)| !d.is_withheld()),
             };
-            for (area, of) in row.split_evenly((1, 2)).iter().zip([Variable::Phi, Variable::E]) {
+            for (area, of) in row.split_evenly((1, 2)).iter().zip(sides) {
                 let (upper, lower) = area.split_vertically(units(UPPER) as i32);
                 let (y, residual) = (density_axis(&snapshot, of), residual(&snapshot, of));
                 let beside = residual.as_ref().map_or(0.0, |residual| room_beside(&residual.axis)).max(room_beside(&y));
@@ -94,17 +100,17 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError>
 }
 
 /// The axis of the densities of a snapshot.
-fn density_axis(snapshot: &Snapshot<'_>, of: Variable) -> Axis {
+fn density_axis(snapshot: &Snapshot<'_>, of: Side<'_>) -> Axis {
     let shown =
         [Some(snapshot.own), snapshot.reference.map(|(density, _)| density), snapshot.sampled.map(|(mc, _)| mc)];
     let highest = shown.into_iter().flatten().flat_map(|d| of.values(d)).copied().fold(0.0, f64::max);
-    Axis::linear(of.label(), 0.0..1.06 * if highest > 0.0 { highest } else { 1.0 }, 3)
+    Axis::linear(&of.label(), 0.0..1.06 * if highest > 0.0 { highest } else { 1.0 }, 3)
 }
 
 fn draw_densities(
     area: &Area<'_>,
     snapshot: &Snapshot<'_>,
-    of: Variable,
+    of: Side<'_>,
     y: &Axis,
     beside: f64,
 ) -> Result<(), DrawError> {
@@ -132,7 +138,7 @@ struct Residual {
 }
 
 /// The residual of a snapshot, if there is a reference.
-fn residual(snapshot: &Snapshot<'_>, of: Variable) -> Option<Residual> {
+fn residual(snapshot: &Snapshot<'_>, of: Side<'_>) -> Option<Residual> {
     let ((reference, _), own) = (snapshot.reference?, snapshot.own);
     let values = match (own.is_withheld(), reference.is_withheld()) {
         (true, _) => Err("withheld"),
@@ -160,7 +166,7 @@ fn residual(snapshot: &Snapshot<'_>, of: Variable) -> Option<Residual> {
 fn draw_residual(
     area: &Area<'_>,
     snapshot: &Snapshot<'_>,
-    of: Variable,
+    of: Side<'_>,
     residual: &Residual,
     beside: f64,
 ) -> Result<(), DrawError> {
@@ -181,7 +187,7 @@ fn draw_residual(
 
 impl Snapshot<'_> {
     /// The axis of the case's bins, or of the reference's bins if the case withholds its density.
-    fn axis(&self, of: Variable) -> Axis {
+    fn axis(&self, of: Side<'_>) -> Axis {
         match self.reference {
             Some((reference, _)) if self.own.is_withheld() => of.axis(reference),
             _ => of.axis(self.own),
@@ -189,40 +195,29 @@ impl Snapshot<'_> {
     }
 }
 
+/// One of the two variables of a density.
 #[derive(Clone, Copy)]
-enum Variable {
-    Phi,
-    E,
+struct Side<'s> {
+    variable: &'s Variable,
+    is_first: bool,
 }
 
-impl Variable {
-    fn label(self) -> &'static str {
-        match self {
-            Self::Phi => "density [1/rad]",
-            Self::E => "density",
-        }
+impl Side<'_> {
+    fn label(self) -> String {
+        density_label("density", "1", &[self.variable])
     }
 
     fn bins(self, density: &Density) -> &Bins {
-        match self {
-            Self::Phi => &density.grid.phi,
-            Self::E => &density.grid.e,
-        }
+        if self.is_first { &density.grid.x } else { &density.grid.y }
     }
 
     fn values(self, density: &Density) -> &[f64] {
-        match self {
-            Self::Phi => &density.marginal_phi,
-            Self::E => &density.marginal_e,
-        }
+        if self.is_first { &density.marginal_x } else { &density.marginal_y }
     }
 
     fn axis(self, density: &Density) -> Axis {
         let bins = self.bins(density);
-        match self {
-            Self::Phi => phi_axis(bins.low..bins.high, 6),
-            Self::E => e_axis(bins.low..bins.high, 6),
-        }
+        axis_of(self.variable, bins.low..bins.high, 6)
     }
 
     fn curve(self, density: &Density) -> Vec<Point> {

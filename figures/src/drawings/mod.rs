@@ -14,6 +14,8 @@ use crate::palette::{Ink, Marker, Stroke};
 use crate::panel::{Panel, SMALL, text_style, units};
 use crate::scene::Scene;
 use crate::text::subscript;
+use crate::words::{label, reentry};
+use results::description::Variable;
 
 pub mod accuracy;
 pub mod cloud_evolution;
@@ -37,21 +39,20 @@ const TURN: f64 = std::f64::consts::TAU;
 const CONTOUR: Stroke = Stroke { ink: Ink::Faint, width: 0.7, dashes: &[] };
 const CRITICAL: Stroke = Stroke { ink: Ink::Series(1), width: 1.4, dashes: &[7.0, 4.0] };
 
-fn phi_axis(range: Range<f64>, ticks: usize) -> Axis {
-    Axis::linear("solar angle φ [rad]", range, ticks)
+fn axis_of(variable: &Variable, range: Range<f64>, ticks: usize) -> Axis {
+    Axis::linear(&label(variable), range, ticks)
 }
 
-fn e_axis(range: Range<f64>, ticks: usize) -> Axis {
-    Axis::linear("eccentricity e", range, ticks)
-}
-
-/// The line of the critical eccentricity and its name.
-fn critical(scene: &Scene<'_>, phi: &Range<f64>) -> (Element, String) {
-    let e = scene.problem.critical_e;
-    (
-        Element::curve(vec![(phi.start, e), (phi.end, e)], CRITICAL),
-        format!("critical eccentricity {} = {e}", subscript("e", "cri")),
-    )
+/// The line of the critical value of the re-entry variable and its name, if one of the axes is of that variable.
+fn critical(scene: &Scene<'_>, x: &Range<f64>, y: &Range<f64>) -> Option<(Element, String)> {
+    let value = scene.description.critical;
+    let line = match (scene.is_reentry(0), scene.is_reentry(1)) {
+        (true, _) => vec![(value, y.start), (value, y.end)],
+        (_, true) => vec![(x.start, value), (x.end, value)],
+        _ => return None,
+    };
+    let (name, symbol) = reentry(scene.description);
+    Some((Element::curve(line, CRITICAL), format!("critical {name} {} = {value}", subscript(symbol, "cri"))))
 }
 
 /// A curve in `phi` and its mirror image, on every turn on which they meet `range`.

@@ -10,16 +10,13 @@ use crate::palette::Ink;
 use crate::panel::{Panel, Surroundings};
 use crate::scene::{Method, Scene};
 use crate::text::subscript;
+use crate::words::{means_and_deviations, moment_symbol};
 use results::MomentsRow;
+use results::description::Quantity;
 
-/// The quantities compared: name in `errors.csv`, column of `moments.csv`, letter, index of the letter.
-pub const QUANTITIES: [(&str, &str, &str, &str); 4] = [
-    ("mean_phi", "mean_phi_rad", "μ", "φ"),
-    ("std_phi", "std_phi_rad", "σ", "φ"),
-    ("mean_e", "mean_e", "μ", "e"),
-    ("std_e", "std_e", "σ", "e"),
-];
 const SIGMAS: f64 = 1.96;
+/// Height of a row of panels, which has the mean and the deviation of a variable \[px\].
+const ROW: u32 = 260;
 const BAND: Ink = Ink::Series(0);
 /// Errors below this are rounding.
 pub(super) const ROUNDING: f64 = 1e-12;
@@ -39,18 +36,21 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         },
         withheld(scene)
     );
+    let quantities = means_and_deviations(scene.description);
     let curves: Vec<Vec<Vec<Point>>> =
-        QUANTITIES.iter().map(|(name, ..)| scene.others().map(|m| errors(scene, m, name)).collect()).collect();
-    let limits: Vec<Vec<Point>> =
-        (0..QUANTITIES.len()).map(|k| sampled.map_or(Vec::new(), |(mc, _)| sampling_limit(mc, k))).collect();
+        quantities.iter().map(|q| scene.others().map(|m| errors(scene, m, &q.name)).collect()).collect();
+    let limit = |q: &&Quantity| sampled.map_or(Vec::new(), |(mc, _)| sampling_limit(mc, &q.column));
+    let limits: Vec<Vec<Point>> = quantities.iter().map(limit).collect();
     let all = || curves.iter().flatten().chain(&limits).flatten().map(|(_, error)| *error);
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let end = scene.times.last().copied().unwrap_or(1.0);
     let x = Axis::linear("time t [yr]", -0.04 * end..1.04 * end, 6);
     let title = "Relative errors of the moments";
-    Figure::draw(&scene.figure_name("moment-errors"), title, &caption, (760, 520), &key, |area| {
-        for (k, area) in area.split_evenly((2, 2)).iter().enumerate() {
-            let (_, _, letter, index) = QUANTITIES[k];
+    let rows = quantities.len().div_ceil(2);
+    let size = (760, ROW * rows as u32);
+    Figure::draw(&scene.figure_name("moment-errors"), title, &caption, size, &key, |area| {
+        for (k, (area, quantity)) in area.split_evenly((rows, 2)).iter().zip(&quantities).enumerate() {
+            let (letter, index) = moment_symbol(scene.description, quantity);
             let label = format!("relative error of {}", subscript(letter, index));
             let y = if low.is_finite() {
                 Axis::logarithmic(&label, 0.5 * low, 2.0 * high, 7)
@@ -77,7 +77,8 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
 
 /// Sentences that name the cases that withhold moments, and the times.
 fn withheld(scene: &Scene<'_>) -> String {
-    let is_missing = |row: &&&MomentsRow| QUANTITIES.iter().any(|(_, column, ..)| row.number(column).is_nan());
+    let quantities = means_and_deviations(scene.description);
+    let is_missing = |row: &&&MomentsRow| quantities.iter().any(|q| row.number(&q.column).is_nan());
     let of =
         |method: &Method<'_>| -> Vec<f64> { method.moments.iter().filter(is_missing).map(|row| row.t_yr).collect() };
     let cases = scene.methods.iter().map(|method| (method.label, of(method))).filter(|(_, times)| !times.is_empty());
@@ -94,10 +95,7 @@ pub(super) fn errors(scene: &Scene<'_>, method: &Method<'_>, quantity: &str) -> 
 }
 
 /// Times, and the relative errors up to which sampling explains a difference.
-fn sampling_limit(mc: &Method<'_>, quantity: usize) -> Vec<Point> {
-    let limit = |row: &&MomentsRow| {
-        let column = QUANTITIES[quantity].1;
-        (row.t_yr, SIGMAS * row.standard_error(column) / row.number(column).abs())
-    };
+fn sampling_limit(mc: &Method<'_>, column: &str) -> Vec<Point> {
+    let limit = |row: &&MomentsRow| (row.t_yr, SIGMAS * row.standard_error(column) / row.number(column).abs());
     mc.moments.iter().map(limit).filter(|(_, error)| error.is_finite() && *error > ROUNDING).collect()
 }

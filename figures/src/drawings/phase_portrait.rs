@@ -6,9 +6,10 @@ use std::ops::Range;
 use density::model::PlanarHamiltonian;
 use density::model::parameter::Parameter;
 use density::model::registry::Planar;
+use density::problem::Problem;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::{CONTOUR, TURN, critical, e_axis, mirrored, phi_axis};
+use super::{CONTOUR, TURN, axis_of, critical, mirrored};
 use crate::draw_error::DrawError;
 use crate::elements::{Element, Point};
 use crate::figure::Figure;
@@ -29,15 +30,18 @@ const LEVELS: usize = 15;
 
 /// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
-    let model = scene.problem.model;
-    let phi = scene.phi_range();
+    let problem = scene.problem()?;
+    let [x, y] = scene.variables()?;
+    let model = problem.model;
+    let phi = scene.x_range();
     let points = hamiltonian::stationary_points(model);
-    let cloudy = scene.clouds().into_iter().flatten().map(|cloud| cloud.e.end);
+    let cloudy = scene.clouds().into_iter().flatten().map(|cloud| cloud.y.end);
     let highest = cloudy.chain(points.iter().map(|point| point.e + 0.03)).fold(0.9, f64::max).min(0.99);
     let still = hamiltonian::still_circle(model).filter(|e| *e < highest);
     let borders = sub_domains::borders(model, &points);
-    let (line, line_name) = critical(scene, &phi);
-    let mean = &scene.problem.initial;
+    let line = critical(scene, &phi, &(0.0..highest));
+    let line_name = line.as_ref().map_or(String::new(), |(_, name)| name.clone());
+    let mean = &problem.initial;
     let start = mean.mean_phi + crate::branch::shift_into(&phi, &(mean.mean_phi..mean.mean_phi));
     let of_kind = |is_centre: bool| -> Vec<Point> {
         let shown = points.iter().filter(|p| p.is_centre == is_centre && p.e <= highest);
@@ -46,7 +50,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let entries = [
         (true, Sample::Line(CONTOUR), "constant Hamiltonian H".to_owned()),
         (!borders.is_empty(), Sample::Line(DIVIDING), "border of a sub-domain (SubD)".to_owned()),
-        (true, Sample::Line(super::CRITICAL), line_name),
+        (line.is_some(), Sample::Line(super::CRITICAL), line_name),
         (!of_kind(true).is_empty(), Sample::Marker(Marker::Circle, POINT, true), "centre".to_owned()),
         (!of_kind(false).is_empty(), Sample::Marker(Marker::Cross, POINT, false), "saddle".to_owned()),
         (still.is_some(), Sample::Line(STANDING), "every point stands still".to_owned()),
@@ -63,11 +67,14 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         sub_domains_in_words(&sub_domains::present(model, &points, highest), !borders.is_empty())
     );
     Figure::draw(&scene.figure_name("phase-portrait"), "Phase portrait", &caption, (760, 430), &key, |area| {
-        let panel = Panel::new(area, &phi_axis(phi.clone(), 7), &e_axis(0.0..highest, 9), Surroundings::default())?;
+        let panel =
+            Panel::new(area, &axis_of(x, phi.clone(), 7), &axis_of(y, 0.0..highest, 9), Surroundings::default())?;
         let thin = levels.iter().flat_map(|level| contours(level, CONTOUR));
         let thick = mirrored(&borders, &phi, DIVIDING);
         let standing = still.map(|e| Element::curve(vec![(phi.start, e), (phi.end, e)], STANDING));
-        panel.draw(&thin.chain(thick).chain(standing).chain([line]).collect::<Vec<_>>())?;
+        panel.draw(
+            &thin.chain(thick).chain(standing).chain(line.iter().map(|(line, _)| line.clone())).collect::<Vec<_>>(),
+        )?;
         let markers = [
             Element::markers(of_kind(true), Marker::Circle, 4.0, POINT, true),
             Element::markers(of_kind(false), Marker::Cross, 4.5, POINT, false),
@@ -76,7 +83,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         panel.draw_over(&markers)?;
         let obstacles: Vec<Point> =
             of_kind(true).into_iter().chain(of_kind(false)).chain([(start, mean.mean_e)]).collect();
-        for (number, place) in sub_domain_labels(scene, &panel, &points, &obstacles) {
+        for (number, place) in sub_domain_labels(problem, &panel, &points, &obstacles) {
             let text = subscript("SubD", &number.to_string());
             let (x, y) = panel.pixels(place);
             let half = 0.5 * text_width(&text, TEXT) + 2.0;
@@ -142,7 +149,7 @@ fn levels(model: Planar, highest: f64) -> Vec<f64> {
 /// Numbers and places of the labels of sub-domains. Each part of a sub-domain that has a number is labelled at the
 /// place farthest from its borders, from the marked points and from the frame.
 fn sub_domain_labels(
-    scene: &Scene<'_>,
+    problem: &Problem<Planar>,
     panel: &Panel<'_, '_>,
     points: &[Stationary],
     marked: &[Point],
@@ -158,11 +165,11 @@ fn sub_domain_labels(
     let domain = |k: usize| {
         let (x, y) = place(k);
         let (phi, e) = panel.point(x, y);
-        sub_domains::motion(scene.problem.model, points, phi, e)
+        sub_domains::motion(problem.model, points, phi, e)
     };
     let domains: Vec<Motion> = (0..COLUMNS * ROWS).map(domain).collect();
     let marked: Vec<(f64, f64)> = marked.iter().map(|point| panel.pixels(*point)).collect();
-    let critical = panel.pixels((0.0, scene.problem.critical_e)).1;
+    let critical = panel.pixels((0.0, problem.critical_e)).1;
     // Words are wider than they are high, so distances along x count half.
     let distance = |a: (f64, f64), b: (f64, f64)| (0.5 * (a.0 - b.0)).hypot(a.1 - b.1);
     let room = |k: usize| {

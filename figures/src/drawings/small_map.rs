@@ -10,27 +10,29 @@ use crate::draw_error::DrawError;
 use crate::figure::Figure;
 use crate::panel::{Panel, Surroundings};
 use crate::scene::Cloud;
+use crate::words::short_label;
 
 /// Width of the colour bar with its labels \[px\].
 const BAR: f64 = 78.0;
 
 impl Map<'_> {
     /// Draws the map; the words are its title, its heading and its caption.
-    pub fn draw(&self, name: &str, [title, heading, caption]: [&str; 3], unit: &str) -> Result<Figure, DrawError> {
+    pub fn draw(&self, name: &str, [title, heading, caption]: [&str; 3], words: &str) -> Result<Figure, DrawError> {
         let is_withheld = self.values.iter().any(|value| !value.is_finite());
-        let Cloud { phi, e } = whole(self.yardstick);
-        let pictures = if is_withheld { Vec::new() } else { placed(self.density, 0.0, &phi, self.values, self.scale)? };
+        let Cloud { x, y } = whole(self.yardstick);
+        let [horizontal, vertical] = self.variables.map(short_label);
+        let pictures = if is_withheld { Vec::new() } else { placed(self.density, 0.0, &x, self.values, self.scale)? };
         Figure::draw(name, title, caption, (264, 206), &[], |area| {
             let (left, right) = beside_bar(area, BAR);
             let around = Surroundings { title: heading, ..Surroundings::default() };
-            let (x, y) = (Axis::linear("φ [rad]", phi, 4), Axis::linear("e", e, 5));
+            let (x, y) = (Axis::linear(&horizontal, x, 4), Axis::linear(&vertical, y, 5));
             let panel = Panel::new(&left, &x, &y, around)?;
             panel.draw(&pictures)?;
             if is_withheld {
                 return write_absent(&panel, "withheld");
             }
             zoom::draw_inset(&panel, self)?;
-            colour_bar(&right, unit, self.scale)
+            colour_bar(&right, words, &self.variables, self.scale)
         })
     }
 }
@@ -38,8 +40,8 @@ impl Map<'_> {
 /// The range of all bins of a density. If the bins cover a whole turn and the cloud reaches over their ends, the range
 /// begins where it keeps the cloud whole.
 fn whole(density: &Density) -> Cloud {
-    let (phi, e) = (density.grid.phi, density.grid.e);
+    let (x, y) = (density.grid.x, density.grid.y);
     let cloud = Cloud::of(density);
-    let start = if cloud.phi.end > phi.high + 1e-9 { cloud.phi.start.midpoint(cloud.phi.end) - PI } else { phi.low };
-    Cloud { phi: start..start + (phi.high - phi.low), e: e.low..e.high }
+    let start = if cloud.x.end > x.high + 1e-9 { cloud.x.start.midpoint(cloud.x.end) - PI } else { x.low };
+    Cloud { x: start..start + (x.high - x.low), y: y.low..y.high }
 }

@@ -15,6 +15,8 @@ use crate::elements::{Element, Point};
 use crate::palette::{Ink, Stroke};
 use crate::panel::{Panel, SMALL, Surroundings, text_style, units};
 use crate::scene::{Cloud, Method, Scene};
+use crate::words::short_label;
+use results::description::Variable;
 
 /// A cloud is thin if less than this share of the bins in the rectangle around it is visible.
 const THIN: f64 = 0.05;
@@ -35,23 +37,23 @@ pub fn is_thin(density: &Density) -> bool {
     if density.is_withheld() || least <= 0.0 {
         return false;
     }
-    let Cloud { phi, e } = Cloud::of(density);
-    let around = (phi.end - phi.start) / density.grid.phi.width() * (e.end - e.start) / density.grid.e.width();
+    let Cloud { x, y } = Cloud::of(density);
+    let around = (x.end - x.start) / density.grid.x.width() * (y.end - y.start) / density.grid.y.width();
     let visible = density.joint.iter().filter(|p| **p >= least).count();
     (visible as f64) < THIN * around
 }
 
 /// Whether a density is only a spot or a stroke on these axes.
-fn is_small(density: &Density, [phi, e]: [&Range<f64>; 2]) -> bool {
+fn is_small(density: &Density, [x, y]: [&Range<f64>; 2]) -> bool {
     let cloud = Cloud::of(density);
     let share = |part: &Range<f64>, all: &Range<f64>| (part.end - part.start) / (all.end - all.start);
-    !density.is_withheld() && share(&cloud.phi, phi).min(share(&cloud.e, e)) < SMALLEST
+    !density.is_withheld() && share(&cloud.x, x).min(share(&cloud.y, y)) < SMALLEST
 }
 
 /// A rectangle of bins of a grid.
 struct Window {
-    phi: Range<usize>,
-    e: Range<usize>,
+    x: Range<usize>,
+    y: Range<usize>,
 }
 
 impl Window {
@@ -64,35 +66,35 @@ impl Window {
             let first = middle.saturating_sub(side / 2).min(bins - side);
             first..first + side
         };
-        Self { phi: about(peak / grid.e.bins, grid.phi.bins), e: about(peak % grid.e.bins, grid.e.bins) }
+        Self { x: about(peak / grid.y.bins, grid.x.bins), y: about(peak % grid.y.bins, grid.y.bins) }
     }
 
     /// All bins.
     fn whole(density: &Density) -> Self {
-        Self { phi: 0..density.grid.phi.bins, e: 0..density.grid.e.bins }
+        Self { x: 0..density.grid.x.bins, y: 0..density.grid.y.bins }
     }
 
     /// The corners of the window on the grid of a density.
     fn corners(&self, density: &Density) -> (Point, Point) {
         let grid = &density.grid;
-        let corner = |i: usize, j: usize| (grid.phi.edge(i), grid.e.edge(j));
-        (corner(self.phi.start, self.e.start), corner(self.phi.end, self.e.end))
+        let corner = |i: usize, j: usize| (grid.x.edge(i), grid.y.edge(j));
+        (corner(self.x.start, self.y.start), corner(self.x.end, self.y.end))
     }
 
     /// The picture of the values in the window.
     fn picture(&self, density: &Density, values: &[f64], scale: Scale) -> Result<String, DrawError> {
-        let bins = density.grid.e.bins;
-        let rows = self.phi.clone().flat_map(|i| self.e.clone().map(move |j| i * bins + j));
+        let bins = density.grid.y.bins;
+        let rows = self.x.clone().flat_map(|i| self.y.clone().map(move |j| i * bins + j));
         let part: Vec<f64> = rows.filter_map(|k| values.get(k).copied()).collect();
-        picture(&part, self.phi.len(), self.e.len(), scale)
+        picture(&part, self.x.len(), self.y.len(), scale)
     }
 }
 
 /// A magnified part with its own axes.
 pub struct Inset {
     title: String,
-    phi: Range<f64>,
-    e: Range<f64>,
+    x: Range<f64>,
+    y: Range<f64>,
     picture: String,
     ink: Ink,
 }
@@ -118,7 +120,7 @@ pub fn insets(
         let ((left, bottom), (right, top)) = window.corners(density);
         let picture = window.picture(density, &density.joint, scale)?;
         let ink = Ink::of_many(index, scene.times.len());
-        insets.push(Inset { title: at_time(t), phi: left..right, e: bottom..top, picture, ink });
+        insets.push(Inset { title: at_time(t), x: left..right, y: bottom..top, picture, ink });
     }
     Ok(insets)
 }
@@ -129,17 +131,18 @@ pub fn height(insets: &[Inset]) -> u32 {
 }
 
 /// Draws the insets in rows.
-pub fn draw(area: &Area<'_>, insets: &[Inset]) -> Result<(), DrawError> {
+pub fn draw(area: &Area<'_>, insets: &[Inset], variables: [&Variable; 2]) -> Result<(), DrawError> {
+    let [horizontal, vertical] = variables.map(short_label);
     let rows = insets.len().div_ceil(COLUMNS);
     if rows == 0 {
         return Ok(());
     }
     for (area, inset) in area.split_evenly((rows, COLUMNS)).iter().zip(insets) {
         let around = Surroundings { title: &inset.title, ..Surroundings::default() };
-        let (x, y) = (Axis::linear("φ [rad]", inset.phi.clone(), 3), Axis::linear("e", inset.e.clone(), 3));
+        let (x, y) = (Axis::linear(&horizontal, inset.x.clone(), 3), Axis::linear(&vertical, inset.y.clone(), 3));
         let area = area.margin(0, 0, 0, units(6.0));
         let panel = Panel::new(&area, &x, &y, around)?;
-        let ((left, right), (bottom, top)) = ((inset.phi.start, inset.phi.end), (inset.e.start, inset.e.end));
+        let ((left, right), (bottom, top)) = ((inset.x.start, inset.x.end), (inset.y.start, inset.y.end));
         let picture = Element::picture((left, bottom), (right, top), inset.picture.clone());
         panel.draw(&[picture.inked(inset.ink)])?;
     }
@@ -181,5 +184,5 @@ pub fn draw_inset(panel: &Panel<'_, '_>, map: &Map<'_>) -> Result<(), DrawError>
 fn visible_pixels(panel: &Panel<'_, '_>, map: &Map<'_>) -> Vec<Point> {
     let (grid, least) = (&map.yardstick.grid, LEAST * map.yardstick.peak());
     let bins = map.yardstick.joint.iter().enumerate().filter(|(_, p)| **p >= least);
-    bins.map(|(k, _)| panel.pixels((grid.phi.edge(k / grid.e.bins), grid.e.edge(k % grid.e.bins)))).collect()
+    bins.map(|(k, _)| panel.pixels((grid.x.edge(k / grid.y.bins), grid.y.edge(k % grid.y.bins)))).collect()
 }

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::{Drawn, run, tables};
 use crate::atlas::Group;
+use crate::words::reentry;
 
 /// A part of the report under a heading.
 pub struct Block {
@@ -28,22 +29,23 @@ pub fn of(drawn: &Drawn<'_>, place: &str) -> Vec<Block> {
     ];
     for (scene, groups) in &drawn.scenes {
         let key = |part: &str| format!("{}-{part}", scene.name);
+        let critical = format!("Critical {}", reentry(scene.description).0);
         let has_passages = scene.methods.iter().any(|method| !method.passage.is_empty());
         blocks.extend([
             chapter(&key("results"), &format!("Results of {}", scene.name), html! {}),
             section(&key("moments"), "Moments", tables::moments(scene)),
-            section(&key("probabilities"), "Critical eccentricity", tables::probabilities(scene, has_passages)),
+            section(&key("probabilities"), &critical, tables::probabilities(scene, has_passages)),
             section(&key("distances"), "Distances of the densities", tables::distances(scene)),
             section(&key("effort"), "Effort", tables::effort(scene)),
             section(&key("diagnostics"), "What the methods say of themselves", tables::diagnostics(scene)),
         ]);
         let shown = groups.iter().filter(|group| !group.figures.is_empty() || !group.missing.is_empty());
         blocks.extend(shown.map(|group| {
-            section(&key(&format!("figures-{}", group.key)), group.heading, figures(group, place, scene.methods.len()))
+            section(&key(&format!("figures-{}", group.key)), &group.heading, figures(group, place, scene.methods.len()))
         }));
     }
     blocks.push(chapter("across", "All scenarios", html! {}));
-    blocks.push(section("across-effort", drawn.across.heading, figures(&drawn.across, place, 1)));
+    blocks.push(section("across-effort", &drawn.across.heading, figures(&drawn.across, place, 1)));
     blocks
 }
 
@@ -58,11 +60,11 @@ fn section(key: &str, heading: &str, content: Markup) -> Block {
 fn figures(group: &Group, place: &str, cases: usize) -> Markup {
     let small = !group.text.is_empty();
     // One row per snapshot, if all cases fit beside one another.
-    let columns = if group.key == "separate" { cases } else { cases.saturating_sub(1) };
+    let columns = if group.key.starts_with("separate") { cases } else { cases.saturating_sub(1) };
     html! {
         @if small { p { (group.text) } }
         @for missing in &group.missing { p.warning { "Not drawn: " (missing) "." } }
-        div.small[small] .pairs[group.key == "joint"] style=[small.then(|| format!("--cases:{}", columns.clamp(1, 6)))] {
+        div.small[small] .pairs[group.key.starts_with("joint")] style=[small.then(|| format!("--cases:{}", columns.clamp(1, 6)))] {
             @for figure in &group.figures { (figure.to_page(place, small)) }
         }
     }

@@ -20,7 +20,7 @@ pub const PAGE: &str = "report.html";
 /// Name of the folder of the figures in a results folder.
 pub const FIGURES: &str = "figures";
 
-/// A results folder to be reported on, and the problems of its scenarios in the order of the report.
+/// A results folder to be reported on, and its scenarios in the order of the report.
 #[derive(Debug, Clone)]
 pub struct Subject {
     /// The folder.
@@ -42,12 +42,14 @@ struct Drawn<'a> {
 impl<'a> Drawn<'a> {
     fn new(subject: &'a Subject, (results, densities): &'a (Results, Densities)) -> Self {
         let several = subject.scenarios.len() > 1;
-        let scenes: Vec<Scene<'a>> =
-            subject.scenarios.iter().map(|scenario| Scene::new(scenario, results, densities, several)).collect();
+        let scene = |scenario: &'a Scenario, pair| Scene::new(scenario, results, densities, pair, several);
+        let scenes: Vec<Scene<'a>> = subject.scenarios.iter().map(|scenario| scene(scenario, 0)).collect();
         let across = atlas::of_run(&scenes);
-        let scenes = scenes.into_par_iter().map(|scene| {
-            let groups = atlas::of_scene(&scene);
-            (scene, groups)
+        let scenes = scenes.into_par_iter().zip(&subject.scenarios).map(|(main, scenario)| {
+            let mut groups = atlas::of_scene(&main);
+            let others = 1..scenario.description.pairs().count();
+            groups.extend(others.flat_map(|pair| atlas::of_pair(&scene(scenario, pair))));
+            (main, groups)
         });
         Self { name: &subject.name, results, scenes: scenes.collect(), across }
     }
@@ -62,7 +64,7 @@ impl<'a> Drawn<'a> {
 /// # Errors
 /// [`FolderError`] names the file that is missing, damaged or cannot be written.
 pub fn write(subject: &Subject) -> Result<Vec<String>, FolderError> {
-    let read = read(&subject.folder)?;
+    let read = read(subject)?;
     let drawn = Drawn::new(subject, &read);
     let folder = subject.folder.join(FIGURES);
     std::fs::create_dir_all(&folder).map_err(|e| FolderError::new(&folder, e))?;
@@ -79,16 +81,17 @@ pub fn write(subject: &Subject) -> Result<Vec<String>, FolderError> {
 /// # Errors
 /// [`FolderError`] names the file that is missing, damaged or cannot be written.
 pub fn write_side_by_side(subjects: &[Subject], page: &Path) -> Result<Vec<String>, FolderError> {
-    let read: Vec<_> = subjects.iter().map(|subject| read(&subject.folder)).collect::<Result<_, _>>()?;
+    let read: Vec<_> = subjects.iter().map(read).collect::<Result<_, _>>()?;
     let drawn: Vec<Drawn<'_>> = subjects.iter().zip(&read).map(|(subject, read)| Drawn::new(subject, read)).collect();
     write_file(page, &page::of_several(&drawn).into_string())?;
     Ok(drawn.iter().flat_map(missing).collect())
 }
 
 /// The tables and the densities of a folder.
-fn read(folder: &Path) -> Result<(Results, Densities), FolderError> {
-    let results = Results::read(folder)?;
-    let densities = densities::read(folder, &results.moments)?;
+fn read(subject: &Subject) -> Result<(Results, Densities), FolderError> {
+    let results = Results::read(&subject.folder)?;
+    let described = subject.scenarios.iter().map(|scenario| &scenario.description);
+    let densities = densities::read(&subject.folder, described, &results.moments)?;
     Ok((results, densities))
 }
 

@@ -5,6 +5,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::Drawn;
 use super::blocks::{self, Block};
 use crate::palette::dark_rules;
+use crate::words::named;
+use results::notes::listed;
 
 const STYLE: &str = include_str!("style.css");
 
@@ -15,7 +17,8 @@ pub fn of_one(drawn: &Drawn<'_>) -> Markup {
     let body = html! {
         @for block in &blocks { section id=(block.key) { (heading(block)) (block.content) } }
     };
-    page(&format!("phasecloud: {}", names.join(", ")), "", &blocks.iter().collect::<Vec<_>>(), &body)
+    let variables = variables_of(std::slice::from_ref(drawn));
+    page(&format!("phasecloud: {}", names.join(", ")), "", &variables, &blocks.iter().collect::<Vec<_>>(), &body)
 }
 
 /// The page of several runs, one column per run.
@@ -42,7 +45,19 @@ pub fn of_several(runs: &[Drawn<'_>]) -> Markup {
         }
     };
     let names: Vec<&str> = runs.iter().map(|run| run.name).collect();
-    page(&format!("phasecloud: {}", names.join(" beside ")), "wide", &union, &body)
+    page(&format!("phasecloud: {}", names.join(" beside ")), "wide", &variables_of(runs), &union, &body)
+}
+
+/// The variables of all scenarios: `solar angle φ and eccentricity e`.
+fn variables_of(runs: &[Drawn<'_>]) -> String {
+    let scenes = runs.iter().flat_map(|run| &run.scenes).flat_map(|(scene, _)| &scene.description.variables);
+    let mut names: Vec<String> = Vec::new();
+    for name in scenes.map(named) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    listed(&names)
 }
 
 /// The blocks of all runs, one per key. A block that only a later run has follows the block that it follows in that run.
@@ -67,7 +82,7 @@ fn heading(block: &Block) -> Markup {
     html! { @if block.is_chapter { h2 { (block.heading) } } @else { h3 { (block.heading) } } }
 }
 
-fn page(title: &str, class: &str, blocks: &[&Block], body: &Markup) -> Markup {
+fn page(title: &str, class: &str, variables: &str, blocks: &[&Block], body: &Markup) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -81,7 +96,7 @@ fn page(title: &str, class: &str, blocks: &[&Block], body: &Markup) -> Markup {
             body class=(class) {
                 header {
                     h1 { (title) }
-                    p { "How the uncertainty of a satellite's orbit evolves: densities of solar angle φ and eccentricity e, propagated by competing methods." }
+                    p { "How the uncertainty of a satellite's orbit evolves: densities of " (variables) ", propagated by competing methods." }
                 }
                 nav aria-label="Contents" {
                     h2 { "Contents" }

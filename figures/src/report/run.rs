@@ -1,12 +1,12 @@
 //! What was run, and a short summary of the results.
 
-use density::model::PlanarHamiltonian;
 use maud::{Markup, html};
 
 use super::Drawn;
 use super::numbers::{count, seconds, small};
 use crate::drawings::accuracy::{worst_distance, worst_moment};
 use crate::scene::Scene;
+use crate::words::glyph;
 use results::Results;
 use results::notes::{NoteGroup, Severity, groups, listed};
 use results::rows::of_scenario;
@@ -15,6 +15,9 @@ use results::rows::of_scenario;
 pub fn summary(drawn: &Drawn<'_>) -> Markup {
     let manifest = &drawn.results.manifest;
     let scenarios: Vec<&str> = drawn.scenes.iter().map(|(scene, _)| scene.name).collect();
+    let first = drawn.scenes.first().map(|(scene, _)| scene.description);
+    let variables = first.map_or(Vec::new(), |first| first.variables.iter().map(|v| glyph(&v.symbol)).collect());
+    let variables = variables.join(", ");
     html! {
         @for group in of_severity(drawn, Severity::Fallback) {
             p.warning { "In " (group.first.scenario) ": " (group.when()) (group.first.text()) "." }
@@ -23,7 +26,7 @@ pub fn summary(drawn: &Drawn<'_>) -> Markup {
             p.warning { "In " (group.first.scenario) ", " (group.first.method) ": " (group.when()) (group.first.text()) "." }
         }
         p {
-            "This run propagated the density of (φ, e) in " (listed(&scenarios)) " with " (manifest.cases.len())
+            "This run propagated the density of (" (variables) ") in " (listed(&scenarios)) " with " (manifest.cases.len())
             @if manifest.cases.len() == 1 { " case" } @else { " cases" }
             " and compared each with " b { (manifest.reference) } ". "
             @if manifest.failures.is_empty() && manifest.incomplete_because.is_none() { "Every case ran to its end." }
@@ -157,53 +160,76 @@ pub fn what_was_run(results: &Results) -> Markup {
 
 /// The scenarios with their parameters.
 pub fn scenarios(drawn: &Drawn<'_>) -> Markup {
-    type Row = (&'static str, &'static str, fn(&Scene<'_>) -> String);
-    let rows: [Row; 8] = [
-        ("initial mean solar angle", "rad", |s| s.problem.initial.mean_phi.to_string()),
-        ("initial mean eccentricity", "", |s| s.problem.initial.mean_e.to_string()),
-        ("initial standard deviation of the solar angle", "rad", |s| s.problem.initial.sigma_phi.to_string()),
-        ("initial standard deviation of the eccentricity", "", |s| s.problem.initial.sigma_e.to_string()),
-        ("initial correlation of solar angle and eccentricity", "", |s| s.problem.initial.correlation.to_string()),
-        ("snapshots", "yr", |s| s.times.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")),
-        ("critical eccentricity", "", |s| s.problem.critical_e.to_string()),
-        ("bins of the comparison grid, φ × e", "", bins),
-    ];
+    let columns: Vec<Vec<Stated>> = drawn.scenes.iter().map(|(scene, _)| stated(scene)).collect();
+    let mut rows: Vec<(&str, &str)> = Vec::new();
+    for (name, unit, _) in columns.iter().flatten() {
+        if !rows.contains(&(name, unit)) {
+            rows.push((name, unit));
+        }
+    }
+    let value = |column: &[Stated], row: &(&str, &str)| {
+        column
+            .iter()
+            .find(|(name, unit, _)| (name.as_str(), unit.as_str()) == *row)
+            .map_or("–".into(), |stated| stated.2.clone())
+    };
     html! {
         div.table tabindex="0" role="region" aria-label="Scenarios" {
             table.words {
                 caption { "The scenarios: force, initial Gaussian, snapshots, disposal." }
                 thead { tr { th scope="col" { "parameter" } th scope="col" { "unit" } @for (scene, _) in &drawn.scenes { th scope="col" { (scene.name) } } } }
-                tbody { @for (name, symbol) in parameters(drawn) { tr {
-                    th scope="row" { (name) " parameter " (symbol) } td { "–" }
-                    @for (scene, _) in &drawn.scenes { td { (parameter(scene, name)) } }
-                } }
-                @for (name, unit, value) in rows { tr {
-                    th scope="row" { (name) } td { (if unit.is_empty() { "–" } else { unit }) }
-                    @for (scene, _) in &drawn.scenes { td { (value(scene)) } }
+                tbody { @for row in &rows { tr {
+                    th scope="row" { (row.0) } td { (if row.1.is_empty() { "–" } else { row.1 }) }
+                    @for column in &columns { td { (value(column, row)) } }
                 } } }
             }
         }
     }
 }
 
-/// The names and symbols of the parameters that the scenarios' models have, each once.
-fn parameters(drawn: &Drawn<'_>) -> Vec<(&'static str, &'static str)> {
-    let mut names = Vec::new();
-    for (parameter, _) in drawn.scenes.iter().flat_map(|(scene, _)| scene.problem.model.parameters()) {
-        if !names.contains(&(parameter.name, parameter.symbol)) {
-            names.push((parameter.name, parameter.symbol));
-        }
+/// A parameter of a scenario: its name, its unit and its value.
+type Stated = (String, String, String);
+
+/// All parameters of a scenario, in the order of the table.
+fn stated(scene: &Scene<'_>) -> Vec<Stated> {
+    let description = scene.description;
+    let mut rows: Vec<Stated> = Vec::new();
+    let mut row = |name: String, unit: &str, value: String| rows.push((name, unit.into(), value));
+    for parameter in &description.parameters {
+        row(format!("{} parameter {}", parameter.name, parameter.symbol), "", parameter.value.to_string());
     }
-    names
-}
-
-/// The value of a parameter in a scenario; a dash if its model has no such parameter.
-fn parameter(scene: &Scene<'_>, name: &str) -> String {
-    let found = scene.problem.model.parameters().into_iter().find(|(parameter, _)| parameter.name == name);
-    found.map_or("–".into(), |(_, value)| value.to_string())
-}
-
-fn bins(scene: &Scene<'_>) -> String {
+    let count = description.variables.len();
+    for (variable, mean) in description.variables.iter().zip(&description.mean) {
+        row(format!("initial mean {}", variable.name), &variable.unit, mean.to_string());
+    }
+    // The upper triangle has the variance of variable k where its row begins.
+    let start = |k: usize| (0..k).map(|before| count - before).sum::<usize>();
+    let deviation = |k: usize| description.covariance.get(start(k)).map_or(f64::NAN, |variance| variance.sqrt());
+    for (k, variable) in description.variables.iter().enumerate() {
+        let name = format!("initial standard deviation of the {}", variable.name);
+        row(name, &variable.unit, deviation(k).to_string());
+    }
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+    for (a, b) in pairs {
+        let covariance = description.covariance.get(start(a) + b - a).copied().unwrap_or(f64::NAN);
+        let correlation = covariance / (deviation(a) * deviation(b));
+        let [first, second] = [a, b].map(|k| description.variables[k].name.as_str());
+        row(format!("initial correlation of {first} and {second}"), "", rounded(correlation).to_string());
+    }
+    let times: Vec<String> = scene.times.iter().map(f64::to_string).collect();
+    row("snapshots".into(), "yr", times.join(", "));
+    if let Some(variable) = description.reentry_variable() {
+        row(format!("critical {}", variable.name), &variable.unit, description.critical.to_string());
+    }
     let grid = scene.yardstick().and_then(|yardstick| yardstick.densities.first()).map(|density| density.grid);
-    grid.map_or(String::new(), |grid| format!("{} × {}", grid.phi.bins, grid.e.bins))
+    if let (Some(grid), Ok([x, y])) = (grid, scene.variables()) {
+        let name = format!("bins of the comparison grid, {} × {}", glyph(&x.symbol), glyph(&y.symbol));
+        row(name, "", format!("{} × {}", grid.x.bins, grid.y.bins));
+    }
+    rows
+}
+
+/// A number without the rounding errors of a few operations: the 12 decimals that a correlation has.
+fn rounded(value: f64) -> f64 {
+    (1e12 * value).round() / 1e12
 }

@@ -4,9 +4,10 @@ use maud::{Markup, html};
 
 use super::numbers::{count, given, plain, probability, seconds, small};
 use crate::densities::Density;
-use crate::drawings::moment_errors::QUANTITIES;
-use crate::drawings::probability_above::ABOVE;
 use crate::scene::{Method, Scene};
+use crate::words::{glyph, means_and_deviations, moment_symbol, reentry};
+use results::description::{Description, Projection};
+use results::notes::listed;
 use results::rows::{ErrorRow, PassageRow};
 
 /// A table in a frame that scrolls where the page is narrow.
@@ -20,21 +21,27 @@ fn time_heads(scene: &Scene<'_>) -> Markup {
 
 /// Means and standard deviations, with standard errors and relative errors.
 pub fn moments(scene: &Scene<'_>) -> Markup {
+    let quantities = means_and_deviations(scene.description);
+    let circles = scene.description.variables.iter().filter(|variable| variable.is_circle());
+    let circles: Vec<&str> = circles.map(|variable| glyph(&variable.symbol)).collect();
+    let units = scene.description.variables.iter().filter(|variable| !variable.unit.is_empty());
+    let units: Vec<String> = units.map(|v| format!("of {} in {}", glyph(&v.symbol), v.unit)).collect();
     let table = html! {
         table {
             caption {
-                "Means μ and standard deviations σ, of φ in rad, on the branch that keeps the cloud whole. ± is the standard error of a method that \
+                "Means μ and standard deviations σ" @for unit in &units { ", " (unit) }
+                @if !circles.is_empty() { ", of " (listed(&circles)) " on the branch that keeps the cloud whole" } ". ± is the standard error of a method that \
                  samples; δ is the relative error against " (scene.reference) "."
             }
             thead { tr { th scope="col" { "case" } th scope="col" { "" } (time_heads(scene)) } }
             @for method in &scene.methods { tbody {
-                @for (k, (name, column, letter, index)) in QUANTITIES.iter().enumerate() { tr {
-                    @if k == 0 { th scope="rowgroup" rowspan=(QUANTITIES.len()) { (method.label) } }
+                @for (k, quantity) in quantities.iter().enumerate() { @let (letter, index) = moment_symbol(scene.description, quantity); tr {
+                    @if k == 0 { th scope="rowgroup" rowspan=(quantities.len()) { (method.label) } }
                     th scope="row" { i { (letter) } sub { (index) } }
-                    @for row in &method.moments { @let (value, error) = (row.number(column), row.standard_error(column)); td {
+                    @for row in &method.moments { @let (value, error) = (row.number(&quantity.column), row.standard_error(&quantity.column)); td {
                         (given(value, plain))
                         @if error.is_finite() { " " span.uncertainty { "± " (small(error)) } }
-                        @if method.label != scene.reference { span.error { "δ " (small(relative_error(scene, method, row.t_yr, name))) } }
+                        @if method.label != scene.reference { span.error { "δ " (small(relative_error(scene, method, row.t_yr, &quantity.name))) } }
                     } }
                 } }
             } }
@@ -50,13 +57,14 @@ fn relative_error(scene: &Scene<'_>, method: &Method<'_>, t_yr: f64, quantity: &
     scene.results.errors.iter().find(is_it).map_or(f64::NAN, |row| row.rel_error)
 }
 
-/// Probabilities of being above the critical eccentricity at each snapshot, and of ever having reached it.
+/// Probabilities of being above the critical value at each snapshot, and of ever having reached it.
 pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
     let end = scene.times.last().copied().unwrap_or(0.0);
+    let (above, symbol) = (scene.description.above_critical(), reentry(scene.description).1);
     let has_interval = |row: &&PassageRow| row.high - row.low > 1e-6;
     let table = html! {
         table {
-            caption { "Probability that e exceeds " (scene.problem.critical_e) " at each time, and that it has ever reached it. ± is a standard error." }
+            caption { "Probability that " (symbol) " exceeds " (scene.description.critical) " at each time, and that it has ever reached it. ± is a standard error." }
             thead { tr {
                 th scope="col" { "case" } (time_heads(scene))
                 @if has_passages { th scope="col" { "ever by " (end) " yr" } th scope="col" { "interval" } }
@@ -64,8 +72,8 @@ pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
             tbody { @for method in &scene.methods { @let last = method.passage.last().copied(); tr {
                 th scope="row" { (method.label) }
                 @for row in &method.moments { td {
-                    @let error = row.standard_error(ABOVE);
-                    (given(row.number(ABOVE), probability))
+                    @let error = row.standard_error(above);
+                    (given(row.number(above), probability))
                     @if error.is_finite() { " " span.uncertainty { "± " (small(error)) } }
                 } }
                 @if has_passages {
@@ -90,13 +98,7 @@ pub fn distances(scene: &Scene<'_>) -> Markup {
         let cases = [Some(method), scene.method(scene.reference)];
         cases.into_iter().flatten().any(|case| case.densities.get(index).is_some_and(Density::is_withheld))
     };
-    let measures = [
-        ("joint", "total_variation", "total variation, joint"),
-        ("joint", "hellinger", "Hellinger, joint"),
-        ("marginal_phi", "kolmogorov", "Kolmogorov, φ"),
-        ("marginal_e", "kolmogorov", "Kolmogorov, e"),
-        ("joint", "mass_outside_grid", "mass outside the grid"),
-    ];
+    let measures = distances_shown(scene.description);
     let table = html! {
         table {
             caption { "Distances from the density of " (scene.reference) ", 0 for the same density, 1 for densities that have nothing in common; distances.csv has more." }
@@ -113,6 +115,31 @@ pub fn distances(scene: &Scene<'_>) -> Markup {
         }
     };
     framed(&format!("Distances, {}", scene.name), &table)
+}
+
+/// The distances that are shown: the density, the measure, and the words for both. Densities of two variables have a total
+/// variation and a Hellinger distance, those of one variable the largest difference of their distribution functions.
+fn distances_shown(description: &Description) -> Vec<(String, &'static str, String)> {
+    let symbols = |projection: &Projection| -> Vec<&str> {
+        projection.variables.iter().map(|&position| glyph(&description.variables[position].symbol)).collect()
+    };
+    let name = |projection: &Projection| match projection.density.as_str() {
+        "joint" => "joint".to_owned(),
+        _ => symbols(projection).join(", "),
+    };
+    let of = |projection: &Projection| {
+        let measures: &[(&str, &str)] = match projection.variables.len() {
+            1 => &[("kolmogorov", "Kolmogorov")],
+            _ => &[("total_variation", "total variation"), ("hellinger", "Hellinger")],
+        };
+        let row = |(measure, words): &(&'static str, &str)| {
+            (projection.density.clone(), *measure, format!("{words}, {}", name(projection)))
+        };
+        measures.iter().map(row).collect::<Vec<_>>()
+    };
+    let first = description.projections.first().map_or(String::new(), |projection| projection.density.clone());
+    let outside = (first, "mass_outside_grid", "mass outside the grid".to_owned());
+    description.projections.iter().flat_map(of).chain([outside]).collect()
 }
 
 /// The effort of each case.
@@ -144,7 +171,7 @@ fn meaning(diagnostic: &str) -> &str {
         "disagreement" => "how far the flow over a component is from linear",
         "moment_error_sigmas" => "estimated error of the moments, in standard deviations",
         "resultant_vector_error" => "estimated error of the circular mean vector",
-        "prob_above_critical_e_error" => "estimated error of the probability above the critical eccentricity",
+        "prob_above_critical_e_error" => "estimated error of the probability above the critical value",
         "joint_l1_error" => "estimated L1 error of the joint density",
         other => other,
     }

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use density::grid::{Axis, Grid};
+use density::grid::Axis;
 use density::model::planar::Force;
+use density::model::registry::Planar;
 use density::problem::{InitialGaussian, Problem};
 use figures::atlas;
-use figures::densities::{Densities, Density};
+use figures::densities::{Densities, Density, Grid};
 use figures::scene::{Scenario, Scene};
+use results::description::{Description, Projection, Quantity, Statistic, Variable};
 use results::rows::PassageRow;
 use results::{Manifest, MomentsRow, Results};
 
@@ -31,19 +33,20 @@ pub fn manifest() -> Manifest {
 /// A density that is 1 where `cloud(phi, e)` is true and 0 elsewhere.
 pub fn density(grid: Grid, cloud: impl Fn(f64, f64) -> bool) -> Density {
     let middle = |axis: &Axis, i: usize| axis.edge(i) + 0.5 * axis.width();
-    let bin = |k: usize| f64::from(u8::from(cloud(middle(&grid.phi, k / BINS), middle(&grid.e, k % BINS))));
+    let bin = |k: usize| f64::from(u8::from(cloud(middle(&grid.x, k / BINS), middle(&grid.y, k % BINS))));
     let joint: Vec<f64> = (0..BINS * BINS).map(bin).collect();
-    let marginal_phi = joint.chunks(BINS).map(|row| row.iter().sum()).collect();
-    let marginal_e = (0..BINS).map(|j| joint.iter().skip(j).step_by(BINS).sum()).collect();
-    Density { grid, joint, marginal_phi, marginal_e }
+    let marginal_x = joint.chunks(BINS).map(|row| row.iter().sum()).collect();
+    let marginal_y = (0..BINS).map(|j| joint.iter().skip(j).step_by(BINS).sum()).collect();
+    Density { grid, joint, marginal_x, marginal_y }
 }
 
 pub fn withheld(grid: Grid) -> Density {
-    Density { grid, joint: vec![NAN; BINS * BINS], marginal_phi: vec![NAN; BINS], marginal_e: vec![NAN; BINS] }
+    Density { grid, joint: vec![NAN; BINS * BINS], marginal_x: vec![NAN; BINS], marginal_y: vec![NAN; BINS] }
 }
 
 pub fn grid() -> Grid {
-    Grid { phi: Axis { low: 1.0, high: 5.0, bins: BINS }, e: Axis { low: 0.1, high: 0.7, bins: BINS } }
+    let (x, y) = (Axis { low: 1.0, high: 5.0, bins: BINS }, Axis { low: 0.1, high: 0.7, bins: BINS });
+    Grid { x, y, is_circle: true }
 }
 
 /// A ring: nothing is in its middle.
@@ -73,12 +76,54 @@ pub fn row(method: &str, t_yr: f64, above: f64) -> MomentsRow {
     }
 }
 
+/// The description of a scenario in the plane.
+fn description(problem: &Problem<Planar>) -> Description {
+    let variable = |name: &str, symbol: &str, unit: &str, bounds| Variable {
+        name: name.into(),
+        symbol: symbol.into(),
+        unit: unit.into(),
+        bounds,
+    };
+    let quantity = |statistic, variable: usize, name: &str, column: &str| Quantity {
+        statistic,
+        variables: vec![variable],
+        name: name.into(),
+        column: column.into(),
+    };
+    let projection =
+        |density: &str, variables: &[usize]| Projection { density: density.into(), variables: variables.to_vec() };
+    Description {
+        name: "made-up".into(),
+        model: "planar".into(),
+        variables: vec![
+            variable("solar angle", "phi", "rad", None),
+            variable("eccentricity", "e", "", Some([0.0, 1.0])),
+        ],
+        reentry: 1,
+        critical: problem.critical_e,
+        times: problem.times.clone(),
+        quantities: vec![
+            quantity(Statistic::Mean, 0, "mean_phi", "mean_phi_rad"),
+            quantity(Statistic::Deviation, 0, "std_phi", "std_phi_rad"),
+            quantity(Statistic::Mean, 1, "mean_e", "mean_e"),
+            quantity(Statistic::Deviation, 1, "std_e", "std_e"),
+            quantity(Statistic::AboveCritical, 1, ABOVE, ABOVE),
+        ],
+        projections: vec![
+            projection("joint", &[0, 1]),
+            projection("marginal_phi", &[0]),
+            projection("marginal_e", &[1]),
+        ],
+        ..Description::default()
+    }
+}
+
 impl Run {
     /// `count` snapshots of a ring.
     pub fn new(count: usize) -> Self {
         let times: Vec<f64> = (0..count).map(|k| 0.25 * k as f64).collect();
         let mut densities = Densities::new();
-        let of = densities.entry("made-up".into()).or_default();
+        let of = densities.entry(("made-up".into(), 0)).or_default();
         for method in ["exact", "mc"] {
             of.insert(method.into(), vec![ring(); count]);
         }
@@ -91,7 +136,7 @@ impl Run {
             critical_e: 0.6,
         };
         let results = Results { manifest: manifest(), moments, ..Results::default() };
-        Self { scenario: Scenario { name: "made-up".into(), problem }, results, densities }
+        Self { scenario: Scenario { description: description(&problem), plane: Some(problem) }, results, densities }
     }
 
     /// Changes a number in the moments.
@@ -102,17 +147,17 @@ impl Run {
     }
 
     pub fn of(mut self, radiation: f64, oblateness: f64) -> Self {
-        self.scenario.problem.model = Force { radiation, oblateness }.into();
+        self.scenario.plane.as_mut().unwrap().model = Force { radiation, oblateness }.into();
         self
     }
 
     pub fn density(&mut self, method: &str, index: usize) -> &mut Density {
-        &mut self.densities.get_mut("made-up").unwrap().get_mut(method).unwrap()[index]
+        &mut self.densities.get_mut(&("made-up".into(), 0)).unwrap().get_mut(method).unwrap()[index]
     }
 
     /// Adds a first-passage curve, with one value per snapshot.
     pub fn passages(&mut self, method: &str, values: &[f64]) {
-        for (&p, &t_yr) in values.iter().zip(&self.scenario.problem.times) {
+        for (&p, &t_yr) in values.iter().zip(&self.scenario.description.times) {
             let [scenario, method] = ["made-up", method].map(str::to_owned);
             self.results.passages.push(PassageRow {
                 scenario,
@@ -128,7 +173,7 @@ impl Run {
 
     /// All figures as files, by name.
     pub fn figures(&self) -> BTreeMap<String, String> {
-        let groups = atlas::of_scene(&Scene::new(&self.scenario, &self.results, &self.densities, false));
+        let groups = atlas::of_scene(&Scene::new(&self.scenario, &self.results, &self.densities, 0, false));
         let missing: Vec<&String> = groups.iter().flat_map(|group| &group.missing).collect();
         assert!(missing.is_empty(), "{missing:?}");
         let figures = groups.iter().flat_map(|group| &group.figures);

@@ -4,7 +4,8 @@
 mod made_up;
 mod svg;
 
-use density::grid::{Axis, Grid};
+use density::grid::Axis;
+use figures::densities::Grid;
 use figures::palette::Ink;
 use figures::scene::Scene;
 
@@ -69,10 +70,10 @@ fn each_label_is_at_its_own_cloud_or_led_to_it_in_its_colour_and_clear_of_other_
             let cloud = document.descendants().find(is_cloud).unwrap();
             let [left, top, width, height] = ["x", "y", "width", "height"].map(|name| number(cloud, name));
             let ((phi, e), grid) = (spot_middle(label.index, count), grid());
-            let x = left + width * (phi - grid.phi.low) / (grid.phi.high - grid.phi.low);
-            let y = top + height * (grid.e.high - e) / (grid.e.high - grid.e.low);
+            let x = left + width * (phi - grid.x.low) / (grid.x.high - grid.x.low);
+            let y = top + height * (grid.y.high - e) / (grid.y.high - grid.y.low);
             let radius =
-                (width * SPOT.0 / (grid.phi.high - grid.phi.low)).max(height * SPOT.1 / (grid.e.high - grid.e.low));
+                (width * SPOT.0 / (grid.x.high - grid.x.low)).max(height * SPOT.1 / (grid.y.high - grid.y.low));
             let [l, t, r, b] = label.place;
             let (end, slack) = label.led_to.map_or(((x.clamp(l, r), y.clamp(t, b)), 9.0), |start| (start, 3.0));
             let away = (end.0 - x).hypot(end.1 - y);
@@ -252,12 +253,12 @@ fn a_single_snapshot_and_sixty_four_are_drawn() {
 #[test]
 fn a_cloud_round_the_whole_circle_is_drawn_once_on_one_turn() {
     let mut run = Run::new(2);
-    let turn = Grid { phi: Axis { low: -1.0, high: -1.0 + std::f64::consts::TAU, bins: BINS }, ..grid() };
+    let turn = Grid { x: Axis { low: -1.0, high: -1.0 + std::f64::consts::TAU, bins: BINS }, ..grid() };
     for method in ["exact", "mc"] {
         *run.density(method, 1) = density(turn, |_, e| (0.3..0.4).contains(&e));
     }
-    let scene = Scene::new(&run.scenario, &run.results, &run.densities, false);
-    let phi = scene.phi_range();
+    let scene = Scene::new(&run.scenario, &run.results, &run.densities, 0, false);
+    let phi = scene.x_range();
     assert!((phi.end - phi.start - std::f64::consts::TAU).abs() < 1e-9, "{phi:?}");
     // The first cloud, the two parts of the cloud round the circle, and the colour bar.
     assert_eq!(Drawn::of(&run.figure("joint-density-exact-all")).images, 4);

@@ -8,6 +8,7 @@ mod agreement;
 mod cloud;
 mod curves;
 mod densities;
+pub mod description;
 mod fallbacks;
 mod judgement;
 mod notes;

@@ -12,7 +12,7 @@ use results::rows::{DiagnosticRow, DistanceRow, EffortRow, ErrorRow, NoteRow, Pa
 use results::table::Table;
 use results::{FolderError, moments};
 
-use super::{Judgement, RecordedComparison, Recording, densities, judgement, rows};
+use super::{Judgement, RecordedComparison, Recording, densities, description, judgement, rows};
 use crate::files::scenario_file;
 use crate::services::roster::Roster;
 use kit::assignment::{Assignment, Uncertain};
@@ -58,7 +58,8 @@ fn scenario_text(assignment: &Assignment) -> String {
 fn write_tables(recording: &Recording, roster: &Roster, folder: &Path, tolerance: f64) -> Result<(), FolderError> {
     let mut tables = Tables::create(folder, &recording.assignment.space)?;
     tables.write(recording, roster, tolerance)?;
-    tables.finish()
+    tables.finish()?;
+    results::description::write(folder, &description::of(&recording.assignment))
 }
 
 /// The open files of a scenario.
