@@ -82,7 +82,7 @@ pub enum Passage {
     Curve(Vec<[f64; PASSAGE_COLUMNS]>),
     /// A curve that was counted from equal samples of this process; the counts of shards are added up.
     Counted {
-        /// As those of a curve.
+        /// The rows, in the form of the rows of a curve.
         rows: Vec<[f64; PASSAGE_COLUMNS]>,
         /// How many samples there are.
         samples: u64,

@@ -93,10 +93,10 @@ impl Session {
         Self::enter_as(place, label, shard, run_id)
     }
 
-    /// As [`Session::enter`], as a given shard.
+    /// Enters the run like [`Session::enter`], as one shard of a case.
     ///
     /// # Errors
-    /// As [`Session::enter`].
+    /// The same as those of [`Session::enter`].
     pub fn enter_as(place: &Place, label: &str, shard: Shard, run_id: u64) -> Result<Self, Failure> {
         let name = shard.member(label);
         log::start_from_environment(&name, run_id);
@@ -140,7 +140,7 @@ impl Session {
     /// Reports that the node waits for work.
     ///
     /// # Errors
-    /// As [`Session::report`].
+    /// The same as those of [`Session::report`].
     pub fn ready(&self) -> Result<(), Failure> {
         self.report(0, Event::Ready)
     }
@@ -148,7 +148,7 @@ impl Session {
     /// Reports how much of the scenario's work is done; `of` is 0 if that is not known.
     ///
     /// # Errors
-    /// As [`Session::report`].
+    /// The same as those of [`Session::report`].
     pub fn working(&self, scenario: u32, done: usize, of: usize) -> Result<(), Failure> {
         self.report(scenario, Event::Progress { done: done as u64, of: of as u64 })
     }
@@ -156,7 +156,7 @@ impl Session {
     /// Reports that the node, after `done` units of work, cannot go on without `what` from a case.
     ///
     /// # Errors
-    /// As [`Session::report`].
+    /// The same as those of [`Session::report`].
     pub fn waits_for(&self, scenario: u32, case: &str, what: &str, done: usize) -> Result<(), Failure> {
         self.report(scenario, Event::WaitsFor { case: case.into(), what: what.into(), done: done as u64 })
     }
@@ -164,7 +164,7 @@ impl Session {
     /// Reports that the node has finished a scenario.
     ///
     /// # Errors
-    /// As [`Session::report`].
+    /// The same as those of [`Session::report`].
     pub fn done(&self, scenario: u32) -> Result<(), Failure> {
         self.report(scenario, Event::Done)
     }
@@ -172,7 +172,7 @@ impl Session {
     /// Reports that a case cannot be completed, and why.
     ///
     /// # Errors
-    /// As [`Session::report`].
+    /// The same as those of [`Session::report`].
     pub fn failed(&self, scenario: u32, case: &str, why: &str) -> Result<(), Failure> {
         self.report(scenario, Event::Failed { case: case.into(), why: why.into() })
     }

@@ -67,7 +67,7 @@ impl Shard {
         edge(self.index)..edge(self.index + 1)
     }
 
-    /// As [`Shard::range`], but every shard must have at least one row.
+    /// The rows of [`Shard::range`], provided that every shard has at least one row.
     ///
     /// # Errors
     /// [`Failure::Refused`] if there are fewer rows than shards.

@@ -45,7 +45,7 @@ pub fn known() -> [Result<Scenario, LostOrbit>; 2] {
 /// Snapshots of the longest scenario.
 pub const LONGEST: usize = 64;
 
-/// As the first, with far more snapshots.
+/// The first scenario with far more snapshots.
 pub fn long() -> Result<Scenario, LostOrbit> {
     let times = (0..LONGEST as u32).map(|k| 0.5 * f64::from(k)).collect();
     bounded("check-long", Force { radiation: 0.15, oblateness: 0.40921 }, cloud(2.2069, 0.145, 0.005, 0.0008), times)

@@ -59,7 +59,7 @@ impl Derived {
         ]
     }
 
-    /// As JSON.
+    /// The same as a JSON object.
     pub fn json(&self) -> Value {
         let parameters: serde_json::Map<String, Value> =
             self.parameters.iter().map(|(name, _, value)| ((*name).to_owned(), json!(value))).collect();

@@ -18,7 +18,7 @@ use clap::Args;
 /// Arguments of `phasecloud report`.
 #[derive(Debug, Args)]
 #[command(after_help = "One folder: writes DIR/report.html and DIR/figures/*.svg, or only one page with --out.\n\
-    Several folders: writes one page with a column a run to --out, or to report.html in the current folder.\n\n\
+    Several folders: writes one page with one column per run to --out, or to report.html in the current folder.\n\n\
     Examples:\n  phasecloud report results/paper\n  phasecloud report results/before results/after --out compared.html")]
 pub struct ReportArguments {
     /// Results folders

@@ -173,7 +173,7 @@ impl Launch {
     /// The same as [`Launch::load`] for a caller that will start the programs that the file names: they must be there.
     ///
     /// # Errors
-    /// As [`Launch::load`].
+    /// The same problems for which [`Launch::load`] refuses a file.
     pub fn load_to_start(path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
         let launch = Self::load(path, scenario)?;
         let file = InputFile::from_text(path.unwrap_or(Path::new("")), &launch.text);

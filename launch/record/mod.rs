@@ -1,4 +1,4 @@
-//! What a run leaves behind: its results folder while that is filled, the manifest with its checksums, and recordings.
+//! What a run leaves behind: its results folder while it is being filled, the manifest with its checksums, and recordings.
 
 pub mod checksums;
 pub mod folder;

@@ -68,7 +68,7 @@ pub struct CaseRecord {
     pub runs: Vec<String>,
     /// The node's settings, as `key=value`.
     pub settings: Vec<String>,
-    /// As how many processes it ran.
+    /// The number of processes that shared its rows.
     #[serde(default)]
     pub shards: u32,
     /// Whether it sent counts and sums instead of samples.

@@ -35,7 +35,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let caption = format!(
         "Each marker is a case; lower left is better. Above the largest relative error of the means and standard deviations \
          after t = 0, below the largest total variation distance of the joint density, both against {}. A mixture counts five \
-         sigma points a component, also those that neighbours share. Not in Sun et al. (2022).",
+         sigma points per component, also those that neighbours share. Not in Sun et al. (2022).",
         scene.reference
     );
     let title = "Accuracy against effort";

@@ -210,7 +210,7 @@ pub struct Estimated {
     pub diagnostic: u32,
     /// The diagnostics; NaN where there are none.
     pub diagnostics: [f64; 4],
-    /// Of characteristics on a carried mesh: mean relative error of their densities against those that follow from
+    /// For characteristics on a carried mesh, the mean relative error of their densities against those that follow from
     /// the points; else NaN.
     pub carried_density_error: f64,
     /// Number of samples, if they were reduced before they were sent.

@@ -85,7 +85,7 @@ pub fn choice<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -
     deserializer.deserialize_any(Choice(std::marker::PhantomData))
 }
 
-/// As [`choice`], if the key is present.
+/// Reads a word like [`choice`], for a key that may be absent.
 pub(crate) fn choice_option<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Option<T>, D::Error> {

@@ -26,7 +26,7 @@ const COUNT_ROUNDING: f64 = 1e-3;
 const MOST_COUNTED: u64 = 1_000_000_000;
 /// Samples that are drawn in antithetic pairs count as half as many independent samples.
 pub const INDEPENDENT: f64 = 0.5;
-/// Of probabilities below this, only the order of magnitude is right.
+/// Only the order of magnitude is right of probabilities below this one.
 const LEAST_PROBABILITY: f64 = 1e-12;
 
 /// A row of a curve.
