@@ -43,6 +43,7 @@ pub fn request(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use density::uncertain::{Distribution, Spread};
     use kit::assignment::Plane;
     use messages::text::pack;
 
@@ -52,6 +53,13 @@ mod tests {
         let scenario = ScenarioFile { name: "scenario-1".into(), problem, spread: None };
         let (header, items) = request(&scenario, 3).unwrap();
         assert_eq!(read_request(&header, &items).unwrap(), scenario);
+        let spread = Spread { relative: 0.05, distribution: Distribution::LogNormal };
+        let uncertain = ScenarioFile { spread: Some(spread), ..scenario };
+        let (with_three, three) = request(&uncertain, 4).unwrap();
+        let found = read_request(&with_three, &three).unwrap();
+        assert_eq!(found.problem, uncertain.problem);
+        let relative = found.spread.map_or(0.0, |spread| spread.relative);
+        assert!((relative / 0.05 - 1.0).abs() < 1e-12, "{relative}");
         let refused = |header: ScenarioHeader, items: &[f64], words: &str| {
             let error = read_request(&header, items).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
@@ -63,7 +71,7 @@ mod tests {
         };
         refused(header, &with(1, 1.5), "initial.e");
         refused(header, &with(1, f64::NAN), "not finite");
-        refused(header, &with(3, 1e-4), "covariance of phi and e");
+        refused(header, &with(3, 1.1e-3), "initial.correlation: 1.1");
         let mut unset = header;
         unset.parameters[0].value = f64::NAN;
         refused(unset, &items, "radiation");

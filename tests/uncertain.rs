@@ -1,0 +1,60 @@
+//! A scenario whose start is correlated and whose radiation parameter is uncertain goes through a run: the parameter is a third variable, and a
+//! method that does not take it into account fails by name.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::{Bench, text};
+
+const SCENARIO: &str = "name = \"mine\"\n[orbit]\nradiation = 0.15\noblateness = 0.40921\n\
+    [initial]\nphi = 2.2069\ne = 0.145\nsigma_phi = 0.2\nsigma_e = 0.025\ncorrelation = -0.7\nsigma_radiation = 0.1\n\
+    [times]\nat = [0.0, 0.2]\n[disposal]\ncritical_e = 0.3\n";
+
+/// The share of a standard error that an estimate from samples may be off.
+const SIGMAS: f64 = 5.0;
+
+fn launch(cases: &[&str]) -> String {
+    let case = |node: &&str| format!("[[propagator]]\nlabel = \"{node}\"\nnode = \"{node}\"\n");
+    let cases: String = cases.iter().map(case).collect();
+    format!(
+        "name = \"l\"\nscenarios = [\"mine.toml\"]\nreference = \"exact\"\nbins = [12, 10]\n{cases}samples = 20_000\n"
+    )
+}
+
+#[test]
+fn samples_and_the_exact_answer_agree_in_all_three_variables() {
+    let bench = Bench::new();
+    bench.write("mine.toml", SCENARIO);
+    bench.run_well(&bench.write("launch.toml", &launch(&["exact", "mc"])), "out");
+    let rows = bench.table("out/moments.csv");
+    let row =
+        |method: &str, time: &str| rows.iter().find(|row| row["method"] == method && row["t_yr"] == time).unwrap();
+    for time in ["0.0", "0.2"] {
+        let (exact, sampled) = (row("exact", time), row("mc", time));
+        let number = |row: &std::collections::HashMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
+        for key in
+            ["mean_phi_rad", "std_phi_rad", "mean_e", "std_e", "mean_C", "std_C", "cov_phi_e", "cov_phi_C", "cov_e_C"]
+        {
+            let (right, found, error) =
+                (number(exact, key), number(sampled, key), number(sampled, &format!("se_{key}")));
+            assert!((found - right).abs() < SIGMAS * error, "{key} at {time}: {found} instead of {right} ± {error}");
+        }
+        assert!((number(exact, "mean_C") - 0.15).abs() < 1e-9);
+    }
+    assert!(bench.table("out/distances.csv").iter().any(|row| row["method"] == "mc" && row["t_yr"] == "0.2"));
+    // What was run can be run again from its folder.
+    let copy = text(&bench.read("out/scenarios/mine.toml"));
+    assert!(copy.contains("sigma_radiation = 0.1") && copy.contains("correlation = -0.7"), "{copy}");
+}
+
+#[test]
+fn a_method_that_does_not_take_it_into_account_fails_by_name() {
+    let bench = Bench::new();
+    bench.write("mine.toml", SCENARIO);
+    let launch = launch(&["gmm-ut", "mc"]).replace("reference = \"exact\"", "reference = \"mc\"");
+    let output = bench.run(&bench.write("launch.toml", &launch), "out");
+    assert_eq!(output.status.code(), Some(1));
+    let told = text(&output.stderr) + &text(&output.stdout);
+    assert!(told.contains("gmm-ut") && told.contains("radiation parameter is uncertain"), "{told}");
+    assert!(bench.table("out/moments.csv").iter().all(|row| row["method"] == "mc"));
+}
