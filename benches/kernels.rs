@@ -15,6 +15,8 @@ use density::mesh::raster::PointGrid;
 use density::mesh::{Branch, CarriedMesh, Placement, characteristic_densities, hull_estimate, initial_points};
 use density::mixture::{self, MixturePropagator};
 use density::model::sun_moon::SunMoon;
+use density::model::vectorial::Vectorial;
+use density::model::{Model, ecliptic};
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
 use density::{binning, sampling};
@@ -109,6 +111,27 @@ fn flow_sun_moon_to_1e_12(bencher: Bencher, threads: usize) {
         let mut orbits = Orbits::new(flow, x1.clone(), x2.clone());
         problem().times.iter().for_each(|&time| orbits.advance_to(time).unwrap());
         orbits
+    });
+}
+
+/// The same orbits in space with the obliquity of the ecliptic, inclined by 0.3 rad.
+#[divan::bench(args = THREADS)]
+fn flow_vectorial_to_1e_12(bencher: Bencher, threads: usize) {
+    let forces = SunMoon::at(2.5, problem().model);
+    let model = Vectorial { forces, obliquity: ecliptic::OBLIQUITY_DEGREES.to_radians(), sun_longitude: 1.0 };
+    let (x1, x2) = sampling::draw(&problem().initial, 1, SAMPLES);
+    let starts = x1.into_iter().zip(x2).enumerate().map(|(k, (x1, x2))| {
+        let state = State { x1, x2 };
+        model.state(0.0, [state.solar_angle(), state.eccentricity(), 0.3, k as f64])
+    });
+    let mut columns = vec![Vec::new(); 6];
+    starts.for_each(|start| columns.iter_mut().zip(start).for_each(|(column, value)| column.push(value)));
+    let flow = Flow::new(model);
+    on_threads(bencher, threads, || {
+        let mut columns = columns.clone();
+        let mut slices: Vec<&mut [f64]> = columns.iter_mut().map(Vec::as_mut_slice).collect();
+        problem().times.windows(2).for_each(|pair| flow.carry(&mut slices, pair[0], pair[1]).unwrap());
+        columns
     });
 }
 

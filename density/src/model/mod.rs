@@ -30,11 +30,17 @@
 //! | [`planar`] | solar radiation pressure and Earth's oblateness in the plane: the paper's model |
 //! | [`sun_moon`] | the same with the gravity of the Sun and the Moon |
 //! | [`uncertain_radiation`] | a planar model whose radiation parameter is a variable of the orbit |
+//! | [`vectorial`] | the same in space, with the obliquity of the ecliptic |
+//! | [`vector`] | vectors in space |
+//! | [`elements`] | the elements of an orbit in space, and the vectors that stand for them |
+//! | [`ecliptic`] | directions in the ecliptic |
 //! | [`earth`] | constants of the Earth and the Sun |
 //! | [`registry`] | every planar model by its name |
 
 pub mod coordinates;
 pub mod earth;
+pub mod ecliptic;
+pub mod elements;
 pub mod parameter;
 pub mod planar;
 pub mod plane;
@@ -43,6 +49,8 @@ pub mod registry;
 pub mod sun_moon;
 pub mod uncertain_radiation;
 pub mod variable;
+pub mod vector;
+pub mod vectorial;
 
 use std::fmt::Debug;
 

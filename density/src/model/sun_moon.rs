@@ -41,8 +41,10 @@ pub struct SunMoon {
     pub moon: f64,
 }
 
-const SUN: Parameter = Parameter { name: "sun", symbol: "A", force: "sun", low: 0.0, high: 1.0 };
-const MOON: Parameter = Parameter { name: "moon", symbol: "B", force: "moon", low: 0.0, high: 1.0 };
+/// `A` as a scenario states it.
+pub const SUN: Parameter = Parameter { name: "sun", symbol: "A", force: "sun", low: 0.0, high: 1.0 };
+/// `B` as a scenario states it.
+pub const MOON: Parameter = Parameter { name: "moon", symbol: "B", force: "moon", low: 0.0, high: 1.0 };
 
 impl Named for SunMoon {
     const NAME: &'static str = "planar-sun-moon";
