@@ -32,6 +32,7 @@
 //! | [`uncertain_radiation`] | a planar model whose radiation parameter is a variable of the orbit |
 //! | [`vectorial`] | the same in space, with the obliquity of the ecliptic |
 //! | [`vector`] | vectors in space |
+//! | `part` | arithmetic on Taylor coefficients, for recurrences written by hand |
 //! | [`elements`] | the elements of an orbit in space, and the vectors that stand for them |
 //! | [`ecliptic`] | directions in the ecliptic |
 //! | [`earth`] | constants of the Earth and the Sun |
@@ -42,6 +43,7 @@ pub mod earth;
 pub mod ecliptic;
 pub mod elements;
 pub mod parameter;
+mod part;
 pub mod planar;
 pub mod plane;
 pub mod quantity;

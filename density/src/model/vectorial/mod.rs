@@ -31,14 +31,17 @@
 //! | here | the model |
 //! | `series` | its Taylor recurrence, written out for speed |
 
+mod series;
+
+pub use series::VectorialSeries;
+
+use super::earth::SUN_MEAN_MOTION;
 use super::elements::{Elements, Vectors, turn};
 use super::parameter::Parameter;
 use super::planar::{OBLATENESS, RADIATION};
 use super::sun_moon::{MOON, SUN, SunMoon};
 use super::vector::{Vector, cross, dot, plus, times};
 use super::{Kind, Model, Quantity, Variable, ecliptic, plane};
-use crate::flow::FromEquations;
-use crate::model::earth::SUN_MEAN_MOTION;
 
 /// The averaged model in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,7 +106,7 @@ impl Vectorial {
 impl Model for Vectorial {
     type State<T: Quantity> = State<T>;
     type Variables = [f64; 4];
-    type Series<const P: usize> = FromEquations<Self, P>;
+    type Series<const P: usize> = VectorialSeries<P>;
 
     const VARIABLES: &'static [Variable] = &VARIABLES;
     const REENTRY: usize = 1;
