@@ -11,6 +11,8 @@ pub const RADIUS: f64 = 6_378_137.0;
 pub const MU: f64 = 3.986_004_418e14;
 /// Second zonal harmonic (EGM 96).
 pub const J2: f64 = 1.082_626_68e-3;
+/// Distance of the Sun, 1 AU \[m\] (IAU 2012).
+pub const SUN_DISTANCE: f64 = 1.495_978_707e11;
 /// Solar flux at 1 AU \[W/m²\] (IAU 2015 nominal total irradiance).
 pub const SOLAR_FLUX: f64 = 1361.0;
 /// Speed of light \[m/s\].

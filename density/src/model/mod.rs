@@ -31,6 +31,7 @@
 //! | [`sun_moon`] | the same with the gravity of the Sun and the Moon |
 //! | [`uncertain_radiation`] | a planar model whose radiation parameter is a variable of the orbit |
 //! | [`vectorial`] | the same in space, with the obliquity of the ecliptic |
+//! | [`osculating`] | the same in space without any average |
 //! | [`vector`] | vectors in space |
 //! | `part` | arithmetic on Taylor coefficients, for recurrences written by hand |
 //! | [`elements`] | the elements of an orbit in space, and the vectors that stand for them |
@@ -42,6 +43,7 @@ pub mod coordinates;
 pub mod earth;
 pub mod ecliptic;
 pub mod elements;
+pub mod osculating;
 pub mod parameter;
 mod part;
 pub mod planar;

@@ -26,9 +26,9 @@ use crate::flow::FromEquations;
 use crate::problem_error::ProblemError;
 
 /// Gravitational parameter of the Moon \[m³/s²\].
-const MOON_MU: f64 = 4.9028e12;
+pub const MOON_MU: f64 = 4.9028e12;
 /// Distance of the Moon \[m\].
-const MOON_DISTANCE: f64 = 3.844e8;
+pub const MOON_DISTANCE: f64 = 3.844e8;
 
 /// Radiation pressure, oblateness, and the gravity of the Sun and the Moon.
 #[derive(Debug, Clone, Copy, PartialEq)]
