@@ -7,7 +7,7 @@ use std::path::Path;
 use density::model::PlanarHamiltonian;
 use launch::plan::launch_file::Launch;
 use nodes::files::input::{InputError, InputFile, is_plain_name};
-use nodes::files::scenario_file;
+use nodes::files::scenario_file::{self, AnyScenario};
 use toml::de::DeTable;
 
 /// Reads `bytes` as a scenario file.
@@ -16,8 +16,13 @@ use toml::de::DeTable;
 /// If a file is accepted with a value out of range, or a refusal does not say file, line and key.
 pub fn scenario_file(bytes: &[u8]) {
     let path = Path::new("folder/scenario.toml");
-    match InputFile::from_bytes(path, bytes.to_vec()).and_then(|file| scenario_file::check(&file)) {
-        Ok(scenario) => {
+    match InputFile::from_bytes(path, bytes.to_vec()).and_then(|file| scenario_file::check_any(&file)) {
+        Ok(AnyScenario::InSpace(scenario)) => {
+            assert!(is_plain_name(&scenario.name));
+            assert!(scenario.model.parameters().iter().all(|(_, value)| value.is_finite()), "{scenario:?}");
+            assert!(scenario.times.len() <= 4096 && scenario.times.is_sorted_by(|a, b| a < b));
+        }
+        Ok(AnyScenario::InPlane { scenario, .. }) => {
             assert!(is_plain_name(&scenario.name));
             let problem = scenario.problem;
             let parameters = problem.model.parameters().into_iter().map(|(_, value)| value);

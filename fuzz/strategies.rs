@@ -16,8 +16,10 @@ impl std::fmt::Debug for Bytes {
 }
 
 /// Good scenario files.
-pub const SCENARIO_FILES: [&str; 2] = [
+pub const SCENARIO_FILES: [&str; 4] = [
     include_str!("../launch/scenarios/scenario-1.toml"),
+    include_str!("../launch/models/vectorial.toml"),
+    include_str!("../launch/models/osculating.toml"),
     "name = \"mine\"\norbit = { semi_major_axis = 2.5, area_to_mass = 10, reflectivity = 1.2 }\ninitial.phi = 1.0\n\
      initial.e = 0.1\ninitial.delta_phi = 0.1\ninitial.delta_e = 0.01\n[times]\nend = 1\nstep = 0.25\n\
      [disposal]\ncritical_e = 0.5\n",

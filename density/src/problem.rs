@@ -158,7 +158,10 @@ fn check_fraction(field: Field, value: f64) -> Result<(), ProblemError> {
 }
 
 /// Checks that times ascend from 0.
-fn check_times(times: &[f64]) -> Result<(), ProblemError> {
+///
+/// # Errors
+/// [`ProblemError`] with the first time that is wrong.
+pub fn check_times(times: &[f64]) -> Result<(), ProblemError> {
     let first = times.first().copied().unwrap_or(f64::NAN);
     check(Field::Times, first, first == 0.0, "0.0 for the first of the times, which must ascend".into())?;
     for pair in times.windows(2) {

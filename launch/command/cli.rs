@@ -9,6 +9,7 @@ use super::ask::AskArguments;
 use super::domain::DomainArguments;
 use super::new::NewArguments;
 use super::node::NodeArguments;
+use super::orbit::OrbitArguments;
 use super::report::ReportArguments;
 use super::run::RunArguments;
 use super::serve::ServeArguments;
@@ -41,6 +42,8 @@ pub enum Command {
     Run(RunArguments),
     /// Answer how probable re-entry is by when, what it would take, and on what that depends
     Ask(AskArguments),
+    /// Print the mean orbit of a scenario, in any model, as CSV
+    Orbit(OrbitArguments),
     /// Keep the processes of a launch file up and take scenario after scenario
     Serve(ServeArguments),
     /// Ask a running service to work on scenarios, and wait until they are done

@@ -8,6 +8,7 @@ use density::problem::Problem;
 use density::uncertain::{Distribution, Spread};
 use figures::sub_domains::{self, Motion};
 use nodes::files::plain_number::plain;
+use nodes::files::scenario_file::ScenarioInSpace;
 use serde_json::{Value, json};
 
 /// What follows.
@@ -81,6 +82,20 @@ pub fn in_words(Spread { relative, distribution }: Spread) -> String {
         Distribution::LogNormal => "log-normal",
     };
     format!("radiation parameter with a standard deviation of {} % ({distribution})", significant(100.0 * relative))
+}
+
+/// What follows from a scenario in space, in words, one line each.
+pub fn lines_in_space(scenario: &ScenarioInSpace) -> Vec<String> {
+    let ScenarioInSpace { model, critical_e, .. } = scenario;
+    let parameters = model.parameters();
+    let parameters =
+        parameters.iter().map(|(parameter, value)| format!("{} = {}", parameter.symbol, significant(*value)));
+    let mut lines = vec![
+        format!("model {}: {}", model.name(), parameters.collect::<Vec<_>>().join(", ")),
+        "`phasecloud orbit` prints its mean orbit; clouds are not propagated in this model yet".into(),
+    ];
+    lines.extend(critical_e.map(|e| format!("critical eccentricity {}", significant(e))));
+    lines
 }
 
 /// A number with six significant digits.

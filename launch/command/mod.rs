@@ -11,6 +11,7 @@ mod graph;
 mod join;
 mod new;
 pub(crate) mod node;
+mod orbit;
 mod replay;
 mod report;
 mod run;
@@ -53,6 +54,7 @@ fn carry_out() -> ExitCode {
         Command::Submit(arguments) => submit::run(&arguments),
         Command::Join(arguments) => join(&arguments),
         Command::Ask(arguments) => output::end(ask::run(&arguments)),
+        Command::Orbit(arguments) => output::end(orbit::run(&arguments)),
         Command::Clean => clean::run(),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Topics(target) => output::end(observe::topics::run(&target)),

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use nodes::files::file_kind::FileKind;
 use nodes::files::input::InputFile;
 use nodes::files::plain_number::plain;
-use nodes::files::scenario_file;
+use nodes::files::scenario_file::{self, AnyScenario};
 use nodes::files::sweep::Sweep;
 
 use crate::exit::BAD_INPUT;
@@ -50,17 +50,20 @@ fn validate(path: &Path) -> Result<String, Vec<String>> {
 }
 
 fn scenario(file: &InputFile) -> Result<String, Vec<String>> {
-    let scenario = scenario_file::check(file).map_err(|e| vec![e.to_string()])?;
-    let times = &scenario.problem.times;
-    let mut lines = super::derived::of(&scenario.problem).lines();
-    lines.extend(scenario.spread.map(super::derived::in_words));
-    Ok(format!(
-        "scenario {} with {} snapshots to {} yr\n  {}",
-        scenario.name,
-        times.len(),
-        plain(times.last().copied().unwrap_or(0.0)),
-        lines.join("\n  ")
-    ))
+    let described = |name: &str, times: &[f64], lines: Vec<String>| {
+        let end = plain(times.last().copied().unwrap_or(0.0));
+        format!("scenario {name} with {} snapshots to {end} yr\n  {}", times.len(), lines.join("\n  "))
+    };
+    Ok(match scenario_file::check_any(file).map_err(|e| vec![e.to_string()])? {
+        AnyScenario::InPlane { scenario, .. } => {
+            let mut lines = super::derived::of(&scenario.problem).lines();
+            lines.extend(scenario.spread.map(super::derived::in_words));
+            described(&scenario.name, &scenario.problem.times, lines)
+        }
+        AnyScenario::InSpace(scenario) => {
+            described(&scenario.name, &scenario.times, super::derived::lines_in_space(&scenario))
+        }
+    })
 }
 
 fn sweep(file: &InputFile) -> Result<String, Vec<String>> {

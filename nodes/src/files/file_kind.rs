@@ -35,7 +35,7 @@ impl FileKind {
                 "hosts",
                 "accuracy",
             ],
-            Self::Scenario => &["model", "orbit", "initial", "times", "disposal"],
+            Self::Scenario => &["model", "epoch", "orbit", "initial", "times", "disposal"],
             Self::Sweep => &["vary", "scenario"],
         }
     }

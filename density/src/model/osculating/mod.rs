@@ -84,6 +84,12 @@ impl Body {
 }
 
 impl Osculating {
+    /// The solar angle in `[0, 2π)` of an orbit with this longitude of pericentre at a time \[yr\].
+    pub fn solar_angle(&self, time: f64, longitude_of_pericentre: f64) -> f64 {
+        let [sun, _] = self.bodies();
+        turn(longitude_of_pericentre - sun.longitude(time))
+    }
+
     /// Nominal mean motion of the satellite, in units of the Sun's.
     fn pace(&self) -> f64 {
         earth::mean_motion(self.semi_major_axis) * earth::YEAR / SUN_MEAN_MOTION
@@ -183,11 +189,10 @@ impl Model for Osculating {
     }
 
     fn read_out(&self, time: f64, state: State) -> [f64; 6] {
-        let [sun, _] = self.bodies();
         let (position, velocity) = halves(state);
         let Motion { axis, vectors, mean_anomaly } = Motion::of(position, velocity);
         let Elements { eccentricity, inclination, node, longitude_of_pericentre } = vectors.elements();
-        let phi = turn(longitude_of_pericentre - sun.longitude(time));
+        let phi = self.solar_angle(time, longitude_of_pericentre);
         [phi, eccentricity, inclination, node, turn(mean_anomaly), axis * self.semi_major_axis]
     }
 

@@ -20,12 +20,43 @@ use orbit::{Model, Orbit};
 use times::Times;
 
 mod disposal;
+mod in_space;
 mod initial;
 mod measure;
+mod model_name;
 mod orbit;
 mod times;
 
+pub use in_space::{ModelInSpace, ScenarioInSpace};
 pub use times::is_right_number_of_times;
+
+/// A scenario in any model.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AnyScenario {
+    /// In a planar model.
+    InPlane {
+        /// The scenario.
+        scenario: ScenarioFile,
+        /// The semi-major axis \[Earth radii\], if the file gives it.
+        semi_major_axis: Option<f64>,
+    },
+    /// In a model in space.
+    InSpace(ScenarioInSpace),
+}
+
+/// Checks a scenario file in any model that has been read.
+///
+/// # Errors
+/// [`InputError`] with file, line and key.
+pub fn check_any(file: &InputFile) -> Result<AnyScenario, InputError> {
+    file.expect(FileKind::Scenario)?;
+    if model_name::is_in_space(file)? {
+        return in_space::check(file).map(AnyScenario::InSpace);
+    }
+    let scenario = check(file)?;
+    let raw: Raw = file.parse()?;
+    Ok(AnyScenario::InPlane { scenario, semi_major_axis: orbit::semi_major_axis(file, &raw.orbit)? })
+}
 
 /// A scenario as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,10 +101,12 @@ pub fn load(path: &Path) -> Result<ScenarioFile, InputError> {
 /// [`InputError`] with file, line and key.
 pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     file.expect(FileKind::Scenario)?;
+    model_name::expect_plane(file)?;
     let raw: Raw = file.parse()?;
-    if !is_plain_name(raw.name.get_ref()) {
-        return Err(file.error(&raw.name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", raw.name.get_ref())));
+    if let Some(obliquity) = raw.model.as_ref().and_then(|model| model.obliquity.as_ref()) {
+        return Err(file.error(obliquity, "has no effect: the planar model has the Sun in the equator; leave it out"));
     }
+    check_name(file, &raw.name)?;
     let initial = Initial::read(file, &raw.initial)?;
     let model = orbit::read(file, raw.model.as_ref(), &raw.orbit)?;
     let times = times::read(file, &raw.times)?;
@@ -85,6 +118,14 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
         UncertainProblem::new(problem.clone(), spread).map_err(located)?;
     }
     Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem, spread })
+}
+
+/// Checks the name of a scenario.
+fn check_name(file: &InputFile, name: &Spanned<String>) -> Result<(), InputError> {
+    match is_plain_name(name.get_ref()) {
+        true => Ok(()),
+        false => Err(file.error(name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", name.get_ref()))),
+    }
 }
 
 impl Raw {

@@ -15,7 +15,9 @@ use crate::files::input::{InputError, InputFile};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Model {
-    forces: Spanned<Vec<Spanned<String>>>,
+    pub(super) name: Option<Spanned<String>>,
+    pub(super) obliquity: Option<Spanned<Measure>>,
+    forces: Option<Spanned<Vec<Spanned<String>>>>,
 }
 
 /// The table `[orbit]`: either a parameter for every force, or the satellite from which all of them follow.
@@ -47,7 +49,7 @@ impl Orbit {
         ]
     }
 
-    fn value(&self, key: &str) -> Option<&Spanned<Measure>> {
+    pub(super) fn value(&self, key: &str) -> Option<&Spanned<Measure>> {
         self.values().into_iter().find(|(known, _)| *known == key).and_then(|(_, value)| value.as_ref())
     }
 
@@ -67,7 +69,8 @@ pub(super) fn read(file: &InputFile, model: Option<&Model>, orbit: &Spanned<Orbi
     let forces = forces(file, model)?;
     let name = registry::with_forces(&forces).ok_or_else(|| {
         let problem = format!("no model has the forces {} together", forces.join(", "));
-        model.map_or_else(|| file.error(orbit, &problem), |model| file.error(&model.forces, &problem))
+        let forces = model.and_then(|model| model.forces.as_ref());
+        forces.map_or_else(|| file.error(orbit, &problem), |forces| file.error(forces, &problem))
     })?;
     let axis = semi_major_axis(file, orbit)?;
     let [ratio, reflectivity] = ["area_to_mass", "reflectivity"].map(|key| orbit.get_ref().value(key));
@@ -110,8 +113,8 @@ pub(super) fn semi_major_axis(file: &InputFile, orbit: &Spanned<Orbit>) -> Resul
 }
 
 /// The forces that act.
-fn forces<'a>(file: &InputFile, model: Option<&'a Model>) -> Result<Vec<&'a str>, InputError> {
-    let Some(Model { forces }) = model else { return Ok(DEFAULT_FORCES.to_vec()) };
+pub(super) fn forces<'a>(file: &InputFile, model: Option<&'a Model>) -> Result<Vec<&'a str>, InputError> {
+    let Some(Model { forces: Some(forces), .. }) = model else { return Ok(DEFAULT_FORCES.to_vec()) };
     let known = registry::forces();
     let mut acting: Vec<&str> = Vec::new();
     for force in forces.get_ref() {
@@ -171,7 +174,7 @@ fn all_parameters() -> impl Iterator<Item = &'static Parameter> {
         .map(|(_, p)| p)
 }
 
-fn no_such_force(Parameter { force, .. }: &Parameter) -> String {
+pub(super) fn no_such_force(Parameter { force, .. }: &Parameter) -> String {
     format!("has no effect: its force \"{force}\" is not in model.forces; add it there, or leave this out")
 }
 

@@ -1,0 +1,179 @@
+//! `phasecloud orbit`: the mean orbit of a scenario in any model, as CSV.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use density::flow::{Escaped, Flow};
+use density::model::elements::{Elements, Vectors};
+use density::model::osculating::kepler::Motion;
+use density::model::osculating::mean::{MeanOrbit, mean_orbit};
+use density::model::osculating::{self, Osculating};
+use density::model::plane::{self, State as InPlane};
+use density::model::registry::Planar;
+use density::model::vectorial::{self, Vectorial};
+use density::model::{Model, Variable, earth};
+use nodes::files::input::{InputError, InputFile};
+use nodes::files::plain_number::plain;
+use nodes::files::scenario_file::{self, AnyScenario, ModelInSpace};
+
+use crate::exit::BAD_INPUT;
+
+/// Arguments of `phasecloud orbit`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  phasecloud orbit launch/models/vectorial.toml\n  phasecloud orbit --step 0.05 my-scenario.toml > orbit.csv\n\n\
+    Columns: the time, the variables of the model, the eccentricity vector e1, e2, e3 and the angular momentum vector h1, h2, h3 (of length \
+    sqrt(1 - e²)) in equatorial axes, and the semi-major axis, which is empty where the scenario does not give it. In the planar model the \
+    Sun is in the equator, at longitude 0 at first. Orbits of the model \"osculating\" are averaged over one revolution centred on the time, \
+    unless --osculating is given.\n\n\
+    Exit codes: 0 printed; 1 the orbit cannot be followed to the end; 2 bad input."
+)]
+pub struct OrbitArguments {
+    /// The scenario file
+    pub scenario: PathBuf,
+    /// Print the orbit every so many years up to the last snapshot, not at the snapshots
+    #[arg(long, value_name = "YEARS")]
+    pub step: Option<f64>,
+    /// Of an orbit in the model "osculating", print the osculating elements at the time itself
+    #[arg(long)]
+    pub osculating: bool,
+}
+
+/// Largest number of rows.
+const MOST_ROWS: f64 = 1e6;
+
+/// Prints the orbit.
+pub fn run(arguments: &OrbitArguments) -> ExitCode {
+    let OrbitArguments { scenario: path, step, osculating } = arguments;
+    let scenario = match load(path) {
+        Ok(scenario) => scenario,
+        Err(error) => return refuse(&error.to_string()),
+    };
+    let times = match &scenario {
+        AnyScenario::InPlane { scenario, .. } => &scenario.problem.times,
+        AnyScenario::InSpace(scenario) => &scenario.times,
+    };
+    let times = match step.map_or_else(|| Ok(times.clone()), |step| stepped(step, times)) {
+        Ok(times) => times,
+        Err(problem) => return refuse(&problem),
+    };
+    let is_unaveraged = matches!(&scenario, AnyScenario::InSpace(s) if matches!(s.model, ModelInSpace::Osculating(..)));
+    if *osculating && !is_unaveraged {
+        return refuse("--osculating: only the model \"osculating\" has osculating elements; leave it out");
+    }
+    match print(&scenario, &times, *osculating) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Escaped { why, years, place, .. }) => {
+            remark!("error: {}: the orbit {why} within {years} yr of the state {place}", path.display());
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn load(path: &std::path::Path) -> Result<AnyScenario, InputError> {
+    scenario_file::check_any(&InputFile::read(path)?)
+}
+
+fn refuse(problem: &str) -> ExitCode {
+    remark!("error: {problem}");
+    ExitCode::from(BAD_INPUT)
+}
+
+/// The multiples of a step up to the last snapshot.
+fn stepped(step: f64, snapshots: &[f64]) -> Result<Vec<f64>, String> {
+    let end = snapshots.last().copied().unwrap_or(0.0);
+    let rows = (end / step * (1.0 + 1e-12)).floor() + 1.0;
+    if !(step > 0.0 && step <= end && rows <= MOST_ROWS) {
+        let [least, end] = [end / (MOST_ROWS - 1.0), end].map(plain);
+        return Err(format!("--step: {} is not allowed, it must be between {least} and {end} yr", plain(step)));
+    }
+    // As a person would write them: three times 0.1 is 0.3.
+    let written = |k: u32| format!("{:.11e}", f64::from(k) * step).parse().unwrap_or(f64::from(k) * step);
+    Ok((0..rows as u32).map(written).collect())
+}
+
+fn print(scenario: &AnyScenario, times: &[f64], osculating: bool) -> Result<(), Escaped> {
+    match scenario {
+        AnyScenario::InPlane { scenario, semi_major_axis } => {
+            let start = [scenario.problem.initial.mean_phi, scenario.problem.initial.mean_e];
+            head(&plane::VARIABLES);
+            follow(scenario.problem.model, start, times, |model: &Planar, time, state| {
+                row(time, &model.read_out(time, state), in_plane(time, state), *semi_major_axis);
+                Ok(())
+            })
+        }
+        AnyScenario::InSpace(scenario) => match scenario.model {
+            ModelInSpace::Vectorial(model, start) => {
+                head(&vectorial::VARIABLES);
+                follow(model, start, times, |model: &Vectorial, time, state| {
+                    let (e, h) = vectorial::vectors(state);
+                    row(time, &model.read_out(time, state), Vectors { e, h }, scenario.semi_major_axis);
+                    Ok(())
+                })
+            }
+            ModelInSpace::Osculating(model, start) if osculating => {
+                head(&osculating::VARIABLES[..5]);
+                follow(model, start, times, |model: &Osculating, time, state| {
+                    let [x, y, z, vx, vy, vz] = state;
+                    let Motion { vectors, .. } = Motion::of([x, y, z], [vx, vy, vz]);
+                    let variables = model.read_out(time, state);
+                    row(time, &variables[..5], vectors, Some(variables[5]));
+                    Ok(())
+                })
+            }
+            ModelInSpace::Osculating(model, start) => {
+                head(&vectorial::VARIABLES);
+                follow(model, start, times, |model: &Osculating, time, state| {
+                    let MeanOrbit { vectors, semi_major_axis } = mean_orbit(&Flow::new(*model), time, state)?;
+                    row(time, &of_mean(model, time, vectors), vectors, Some(semi_major_axis));
+                    Ok(())
+                })
+            }
+        },
+    }
+}
+
+/// Follows an orbit from time to time.
+fn follow<M: Model>(
+    model: M,
+    start: M::Variables,
+    times: &[f64],
+    each: impl Fn(&M, f64, M::State<f64>) -> Result<(), Escaped>,
+) -> Result<(), Escaped> {
+    let flow = Flow::new(model);
+    let (mut now, mut state) = (0.0, model.state(0.0, start));
+    for &time in times {
+        state = flow.carry_one(state, now, time)?;
+        now = time;
+        each(&model, time, state)?;
+    }
+    Ok(())
+}
+
+/// The vectors of a planar orbit: in the equator, with the Sun at longitude 0 at first.
+fn in_plane(time: f64, state: InPlane) -> Vectors {
+    let (sin, cos) = (state.solar_angle() + earth::SUN_MEAN_MOTION * time).sin_cos();
+    let e = state.eccentricity();
+    Vectors { e: [e * cos, e * sin, 0.0], h: [0.0, 0.0, state.s()] }
+}
+
+/// Solar angle, eccentricity, inclination and node of a mean orbit.
+fn of_mean(model: &Osculating, time: f64, vectors: Vectors) -> [f64; 4] {
+    let Elements { eccentricity, inclination, node, longitude_of_pericentre } = vectors.elements();
+    [model.solar_angle(time, longitude_of_pericentre), eccentricity, inclination, node]
+}
+
+fn head(variables: &[Variable]) {
+    let of_variable = |variable: &Variable| match variable.unit {
+        "" => variable.symbol.to_owned(),
+        unit => format!("{}_{unit}", variable.symbol),
+    };
+    let columns: Vec<String> = variables.iter().map(of_variable).collect();
+    say!("t_yr,{},e1,e2,e3,h1,h2,h3,a_earth_radii", columns.join(","));
+}
+
+fn row(time: f64, variables: &[f64], Vectors { e, h }: Vectors, axis: Option<f64>) {
+    let numbers: Vec<String> = [time].iter().chain(variables).chain(&e).chain(&h).map(|x| plain(*x)).collect();
+    say!("{},{}", numbers.join(","), axis.map_or(String::new(), plain));
+}

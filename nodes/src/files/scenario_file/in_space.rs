@@ -1,0 +1,330 @@
+//! Scenario files whose model is one in space.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use density::model::ecliptic::OBLIQUITY_DEGREES;
+use density::model::osculating::Osculating;
+use density::model::parameter::Parameter;
+use density::model::planar::Force;
+use density::model::sun_moon::SunMoon;
+use density::model::vectorial::Vectorial;
+use density::problem::check_times;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::disposal::Disposal;
+use super::measure::{self, Dimension, Measure};
+use super::model_name::{OSCULATING, VECTORIAL};
+use super::orbit::{self, Model, Orbit};
+use super::times::{self, Times};
+use super::{check_name, in_words};
+use crate::files::input::{InputError, InputFile};
+use crate::files::plain_number::plain;
+
+/// A scenario in space, as its file describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScenarioInSpace {
+    /// Its name.
+    pub name: String,
+    /// The model, with the orbit at `t = 0` in the model's variables.
+    pub model: ModelInSpace,
+    /// The semi-major axis at `t = 0` \[Earth radii\], if the file gives it.
+    pub semi_major_axis: Option<f64>,
+    /// Snapshot times \[yr\], ascending from zero.
+    pub times: Vec<f64>,
+    /// Eccentricity at which the satellite re-enters, if the file gives it.
+    pub critical_e: Option<f64>,
+}
+
+/// A model in space, with the orbit at `t = 0` in its variables.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ModelInSpace {
+    /// Averaged.
+    Vectorial(Vectorial, [f64; 4]),
+    /// Unaveraged.
+    Osculating(Osculating, [f64; 6]),
+}
+
+impl ModelInSpace {
+    /// Its name in a scenario file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Vectorial(..) => VECTORIAL,
+            Self::Osculating(..) => OSCULATING,
+        }
+    }
+
+    /// The parameters `C`, `W`, `A` and `B` with their values.
+    pub fn parameters(&self) -> [(Parameter, f64); 4] {
+        match self {
+            Self::Vectorial(model, _) => model.parameters(),
+            Self::Osculating(Osculating { forces, obliquity, sun_longitude, .. }, _) => {
+                Vectorial { forces: *forces, obliquity: *obliquity, sun_longitude: *sun_longitude }.parameters()
+            }
+        }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    name: Spanned<String>,
+    model: Model,
+    epoch: Spanned<Epoch>,
+    orbit: Spanned<Orbit>,
+    initial: Spanned<Start>,
+    times: Spanned<Times>,
+    disposal: Option<Spanned<Disposal>>,
+}
+
+/// The table `[epoch]`: where the Sun and the Moon are at `t = 0`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Epoch {
+    sun_longitude: Spanned<Measure>,
+    moon_longitude: Option<Spanned<Measure>>,
+}
+
+/// The table `[initial]`: the orbit at `t = 0`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Start {
+    phi: Option<Spanned<Measure>>,
+    argument_of_pericentre: Option<Spanned<Measure>>,
+    e: Spanned<Measure>,
+    inclination: Spanned<Measure>,
+    node: Spanned<Measure>,
+    mean_anomaly: Option<Spanned<Measure>>,
+}
+
+/// Checks a scenario file whose model is one in space.
+///
+/// # Errors
+/// [`InputError`] with file, line and key.
+pub(super) fn check(file: &InputFile) -> Result<ScenarioInSpace, InputError> {
+    let raw: Raw = file.parse()?;
+    check_name(file, &raw.name)?;
+    let is_osculating = raw.model.name.as_ref().is_some_and(|name| name.get_ref() == OSCULATING);
+    let axis = orbit::semi_major_axis(file, &raw.orbit)?;
+    let forces = forces(file, &raw, axis)?;
+    let obliquity = match &raw.model.obliquity {
+        Some(obliquity) => angle(file, obliquity, -FRAC_PI_2, FRAC_PI_2, "between -90 and 90 degrees")?,
+        None => OBLIQUITY_DEGREES.to_radians(),
+    };
+    let sun_longitude = turn(file, &raw.epoch.get_ref().sun_longitude)?;
+    let [phi, e, inclination, node] = raw.initial.get_ref().variables(file, &raw.initial, sun_longitude)?;
+    let model = if is_osculating {
+        let moon_longitude = moon_longitude(file, &raw, forces.moon)?;
+        let Some(semi_major_axis) = axis else {
+            let problem = "must have semi_major_axis (or altitude), with radiation or with area_to_mass and reflectivity: without an \
+                           average, the satellite goes round the Earth";
+            return Err(file.error(&raw.orbit, problem));
+        };
+        let mean_anomaly = match &raw.initial.get_ref().mean_anomaly {
+            Some(anomaly) => turn(file, anomaly)?,
+            None => {
+                return Err(file.error(&raw.initial, "must have mean_anomaly: the model \"osculating\" has no average"));
+            }
+        };
+        let model = Osculating { semi_major_axis, forces, obliquity, sun_longitude, moon_longitude };
+        ModelInSpace::Osculating(model, [phi, e, inclination, node, mean_anomaly, semi_major_axis])
+    } else {
+        refuse_what_is_averaged(file, &raw)?;
+        ModelInSpace::Vectorial(Vectorial { forces, obliquity, sun_longitude }, [phi, e, inclination, node])
+    };
+    check_parameters(file, &raw.orbit, &model)?;
+    let times = times::read(file, &raw.times)?;
+    check_times(&times).map_err(|error| Times::locate(&raw.times, file, &in_words(&error)))?;
+    let critical_e = raw.disposal.as_ref().map(|disposal| critical_e(file, disposal, axis)).transpose()?;
+    Ok(ScenarioInSpace { name: raw.name.get_ref().clone(), model, semi_major_axis: axis, times, critical_e })
+}
+
+impl Start {
+    /// Solar angle, eccentricity, inclination and node.
+    fn variables(&self, file: &InputFile, table: &Spanned<Self>, sun_longitude: f64) -> Result<[f64; 4], InputError> {
+        let e = measure::read(file, &self.e, Dimension::Number)?;
+        if !(0.0..1.0).contains(&e) {
+            return Err(refused(file, &self.e, e, "at least 0 and below 1"));
+        }
+        let inclination = measure::read(file, &self.inclination, Dimension::Angle)?;
+        if !(0.0..PI).contains(&inclination) {
+            let right = "an angle in radians, at least 0 and below π (180 degrees)";
+            return Err(refused(file, &self.inclination, inclination, right));
+        }
+        let node = turn(file, &self.node)?;
+        let phi = match (&self.phi, &self.argument_of_pericentre) {
+            (Some(phi), None) => turn(file, phi)?,
+            (None, Some(argument)) => node + turn(file, argument)? - sun_longitude,
+            (None, None) => return Err(file.error(table, "must have either phi or argument_of_pericentre")),
+            (Some(phi), Some(_)) => {
+                let problem = "stands beside argument_of_pericentre, which says the same; leave out one of them";
+                return Err(file.error(phi, problem));
+            }
+        };
+        Ok([phi, e, inclination, node])
+    }
+}
+
+/// The parameters of the forces that act; those of the others are 0.
+fn forces(file: &InputFile, raw: &Raw, axis: Option<f64>) -> Result<SunMoon, InputError> {
+    let table = raw.orbit.get_ref();
+    let (Some(axis), Some(radiation), None) = (axis, table.value("radiation"), table.value("area_to_mass")) else {
+        let planar = orbit::read(file, Some(&raw.model), &raw.orbit)?;
+        let value = |name: &str| planar.value(name).unwrap_or(0.0);
+        let force = Force { radiation: value("radiation"), oblateness: value("oblateness") };
+        return Ok(SunMoon { force, sun: value("sun"), moon: value("moon") });
+    };
+    let acting = orbit::forces(file, Some(&raw.model))?;
+    if !acting.contains(&density::model::planar::RADIATION.force) {
+        return Err(file.error(radiation, &orbit::no_such_force(&density::model::planar::RADIATION)));
+    }
+    for key in ["oblateness", "sun", "moon"] {
+        if let Some(value) = table.value(key) {
+            return Err(file.error(value, "follows from the semi-major axis, leave it out"));
+        }
+    }
+    let radiation = measure::read(file, radiation, Dimension::Number)?;
+    let Force { oblateness, .. } = Force::from_orbit(axis, 0.0, 0.0)
+        .map_err(|error| Orbit::locate(&raw.orbit, file, "semi_major_axis", &in_words(&error)))?;
+    let SunMoon { force, sun, moon } = SunMoon::at(axis, Force { radiation, oblateness });
+    let acts = |force: &str, value: f64| if acting.contains(&force) { value } else { 0.0 };
+    let force = Force { oblateness: acts("j2", force.oblateness), ..force };
+    Ok(SunMoon { force, sun: acts("sun", sun), moon: acts("moon", moon) })
+}
+
+/// The Moon's longitude at `t = 0`, which a file has if and only if the Moon acts.
+fn moon_longitude(file: &InputFile, raw: &Raw, strength: f64) -> Result<f64, InputError> {
+    match (&raw.epoch.get_ref().moon_longitude, strength != 0.0) {
+        (Some(longitude), true) => turn(file, longitude),
+        (None, false) => Ok(0.0),
+        (None, true) => Err(file.error(&raw.epoch, "must have moon_longitude: the force \"moon\" acts")),
+        (Some(longitude), false) => Err(file.error(
+            longitude,
+            "has no effect: the force \"moon\" is not in model.forces; add it there, or leave this out",
+        )),
+    }
+}
+
+/// Refuses what an averaged model has no use for.
+fn refuse_what_is_averaged(file: &InputFile, raw: &Raw) -> Result<(), InputError> {
+    let refuse = |value: &Option<Spanned<Measure>>, what: &str| match value {
+        Some(value) => {
+            Err(file.error(value, &format!("has no effect: the model \"{VECTORIAL}\" is averaged over {what}")))
+        }
+        None => Ok(()),
+    };
+    refuse(&raw.initial.get_ref().mean_anomaly, "the satellite's revolution")?;
+    refuse(&raw.epoch.get_ref().moon_longitude, "the Moon's revolution")
+}
+
+fn check_parameters(file: &InputFile, table: &Spanned<Orbit>, model: &ModelInSpace) -> Result<(), InputError> {
+    let wrong = model.parameters().into_iter().find(|(p, value)| !(p.low..=p.high).contains(value));
+    wrong.map_or(Ok(()), |(Parameter { name, low, high, .. }, value)| {
+        let problem = format!("{} is not allowed, it must be between {low} and {high}", plain(value));
+        Err(Orbit::locate(table, file, name, &problem))
+    })
+}
+
+fn critical_e(file: &InputFile, table: &Spanned<Disposal>, axis: Option<f64>) -> Result<f64, InputError> {
+    let critical = Disposal::read(file, table, axis)?;
+    match critical > 0.0 && critical < 1.0 {
+        true => Ok(critical),
+        false => {
+            let problem = format!("{} is not allowed, it must be between 0 and 1, both excluded", plain(critical));
+            Err(Disposal::locate(table, file, &problem))
+        }
+    }
+}
+
+/// An angle of at most a turn either way.
+fn turn(file: &InputFile, value: &Spanned<Measure>) -> Result<f64, InputError> {
+    // With a margin for a turn that was written with six digits.
+    angle(file, value, -TAU - 1e-5, TAU + 1e-5, "between -2π and 2π")
+}
+
+fn angle(file: &InputFile, value: &Spanned<Measure>, low: f64, high: f64, range: &str) -> Result<f64, InputError> {
+    let angle = measure::read(file, value, Dimension::Angle)?;
+    let is_right = |angle: f64| (low..=high).contains(&angle);
+    if is_right(angle) {
+        return Ok(angle);
+    }
+    let hint = match is_right(angle.to_radians()) {
+        true => format!("; if {angle} degrees are meant, write \"{angle} deg\""),
+        false => String::new(),
+    };
+    Err(refused(file, value, angle, &format!("an angle in radians, {range}{hint}")))
+}
+
+fn refused(file: &InputFile, value: &Spanned<Measure>, found: f64, right: &str) -> InputError {
+    file.error(value, &format!("{} is not allowed, it must be {right}", plain(found)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::{AnyScenario, check_any};
+    use super::*;
+
+    const GOOD: &str = "name = \"mine\"\n[model]\nname = \"osculating\"\nforces = [\"srp\", \"j2\", \"sun\", \"moon\"]\n\
+        [epoch]\nsun_longitude = \"138.01 deg\"\nmoon_longitude = \"40 deg\"\n[orbit]\nsemi_major_axis = 2.0\nradiation = 0.207\n\
+        [initial]\ne = 0.489\ninclination = \"62.08 deg\"\nnode = \"102.89 deg\"\nargument_of_pericentre = \"19.42 deg\"\n\
+        mean_anomaly = \"75 deg\"\n[times]\nat = [0.0, 0.1, 1.0]\n";
+
+    fn load(text: &str) -> Result<ScenarioInSpace, InputError> {
+        match check_any(&InputFile::from_text(Path::new("s.toml"), text))? {
+            AnyScenario::InSpace(scenario) => Ok(scenario),
+            AnyScenario::InPlane { .. } => panic!("in the plane"),
+        }
+    }
+
+    #[test]
+    fn a_good_file_gives_the_model_and_the_orbit() {
+        let ModelInSpace::Osculating(model, [phi, e, inclination, _, anomaly, axis]) = load(GOOD).unwrap().model else {
+            panic!("another model")
+        };
+        assert!((phi - (102.89f64 + 19.42 - 138.01).to_radians()).abs() < 1e-14);
+        assert_eq!((e, inclination, anomaly, axis), (0.489, 62.08f64.to_radians(), 75f64.to_radians(), 2.0));
+        assert!((model.forces.force.oblateness - 0.893_562).abs() < 1e-6 && model.forces.force.radiation == 0.207);
+        assert!((model.obliquity - 23.4393f64.to_radians()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_wrong_file_is_refused_at_its_line_and_key() {
+        for (from, to, line, key, words) in [
+            ("\"osculating\"", "\"kepler\"", 3, "model.name", "\"kepler\" is no model, there are \"planar\""),
+            ("\"osculating\"", "\"vectorial\"", 16, "initial.mean_anomaly", "averaged over the satellite's revolution"),
+            ("mean_anomaly = \"75 deg\"\n", "", 11, "initial", "must have mean_anomaly"),
+            ("moon_longitude = \"40 deg\"\n", "", 5, "epoch", "must have moon_longitude"),
+            (", \"moon\"]", "]", 7, "epoch.moon_longitude", "has no effect"),
+            ("semi_major_axis = 2.0\n", "", 8, "orbit", "must have either radiation, oblateness, sun and moon"),
+            ("radiation = 0.207", "radiation = 0.207\nsun = 0.1", 11, "orbit.sun", "follows from the semi-major axis"),
+            (
+                "radiation = 0.207",
+                "radiation = -1",
+                10,
+                "orbit.radiation",
+                "-1 is not allowed, it must be between 0 and 100",
+            ),
+            ("semi_major_axis = 2.0", "semi_major_axis = 0.5", 9, "orbit.semi_major_axis", "more than 1 Earth radius"),
+            ("e = 0.489", "e = 1.0", 12, "initial.e", "at least 0 and below 1"),
+            ("\"62.08 deg\"", "62.08", 13, "initial.inclination", "an angle in radians, at least 0 and below π"),
+            ("\"138.01 deg\"", "138.01", 6, "epoch.sun_longitude", "write \"138.01 deg\""),
+            ("mean_anomaly", "sigma_e = 0.1\nmean_anomaly", 16, "initial.sigma_e", "is unknown"),
+            ("e = 0.489", "e = 0.489\nphi = 1.0", 13, "initial.phi", "leave out one of them"),
+            ("[0.0, 0.1, 1.0]", "[0.5, 1.0]", 18, "times.at", "0.0 for the first"),
+        ] {
+            assert!(GOOD.contains(from), "{from}");
+            let error = load(&GOOD.replacen(from, to, 1)).unwrap_err();
+            assert_eq!((error.line, error.key.as_str()), (line, key), "{error}");
+            assert!(error.to_string().contains(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn where_clouds_are_propagated_a_model_in_space_is_refused_in_words() {
+        let error = super::super::check(&InputFile::from_text(Path::new("s.toml"), GOOD)).unwrap_err();
+        assert_eq!((error.line, error.key.as_str()), (3, "model.name"));
+        assert!(error.to_string().contains("only `phasecloud orbit`"), "{error}");
+    }
+}
