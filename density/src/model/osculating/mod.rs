@@ -24,6 +24,7 @@
 
 pub mod kepler;
 pub mod mean;
+#[allow(clippy::needless_range_loop, reason = "loops over lanes and coordinates, all alike")]
 mod series;
 
 pub use series::OsculatingSeries;

@@ -31,6 +31,7 @@
 //! | here | the model |
 //! | `series` | its Taylor recurrence, written out for speed |
 
+#[allow(clippy::needless_range_loop, reason = "loops over lanes and coordinates, all alike")]
 mod series;
 
 pub use series::VectorialSeries;
