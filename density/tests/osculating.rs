@@ -109,13 +109,13 @@ fn the_recurrence_moves_orbits_as_the_equations_say() {
 }
 
 /// How far the averaged model is from the mean orbit after a while, and the osculating orbit from the mean one, where all forces are
-/// multiplied by a factor.
+/// multiplied by a factor. The Moon is left out: the averaged model also averages over the month, which makes a difference of the first order.
 fn averaging_errors(factor: f64) -> (f64, f64) {
     const YEARS: f64 = 0.1;
     let whole = satellite();
-    let SunMoon { force, sun, moon } = whole.forces;
+    let SunMoon { force, sun, .. } = whole.forces;
     let force = Force { radiation: factor * force.radiation, oblateness: factor * force.oblateness };
-    let forces = SunMoon { force, sun: factor * sun, moon: factor * moon };
+    let forces = SunMoon { force, sun: factor * sun, moon: 0.0 };
     let Osculating { obliquity, sun_longitude, .. } = whole;
     let averaged = Flow::new(Vectorial { forces, obliquity, sun_longitude });
     let flow = Flow::new(Osculating { forces, ..whole });
@@ -134,7 +134,6 @@ fn averaging_errors(factor: f64) -> (f64, f64) {
 fn the_averaged_model_errs_by_the_second_order_of_the_forces_and_oscillations_are_of_the_first() {
     let (whole, quarter) = (averaging_errors(1.0), averaging_errors(0.25));
     let orders = [whole.0 / quarter.0, whole.1 / quarter.1].map(|ratio| ratio.log(4.0));
-    println!("{whole:?} {quarter:?} {orders:?}");
     assert!(orders[0] > 1.7 && (orders[1] - 1.0).abs() < 0.3, "{whole:?} {quarter:?} {orders:?}");
 }
 
