@@ -94,7 +94,7 @@ pub(crate) fn cases(
     };
     let span = propagators.span();
     let DeValue::Array(tables) = propagators.into_inner() else {
-        return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
+        return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table per case"));
     };
     let mut labels = BTreeSet::new();
     let mut cases = Vec::new();
@@ -136,7 +136,7 @@ fn case(
 ) -> Result<(Spanned<String>, Case), InputError> {
     let span = table.span();
     let DeValue::Table(mut settings) = table.into_inner() else {
-        return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table a case"));
+        return Err(file.error(&Spanned::new(span, ()), "must be written as [[propagator]], one table per case"));
     };
     let mut head = DeTable::new();
     for key in KEYS {
