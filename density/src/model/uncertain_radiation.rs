@@ -51,7 +51,7 @@ pub struct Logarithmic;
 
 impl Scale for Logarithmic {
     const VARIABLE: Variable = Variable {
-        name: "logarithm of the radiation parameter",
+        name: "log radiation parameter",
         symbol: "ln_C",
         unit: "",
         kind: Kind::Interval { low: -1000.0, high: 1000.0 },
