@@ -75,9 +75,12 @@ fn ignores_hangup(process: u32) -> bool {
 fn a_hangup_that_is_ignored_stays_ignored_in_every_process_and_ends_no_service_otherwise() {
     let bench = Bench::new();
     let plain = bench.phasecloud();
+    let surroundings = |command: &mut Command| {
+        command.current_dir(bench.path(".")).env("TMPDIR", bench.path(".")).stdin(Stdio::null());
+    };
     let mut command = Command::new("sh");
     command.args(["-c", "trap '' HUP; exec \"$@\"", "sh"]).arg(plain.get_program());
-    command.current_dir(bench.path(".")).env("TMPDIR", bench.path(".")).stdin(Stdio::null());
+    surroundings(&mut command);
     let mut service = serve(&bench, &mut command);
     let processes = of_runs_below(&bench.path(""));
     assert_eq!(processes.len(), 5);
@@ -86,7 +89,11 @@ fn a_hangup_that_is_ignored_stays_ignored_in_every_process_and_ends_no_service_o
     end(&mut service);
 
     std::fs::remove_dir_all(bench.path("served")).unwrap();
-    let mut service = serve(&bench, &mut bench.phasecloud());
+    // This test may itself have been started with the signal ignored.
+    let mut command = Command::new("env");
+    command.arg("--default-signal=HUP").arg(plain.get_program());
+    surroundings(&mut command);
+    let mut service = serve(&bench, &mut command);
     assert!(!ignores_hangup(service.id()));
     signal_child(&service, Signal::HUP);
     assert!(submit(&bench).status.success());

@@ -2,7 +2,8 @@
 //!
 //! The reference is moments and probabilities that another program computed by quadrature over the initial Gaussian.
 
-use std::f64::consts::PI;
+mod planar_reference;
+
 use std::num::NonZeroUsize;
 
 use density::exact::{Error, Exact, ExactSettings};
@@ -16,55 +17,10 @@ use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
 use density::sampling::{Draws, SamplingPlan};
-use serde_json::Value;
-
-/// The reference values of a snapshot: means, standard deviations, covariance, probability above, probability of ever
-/// having been.
-struct Snapshot {
-    years: f64,
-    moments: [f64; 5],
-    above: f64,
-    ever: f64,
-}
+use planar_reference::{apart, scenario};
 
 /// The scenarios of the reference without uncertain parameters. In `correlated-1` the pull of the Sun and the Moon is 0.
 const SCENARIOS: [&str; 4] = ["sun-moon-1", "sun-moon-2", "sun-moon-3", "correlated-1"];
-
-fn scenario(name: &str) -> (Problem<Planar>, Vec<Snapshot>) {
-    let all: Value = serde_json::from_str(include_str!("reference/planar.json")).unwrap();
-    let this = &all[name];
-    let of = |value: &Value, key: &str| value[key].as_f64().unwrap();
-    let or_zero = |key: &str| this["scenario"][key].as_f64().unwrap_or(0.0);
-    let given = |key: &str| of(&this["scenario"], key);
-    let parameters = [("radiation", "C"), ("oblateness", "W"), ("sun", "A"), ("moon", "B")];
-    let model = Planar::by_name("planar-sun-moon", &parameters.map(|(name, key)| (name, or_zero(key)))).unwrap();
-    let initial = InitialGaussian {
-        mean_phi: given("phi0"),
-        mean_e: given("e0"),
-        sigma_phi: given("sigma_phi"),
-        sigma_e: given("sigma_e"),
-        correlation: or_zero("rho"),
-    };
-    let snapshots: Vec<Snapshot> = (this["snapshots"].as_array().unwrap().iter())
-        .map(|row| Snapshot {
-            years: of(row, "t"),
-            moments: ["mean_phi", "std_phi", "mean_e", "std_e", "cov"].map(|key| of(row, key)),
-            above: of(row, "p_above"),
-            ever: of(row, "p_ever"),
-        })
-        .collect();
-    let times = snapshots.iter().map(|snapshot| snapshot.years).collect();
-    (Problem::new(model, initial, times, given("e_cri")).unwrap(), snapshots)
-}
-
-/// The largest difference of moments in standard deviations or products of them.
-fn apart(found: [f64; 5], expected: [f64; 5]) -> f64 {
-    let [_, phi, _, e, _] = expected;
-    let turn = (found[0] - expected[0] + PI).rem_euclid(2.0 * PI) - PI;
-    let differences = [turn / phi, (found[1] - expected[1]) / phi, (found[2] - expected[2]) / e];
-    let rest = [(found[3] - expected[3]) / e, (found[4] - expected[4]) / (phi * e)];
-    differences.into_iter().chain(rest).fold(0.0, |largest: f64, x| largest.max(x.abs()))
-}
 
 fn five(moments: density::estimate::Moments) -> [f64; 5] {
     [moments.mean_phi, moments.std_phi, moments.mean_e, moments.std_e, moments.cov_phi_e]

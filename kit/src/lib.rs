@@ -43,7 +43,8 @@
 //! ```
 //!
 //! - [`propagator`]: the trait, and the loop that serves scenario after scenario;
-//! - [`assignment`]: a scenario as a propagator gets it; [`space`]: its variables, and what is said of a cloud in them;
+//! - [`assignment`]: a scenario as a propagator gets it; [`planar_problem`]: the problem that it states; [`space`]: its variables, and what
+//!   is said of a cloud in them;
 //! - [`kind`]: what is known of each kind of snapshot; [`snapshot_rules`]: what every snapshot must be;
 //! - [`session`]: a process's access to the run; [`screen`]: what may pass from a topic into a process;
 //! - [`shard`], [`reduced`]: cases in parts, and samples that are reduced before they are sent;
@@ -54,15 +55,20 @@
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 pub mod assignment;
+pub mod breach;
 mod carried_density;
 pub mod clock;
+pub mod environment;
 pub mod example;
 pub mod failure;
 pub mod kind;
+pub mod limits;
 pub mod log;
 pub mod newest;
+pub mod planar_problem;
 pub mod propagator;
 pub mod reduced;
+pub mod refusals;
 pub mod screen;
 pub mod sender;
 pub mod session;

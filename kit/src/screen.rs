@@ -6,7 +6,6 @@
 //! There are three questions: does the message belong to this run, may its sender send it, and does it agree with its
 //! header? Propagators send only on `snapshot`, `passage` and `status`, and only under their own labels.
 
-use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
 use messages::layout::{
@@ -19,14 +18,10 @@ use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, 
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::limits::MOST_CASES;
 use crate::sender::label_of;
 use crate::session::Session;
 use crate::shard::{MOST_SHARDS, label_of_member};
-
-/// Most bins per axis of a comparison grid.
-pub const MOST_BINS: usize = 2000;
-/// Most cases of a run.
-pub const MOST_CASES: usize = 64;
 
 /// A topic whose messages can be judged.
 pub trait Screened: Topic {
@@ -47,33 +42,6 @@ pub struct Refusal {
     pub sender: String,
     /// What is wrong.
     pub why: String,
-}
-
-/// Refusals that have been reported, so that each sender is reported only once per scenario and topic.
-#[derive(Debug, Default)]
-pub struct ReportedRefusals {
-    refusals: RefCell<BTreeSet<(u32, String, &'static str)>>,
-    /// The newest scenario that this process knows of.
-    newest: Cell<u32>,
-}
-
-impl ReportedRefusals {
-    /// A scenario has begun.
-    fn begin(&self, scenario: u32) {
-        self.newest.set(scenario);
-        self.refusals.borrow_mut().retain(|(of, ..)| *of >= scenario);
-    }
-
-    /// The scenario in which a refused message is reported: the one that the message names, which may be over, or
-    /// about to begin; if the message names a later one, the newest scenario.
-    fn charged_to(&self, claimed: u32) -> u32 {
-        let newest = self.newest.get();
-        if claimed <= newest.saturating_add(1) { claimed } else { newest }
-    }
-
-    fn is_new(&self, scenario: u32, sender: &str, topic: &'static str) -> bool {
-        self.refusals.borrow_mut().insert((scenario, sender.to_owned(), topic))
-    }
 }
 
 /// The next message that is accepted; the others are reported to the launcher.
@@ -252,16 +220,6 @@ mod tests {
     use messages::text::pack;
 
     use super::*;
-
-    #[test]
-    fn a_refusal_is_charged_to_the_scenario_of_its_message_and_told_once_in_each() {
-        let told = ReportedRefusals::default();
-        told.begin(5);
-        assert_eq!([4, 5, 6, 7, u32::MAX].map(|claimed| told.charged_to(claimed)), [4, 5, 6, 5, 5]);
-        assert!(told.is_new(5, "mc", "passage") && !told.is_new(5, "mc", "passage"));
-        told.begin(6);
-        assert!(told.is_new(6, "mc", "passage"), "the next scenario is told of again");
-    }
 
     #[test]
     fn a_propagator_speaks_on_its_own_topics_under_its_own_label() {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use crate::session::LABEL_VARIABLE;
+use crate::environment::LABEL_VARIABLE;
 
 /// The labels that were found, by process id: some messages are read when their sender has already ended.
 static SEEN: Mutex<BTreeMap<u32, String>> = Mutex::new(BTreeMap::new());

@@ -11,34 +11,19 @@ use messages::wait::{Awaited, Signals};
 use rustix::process::{Signal, set_parent_process_death_signal};
 use rustix::time::{ClockId, clock_gettime};
 
+use crate::environment::{
+    ATTEMPT_VARIABLE, GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE,
+};
 use crate::failure::Failure;
 use crate::log;
-use crate::screen::ReportedRefusals;
+use crate::refusals::ReportedRefusals;
 use crate::shard::Shard;
 use crate::threads;
 
 /// Longest time that a node sleeps before it checks its ports, in case a wake-up was missed.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
-/// Environment variable that holds a propagator's label.
-pub const LABEL_VARIABLE: &str = "PHASECLOUD_LABEL";
-/// Environment variable that holds the name of a node that a launcher started. The name of a propagator is its label,
-/// that of a shard is the label with the shard's number.
-pub const NODE_VARIABLE: &str = "PHASECLOUD_NODE";
-/// Environment variable that holds the number that names the run.
-pub const RUN_VARIABLE: &str = "PHASECLOUD_RUN_ID";
-/// Environment variable that holds the launcher's process id: a node that it started ends with it.
-pub const LAUNCHER_VARIABLE: &str = "PHASECLOUD_LAUNCHER";
-
-/// Environment variable that holds how often the launcher has restarted the node.
-pub const ATTEMPT_VARIABLE: &str = "PHASECLOUD_ATTEMPT";
-
-/// Environment variable that is 1 if a propagator is to reduce its samples before it sends them.
-pub const REDUCE_VARIABLE: &str = "PHASECLOUD_REDUCE";
-
-/// Environment variable that says how many seconds a node that was asked to stop may go on computing.
-pub const GRACE_VARIABLE: &str = "PHASECLOUD_GRACE";
-/// The same if the variable is not set: after this time the node ends in the middle of its work, and leaves its files
+/// How long a node that was asked to stop may go on computing, if the environment does not say it: after this time the node ends in the middle of its work, and leaves its files
 /// to the launcher.
 const GRACE: Duration = Duration::from_secs(1);
 

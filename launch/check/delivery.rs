@@ -2,7 +2,8 @@
 
 use density::first_passage::curve_times;
 use kit::assignment::Assignment;
-use kit::snapshot_rules::{self, breaches};
+use kit::breach;
+use kit::snapshot_rules::breaches;
 use messages::content::Content;
 use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
 use messages::text::unpack;
@@ -52,13 +53,13 @@ fn judge_snapshot(
         .into_iter()
         .map(|breach| {
             let rule = match breach.rule {
-                snapshot_rules::Rule::Identity => Rule::Identity,
-                snapshot_rules::Rule::Count => Rule::Count,
-                snapshot_rules::Rule::Order => Rule::Order,
-                snapshot_rules::Rule::Time => Rule::Times,
-                snapshot_rules::Rule::Shape => Rule::Shape,
-                snapshot_rules::Rule::Finite => Rule::Finite,
-                snapshot_rules::Rule::Range => Rule::Eccentricity,
+                breach::Rule::Identity => Rule::Identity,
+                breach::Rule::Count => Rule::Count,
+                breach::Rule::Order => Rule::Order,
+                breach::Rule::Time => Rule::Times,
+                breach::Rule::Shape => Rule::Shape,
+                breach::Rule::Finite => Rule::Finite,
+                breach::Rule::Range => Rule::Eccentricity,
             };
             (rule, breach.what)
         })

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use density::orbits::LostOrbit;
 use kit::assignment::{Assignment, Plane};
-use kit::session::{GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
+use kit::environment::{GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
 use kit::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, Place, ROOT_VARIABLE};
 use messages::patience::Watch;

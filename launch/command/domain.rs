@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use kit::session::RUN_VARIABLE;
+use kit::environment::RUN_VARIABLE;
 use kit::shard::label_of_member;
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, ROOT_VARIABLE};
 use messages::layout::{RosterEntry, RosterHeader};

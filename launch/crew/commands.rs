@@ -5,7 +5,9 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use kit::session::{ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
+use kit::environment::{
+    ATTEMPT_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE,
+};
 use kit::shard::{SHARD_VARIABLE, SHARDS_VARIABLE, Shard};
 use messages::domain::{PREFIX_VARIABLE, Place, ROOT_VARIABLE};
 use messages::service::Service;

@@ -7,7 +7,7 @@
 
 use std::os::unix::process::CommandExt;
 
-use kit::session::{
+use kit::environment::{
     ATTEMPT_VARIABLE, GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, NODE_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE,
 };
 use kit::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use bridge::plan::HOME;
-use kit::screen::MOST_CASES;
+use kit::limits::MOST_CASES;
 use kit::shard::{MOST_SHARDS, Shard};
 use messages::service::Service;
 use nodes::files::input::{InputError, InputFile};

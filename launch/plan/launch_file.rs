@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use bridge::endpoint::End;
 use bridge::plan::HOME;
 use density::trust::TOLERANCE;
-use kit::screen::MOST_BINS;
+use kit::limits::MOST_BINS;
 use nodes::files::file_kind::FileKind;
 use nodes::files::input::{InputError, InputFile};
 use nodes::files::plain_number::plain;

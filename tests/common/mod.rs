@@ -125,6 +125,15 @@ impl Bench {
     }
 }
 
+/// A test that fails ends the launchers that it has started: a service would go on for ever otherwise.
+impl Drop for Bench {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            processes::end_launchers_of(self.folder.path());
+        }
+    }
+}
+
 /// Files in shared memory that belong to the domain of run `run_id`.
 pub fn shared_memory_of(run_id: &str) -> Vec<String> {
     let names = std::fs::read_dir("/dev/shm").unwrap().flatten();

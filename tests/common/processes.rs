@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 use std::process::{Child, ExitStatus};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
@@ -84,16 +85,39 @@ impl Said {
 }
 
 /// Processes of the run whose domain lies below `folder`, other than the launcher itself.
-pub fn of_runs_below(folder: &std::path::Path) -> Vec<Process> {
+pub fn of_runs_below(folder: &Path) -> Vec<Process> {
     let root = format!("PHASECLOUD_ROOT={}", folder.display());
-    let processes = std::fs::read_dir("/proc").unwrap().flatten();
-    let process = |entry: std::fs::DirEntry| {
-        let pid = entry.file_name().to_str()?.parse().ok()?;
-        let environment = std::fs::read(entry.path().join("environ")).ok()?;
-        let variables = || environment.split(|&byte| byte == 0).map(String::from_utf8_lossy);
-        variables().find(|variable| variable.starts_with(&root))?;
-        let label = variables().find_map(|variable| Some(variable.strip_prefix("PHASECLOUD_NODE=")?.to_owned()))?;
+    let of_run = |(pid, variables): (i32, Vec<String>)| {
+        variables.iter().find(|variable| variable.starts_with(&root))?;
+        let label = variables.iter().find_map(|variable| variable.strip_prefix("PHASECLOUD_NODE="))?.to_owned();
         Some(Process { pid, label })
     };
-    processes.filter_map(process).collect()
+    environments().filter_map(of_run).collect()
+}
+
+/// All processes that may be read, with the variables of their environments.
+fn environments() -> impl Iterator<Item = (i32, Vec<String>)> {
+    std::fs::read_dir("/proc").unwrap().flatten().filter_map(|entry| {
+        let pid = entry.file_name().to_str()?.parse().ok()?;
+        let environment = std::fs::read(entry.path().join("environ")).ok()?;
+        let variables =
+            environment.split(|&byte| byte == 0).map(|variable| String::from_utf8_lossy(variable).into_owned());
+        Some((pid, variables.collect()))
+    })
+}
+
+/// Ends the launchers whose temporary folder is `folder`, with the processes of their runs, and waits until they are gone.
+pub fn end_launchers_of(folder: &Path) {
+    let temporary = format!("TMPDIR={}", folder.display());
+    let is_launcher = |variables: &[String]| {
+        variables.contains(&temporary) && !variables.iter().any(|variable| variable.starts_with("PHASECLOUD_NODE="))
+    };
+    let launchers = || environments().filter(|(_, variables)| is_launcher(variables)).map(|(pid, _)| pid);
+    let begun = Instant::now();
+    for pid in launchers() {
+        let _ = kill_process(Pid::from_raw(pid).unwrap(), Signal::TERM);
+    }
+    while launchers().next().is_some() && begun.elapsed() < WATCHDOG {
+        std::thread::sleep(Duration::from_millis(10));
+    }
 }

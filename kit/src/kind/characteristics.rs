@@ -5,8 +5,8 @@ use messages::content::{Characteristics, Content, Lattice};
 use messages::layout::diagnostic;
 
 use super::{Estimated, Kind, Memory, Place, Snapshot, Trajectories, not_of_trajectories};
+use crate::breach::Breach;
 use crate::carried_density::CarriedDensity;
-use crate::snapshot_rules::Breach;
 use crate::space::Space;
 
 impl Kind for Characteristics {

@@ -7,7 +7,7 @@ use messages::content::{Content, Mixture};
 use messages::layout::diagnostic;
 
 use super::{Estimated, Kind, Memory, Place, Snapshot, not_finite};
-use crate::snapshot_rules::Breach;
+use crate::breach::Breach;
 use crate::space::Space;
 
 /// Largest mean and standard deviation of an angle \[rad\]: large enough for any cloud, and small enough to sum the

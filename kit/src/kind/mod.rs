@@ -22,8 +22,8 @@ use messages::layout::{DensityHeader, SnapshotHeader, diagnostic};
 use messages::scenario::{Range, Variable};
 
 use crate::assignment::Assignment;
+use crate::breach::{Breach, Rule};
 use crate::carried_density::CarriedDensity;
-use crate::snapshot_rules::{Breach, Rule};
 use crate::space::{Quantity, Space};
 
 pub use samples::groups;

@@ -6,7 +6,7 @@ use messages::content::{Content, DENSITY_HEAD, Density};
 use messages::layout::diagnostic;
 
 use super::{Estimated, Kind, Memory, Place, Snapshot};
-use crate::snapshot_rules::{Breach, Rule};
+use crate::breach::{Breach, Rule};
 use crate::space::Space;
 
 /// Error estimates at the end of the head of a density.

@@ -4,9 +4,9 @@ use density::sample_sums::SampleSums;
 use messages::content::{Content, Reduced};
 
 use super::{Estimated, Kind, Memory, Place, Snapshot, not_finite};
+use crate::breach::Breach;
 use crate::reduced::from_numbers;
 use crate::shard::Shard;
-use crate::snapshot_rules::Breach;
 use crate::space::Space;
 
 impl Kind for Reduced {

@@ -5,7 +5,7 @@ use density::projected::of_samples;
 use messages::content::{Content, Samples};
 
 use super::{Estimated, Kind, Memory, Place, Snapshot, Trajectories, not_of_trajectories};
-use crate::snapshot_rules::Breach;
+use crate::breach::Breach;
 use crate::space::Space;
 
 impl Kind for Samples {

@@ -1,7 +1,7 @@
 //! A request to work on a scenario, as it travels to the scenario node of a service.
 
-use kit::assignment::{described, problem};
 use kit::failure::Failure;
+use kit::planar_problem::{described, problem};
 use messages::scenario::{Description, MOST_SNAPSHOTS, ScenarioHeader};
 
 use crate::files::input::{PLAIN_NAME, is_plain_name};
