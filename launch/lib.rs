@@ -11,6 +11,7 @@
 //! | `report` | the tables that a run prints |
 //! | `live`, `observe` | what is shown while a run lasts |
 //! | `sweep` | many scenarios from one file |
+//! | `map` | a quantity over one or two numbers of a scenario |
 //! | `check` | whether a propagator keeps the contract |
 
 #![forbid(unsafe_code)]
@@ -27,6 +28,7 @@ mod crew;
 mod domain;
 mod exit;
 mod live;
+mod map;
 mod observe;
 pub mod plan;
 mod record;

@@ -51,7 +51,7 @@ fn a_file_that_cannot_be_read_as_what_it_is_draws_one_error_that_says_why() {
         (&b"\x7fELF\x02\x01\x01\x00\xff\xfe\x00"[..], "file.toml:1: is not UTF-8 text from here on"),
         (b"\x00\x01\x02\n", "file.toml:1: is not TOML: "),
         (b"This is no TOML.\nNor is this.\n", "file.toml:1: is not TOML: "),
-        (b"", "file.toml: has no key that says whether it is a launch, a scenario or a sweep file"),
+        (b"", "file.toml: has no key that says whether it is a launch, a scenario, a sweep or a map file"),
         (good.replace("name = \"x\"\n", "").as_bytes(), "file.toml:1: name: the launch file lacks the key `name`"),
         (
             good.replace("reference", "name = \"y\"\nreference").as_bytes(),
@@ -149,7 +149,7 @@ fn validate_says_what_is_good_and_what_is_not() {
         "\"md\" is unknown; it must be one of mc, dee",
         "impossible.toml:3: vary.initial.e: 1.2 is not allowed, it must be between 0 and 1, both excluded, in scenario-1-1 (initial.e = 1.2)",
         "impossible.toml: 2 of 4 combinations are impossible",
-        "neither.toml: has no key that says whether it is a launch, a scenario or a sweep file",
+        "neither.toml: has no key that says whether it is a launch, a scenario, a sweep or a map file",
     ] {
         assert!(bad.contains(words), "{words}: {bad}");
     }

@@ -57,6 +57,7 @@ pub mod orbits;
 pub mod problem;
 pub mod problem_error;
 pub mod projected;
+pub mod reliability;
 pub mod sample_sums;
 pub mod sampling;
 pub mod standard_errors;

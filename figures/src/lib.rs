@@ -20,6 +20,7 @@ pub mod labels;
 pub mod legend;
 pub mod palette;
 pub mod panel;
+pub mod reliability_map;
 pub mod report;
 pub mod scene;
 pub mod sub_domains;

@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::ask::AskArguments;
 use super::domain::DomainArguments;
+use super::map::MapArguments;
 use super::new::NewArguments;
 use super::node::NodeArguments;
 use super::orbit::OrbitArguments;
@@ -42,6 +43,8 @@ pub enum Command {
     Run(RunArguments),
     /// Answer how probable re-entry is by when, what it would take, and on what that depends
     Ask(AskArguments),
+    /// Draw a quantity of a scenario, such as the probability of re-entry, over one or two of its numbers
+    Map(MapArguments),
     /// Print the mean orbit of a scenario, in any model, as CSV
     Orbit(OrbitArguments),
     /// Keep the processes of a launch file up and take scenario after scenario
@@ -70,7 +73,7 @@ pub enum Command {
     },
     /// Make the report and the figures of a results folder anew, or lay several runs side by side
     Report(ReportArguments),
-    /// Check launch files, scenario files and sweep files without starting anything
+    /// Check launch files, scenario files, sweep files and map files without starting anything
     #[command(
         after_help = "Example:\n  phasecloud validate launch/paper.toml my-scenario.toml launch/sweeps/initial-e.toml\n\n\
         Programs that a launch file names must be there and executable; a relative path counts from the current folder.\n\n\

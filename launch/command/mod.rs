@@ -9,6 +9,7 @@ mod from_environment;
 mod graph;
 #[cfg(feature = "hosts")]
 mod join;
+mod map;
 mod new;
 pub(crate) mod node;
 mod orbit;
@@ -54,6 +55,7 @@ fn carry_out() -> ExitCode {
         Command::Submit(arguments) => submit::run(&arguments),
         Command::Join(arguments) => join(&arguments),
         Command::Ask(arguments) => output::end(ask::run(&arguments)),
+        Command::Map(arguments) => output::end(map::run(&arguments)),
         Command::Orbit(arguments) => output::end(orbit::run(&arguments)),
         Command::Clean => clean::run(),
         Command::Replay(arguments) => replay::run(&arguments),

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use nodes::files::file_kind::FileKind;
 use nodes::files::input::InputFile;
+use nodes::files::map_file::MapFile;
 use nodes::files::plain_number::plain;
 use nodes::files::scenario_file::{self, AnyScenario};
 use nodes::files::sweep::Sweep;
@@ -40,10 +41,11 @@ fn validate(path: &Path) -> Result<String, Vec<String>> {
     match file.kind() {
         Some(FileKind::Scenario) => scenario(&file),
         Some(FileKind::Sweep) => sweep(&file),
+        Some(FileKind::Map) => map(&file),
         Some(FileKind::Launch) => launch(&file),
         None => Err(vec![format!(
-            "{}: has no key that says whether it is a launch, a scenario or a sweep file, or keys of several kinds; a launch file \
-             has [[propagator]] tables, a scenario file [orbit], [initial], [times] and [disposal], a sweep file scenario and [vary]",
+            "{}: has no key that says whether it is a launch, a scenario, a sweep or a map file, or keys of several kinds; a launch file \
+             has [[propagator]] tables, a scenario file [orbit], [initial], [times] and [disposal], a sweep file scenario and [vary], a map file [quantity] as well",
             path.display()
         )]),
     }
@@ -78,6 +80,11 @@ fn sweep(file: &InputFile) -> Result<String, Vec<String>> {
     let path = file.path().display();
     let summary = format!("{path}: {} of {of} combinations are impossible", wrong.len());
     Err(wrong.into_iter().take(FEW).chain([summary]).collect())
+}
+
+fn map(file: &InputFile) -> Result<String, Vec<String>> {
+    let map = MapFile::check(file).map_err(|e| vec![e.to_string()])?;
+    Ok(format!("map of the {} at {} points over {}", map.label(), map.sweep.len(), map.axes.join(" and ")))
 }
 
 fn launch(file: &InputFile) -> Result<String, Vec<String>> {

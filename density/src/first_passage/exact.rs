@@ -45,9 +45,22 @@ pub fn curve<M: PlanarHamiltonian>(
     times: &[f64],
     most_orbits: usize,
 ) -> Result<Vec<Estimated>, Error> {
+    curve_within(problem, flow, times, (PROBABILITY_ERROR, most_orbits))
+}
+
+/// Like [`curve`], to about `tolerance`.
+///
+/// # Errors
+/// As [`exact_curve`].
+pub fn curve_within<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
+    times: &[f64],
+    (tolerance, most_orbits): (f64, usize),
+) -> Result<Vec<Estimated>, Error> {
     is_possible(&flow.model)?;
     let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
-    Ok(of_family(problem, &family, times, (PROBABILITY_ERROR, most_orbits)))
+    Ok(of_family(problem, &family, times, (tolerance, most_orbits)))
 }
 
 /// The curve of a model whose orbits fit the method.

@@ -93,7 +93,7 @@ fn on_axis(angle: f64, centre: f64, axis: &Range<f64>) -> f64 {
 }
 
 /// Splits an area into room for a panel and room for its colour bar, `bar` pixels wide.
-fn beside_bar<'b>(area: &Area<'b>, bar: f64) -> (Area<'b>, Area<'b>) {
+pub(crate) fn beside_bar<'b>(area: &Area<'b>, bar: f64) -> (Area<'b>, Area<'b>) {
     let (width, _) = area.dim_in_pixel();
     area.split_horizontally(width.saturating_sub(units(bar)) as i32)
 }

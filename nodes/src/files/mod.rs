@@ -3,6 +3,7 @@
 pub mod file_kind;
 pub mod input;
 mod key_path;
+pub mod map_file;
 pub mod plain_number;
 pub mod scenario_file;
 pub mod sweep;

@@ -12,11 +12,14 @@ use crate::files::plain_number::plain;
 use crate::files::scenario_file::{self, ScenarioFile};
 use crate::files::sweep_values::{MOST_SCENARIOS, Values};
 
+/// The keys that are varied, with their values.
+pub(crate) type Varied = BTreeMap<Spanned<String>, Value>;
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Raw {
     scenario: Spanned<PathBuf>,
-    vary: Spanned<BTreeMap<Spanned<String>, Value>>,
+    vary: Spanned<Varied>,
 }
 
 /// A key that is varied.
@@ -33,6 +36,7 @@ struct Axis {
 pub struct Sweep {
     file: InputFile,
     base: Table,
+    base_text: String,
     name: String,
     axes: Vec<Axis>,
     count: usize,
@@ -54,23 +58,37 @@ impl Sweep {
     pub fn check(file: &InputFile) -> Result<Self, InputError> {
         file.expect(FileKind::Sweep)?;
         let raw: Raw = file.parse()?;
+        Self::varied(file, &raw.scenario, &raw.vary)
+    }
+
+    /// The combinations that a file names: a scenario, and the values of its keys that are varied. The scenario and the first combination are
+    /// checked.
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line and key.
+    pub(crate) fn varied(
+        file: &InputFile,
+        scenario: &Spanned<PathBuf>,
+        vary: &Spanned<Varied>,
+    ) -> Result<Self, InputError> {
         let folder = file.path().parent().unwrap_or(Path::new("."));
-        let in_base = |error: &dyn std::fmt::Display| file.error(&raw.scenario, &error.to_string());
-        let base_file = InputFile::read(&folder.join(raw.scenario.get_ref())).map_err(|e| in_base(&e))?;
+        let in_base = |error: &dyn std::fmt::Display| file.error(scenario, &error.to_string());
+        let base_file = InputFile::read(&folder.join(scenario.get_ref())).map_err(|e| in_base(&e))?;
         let base = scenario_file::check(&base_file).map_err(|e| in_base(&e))?;
-        if raw.vary.get_ref().is_empty() {
-            return Err(file.error(&raw.vary, "names no key; it must vary at least one number of the scenario"));
+        if vary.get_ref().is_empty() {
+            return Err(file.error(vary, "names no key; it must vary at least one number of the scenario"));
         }
         let table: Table = base_file.parse()?;
         let axis =
             |(key, value): (&Spanned<String>, &Value)| axis(&table, key, value).map_err(|why| file.error(key, &why));
-        let axes = raw.vary.get_ref().iter().map(axis).collect::<Result<Vec<_>, _>>()?;
+        let axes = vary.get_ref().iter().map(axis).collect::<Result<Vec<_>, _>>()?;
         let count = axes.iter().map(|axis| axis.values.count()).fold(1, usize::saturating_mul);
         if count > MOST_SCENARIOS {
             let problem = format!("has {count} combinations; there must be at most {MOST_SCENARIOS}");
-            return Err(file.error(&raw.vary, &problem));
+            return Err(file.error(vary, &problem));
         }
-        let sweep = Self { file: file.clone(), base: table, name: base.name, axes, count };
+        let sweep =
+            Self { file: file.clone(), base: table, base_text: base_file.text().into(), name: base.name, axes, count };
         sweep.scenario(0)?;
         Ok(sweep)
     }
@@ -95,6 +113,24 @@ impl Sweep {
     /// The keys that are varied, as `TABLE.KEY`.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().map(|axis| axis.key.as_str())
+    }
+
+    /// The text of the scenario file.
+    pub(crate) fn base_text(&self) -> &str {
+        &self.base_text
+    }
+
+    /// How many values each key takes.
+    pub fn counts(&self) -> Vec<usize> {
+        self.axes.iter().map(|axis| axis.values.count()).collect()
+    }
+
+    /// A number of the scenario that is varied, by its key as `TABLE.KEY`.
+    pub fn number(&self, index: usize, key: &str) -> Option<f64> {
+        let varied = self.keys().zip(self.values(index)).find(|(varied, _)| *varied == key);
+        let (table, name) = key.split_once('.')?;
+        let given = || self.base.get(table)?.get(name);
+        varied.map(|(_, value)| value).or_else(|| given()?.as_float().or_else(|| Some(given()?.as_integer()? as f64)))
     }
 
     /// The value of each key in combination `index`, the last key varying fastest.

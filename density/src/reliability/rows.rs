@@ -1,0 +1,133 @@
+//! Rows of a map: scenarios that differ in the radiation parameter and its uncertainty alone share one table of figures.
+
+use crate::exact::Estimated;
+use crate::model::registry::Planar;
+use crate::problem::Problem;
+use crate::uncertain::{Distribution, Spread, UncertainProblem};
+
+use super::UNKNOWN;
+use super::by_radiation::{ByRadiation, Range};
+use super::quantity::{LARGEST_FACTOR, Quantity, SMALLEST_FACTOR};
+
+/// Distance in standard deviations out to which the radiation parameter is followed; the probability beyond is 2e-9.
+const REACH: f64 = 6.0;
+/// Smallest radiation parameter of a table, as a share of the largest one.
+const SMALLEST: f64 = 1e-4;
+/// Largest distance between values of the radiation parameter in a table, as a share.
+const COARSEST: f64 = 0.1;
+
+/// A point of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// The problem, with the mean of the radiation parameter.
+    pub problem: Problem<Planar>,
+    /// How uncertain that parameter is, if it is.
+    pub spread: Option<Spread>,
+}
+
+/// The quantity at points that differ in their radiation parameters and spreads alone, to about `tolerance`: a table of the figures
+/// over the radiation parameters of all of them, and from it each point.
+pub type Row = Vec<Estimated>;
+
+/// Whether two points share a table.
+pub fn are_alike(one: &Point, other: &Point) -> bool {
+    let distribution = |point: &Point| point.spread.map(|spread| spread.distribution);
+    let moved = one.problem.model.value("radiation").and_then(|c| other.problem.model.with("radiation", c).ok());
+    moved == Some(one.problem.model)
+        && distribution(one) == distribution(other)
+        && (one.problem.initial, one.problem.critical_e) == (other.problem.initial, other.problem.critical_e)
+}
+
+/// The quantity at each of the points of a row, which must be alike ([`are_alike`]).
+pub fn evaluate(row: &[Point], quantity: Quantity, tolerance: f64) -> Row {
+    let radiation = |point: &Point| point.problem.model.value("radiation").unwrap_or(0.0);
+    let Some(first) = row.first() else { return Row::new() };
+    let figures = |c: f64| {
+        let model = first.problem.model.with("radiation", c).ok()?;
+        quantity.figures(&Problem { model, ..first.problem.clone() }, 0.2 * tolerance)
+    };
+    let needs_no_table =
+        |point: &Point| radiation(point) == 0.0 || (point.spread.is_none() && quantity.factors() == (1.0, 1.0));
+    let certain = |point: &Point| {
+        // Without radiation pressure a factor on it has no effect.
+        let found = figures(radiation(point)).unwrap_or(vec![UNKNOWN; quantity.count()]);
+        if quantity.factors() == (1.0, 1.0) { quantity.of(&found) } else { UNKNOWN }
+    };
+    if row.iter().all(needs_no_table) {
+        use rayon::prelude::*;
+        return row.par_iter().map(certain).collect();
+    }
+    let acting: Vec<&Point> = row.iter().filter(|point| radiation(point) > 0.0).collect();
+    let table = ByRadiation::new(
+        first.spread.map_or(Distribution::LogNormal, |spread| spread.distribution),
+        range(&acting, quantity, tolerance),
+        quantity.count(),
+        figures,
+    );
+    let at = |point: &Point| if needs_no_table(point) { certain(point) } else { of_point(&table, point, quantity) };
+    row.iter().map(at).collect()
+}
+
+/// The radiation parameters of all these points, as far as their figures matter.
+fn range(points: &[&Point], quantity: Quantity, tolerance: f64) -> Range {
+    let (least, most) = quantity.factors();
+    let ends = points.iter().map(|point| {
+        let mean = point.problem.model.value("radiation").unwrap_or(0.0);
+        match uncertain(point, 1.0) {
+            Some(problem) => (least * problem.radiation(problem.lowest().max(-REACH)), most * problem.radiation(REACH)),
+            None => (least * mean, most * mean),
+        }
+    });
+    let (low, high) = ends.fold((f64::INFINITY, 0.0f64), |(low, high), (a, b)| (low.min(a), high.max(b)));
+    let spreads = points.iter().map(|point| point.spread.map_or(0.0, |spread| spread.relative));
+    let narrowest = spreads.fold(f64::INFINITY, f64::min);
+    // A mean is over some twenty distances of values; each point of a certain parameter has one.
+    let tolerance = if narrowest > 0.0 { 0.05 * tolerance } else { 0.3 * tolerance };
+    Range { ends: (low.max(SMALLEST * high), high), coarsest: COARSEST, tolerance, narrowest }
+}
+
+/// The problem of a point whose radiation parameter is `factor` times as large and uncertain.
+fn uncertain(point: &Point, factor: f64) -> Option<UncertainProblem> {
+    let model = point.problem.model;
+    let model = model.with("radiation", factor * model.value("radiation")?).ok()?;
+    Some(UncertainProblem { plane: Problem { model, ..point.problem.clone() }, spread: point.spread? })
+}
+
+fn of_point(table: &ByRadiation, point: &Point, quantity: Quantity) -> Estimated {
+    let figures = |factor: f64| match uncertain(point, factor) {
+        Some(problem) => table.means(&problem, 1.0),
+        None => table.at(factor * point.problem.model.value("radiation").unwrap_or(0.0)),
+    };
+    match quantity {
+        Quantity::RequiredFactor { probability, .. } => factor_for(probability, |factor| figures(factor)[0]),
+        _ => quantity.of(&figures(1.0)),
+    }
+}
+
+/// The least factor with which a probability is reached, with half the distance between those at which the probability plus and less its error
+/// reaches it.
+fn factor_for(probability: f64, of: impl Fn(f64) -> Estimated) -> Estimated {
+    const STEPS: i32 = 120;
+    let factor = |k: i32| SMALLEST_FACTOR * (LARGEST_FACTOR / SMALLEST_FACTOR).powf(f64::from(k) / f64::from(STEPS));
+    let with = |sign: f64| {
+        let suffices = |factor: f64| {
+            let found = of(factor);
+            found.value + sign * found.error >= probability
+        };
+        let Some(first) = (0..=STEPS).find(|&k| suffices(factor(k))) else { return f64::INFINITY };
+        if first == 0 {
+            return 0.0;
+        }
+        let (mut low, mut high) = (factor(first - 1), factor(first));
+        for _ in 0..30 {
+            let middle = low.midpoint(high);
+            if suffices(middle) { high = middle } else { low = middle }
+        }
+        high
+    };
+    let (value, early, late) = (with(0.0), with(1.0), with(-1.0));
+    if value.is_infinite() || late.is_infinite() {
+        return Estimated { value, error: if early == late { 0.0 } else { f64::INFINITY } };
+    }
+    Estimated { value, error: 0.5 * (late - early) }
+}
