@@ -50,6 +50,24 @@ impl<const N: usize> Gaussian<N> {
         Ok(Self { mean, root })
     }
 
+    /// From the mean and the covariance, where a variable whose variance is 0 is certain.
+    ///
+    /// # Errors
+    /// [`NoCovariance`] if the covariance of the others is not positive definite, or if a certain variable has a covariance.
+    pub fn with_certain_variables(mean: [f64; N], covariance: [[f64; N]; N]) -> Result<Self, NoCovariance> {
+        let is_certain = |k: usize| covariance[k][k] == 0.0;
+        let depends = |k: usize| (0..N).any(|j| covariance[k.max(j)][k.min(j)] != 0.0);
+        if let Some(variable) = (0..N).find(|&k| is_certain(k) && depends(k)) {
+            return Err(NoCovariance { variable });
+        }
+        let filled = std::array::from_fn(|a| {
+            std::array::from_fn(|b| if a == b && is_certain(a) { 1.0 } else { covariance[a][b] })
+        });
+        let mut gaussian = Self::new(mean, filled)?;
+        (0..N).filter(|&k| is_certain(k)).for_each(|k| gaussian.root[k][k] = 0.0);
+        Ok(gaussian)
+    }
+
     /// A Gaussian of independent variables, from their standard deviations.
     pub fn independent(mean: [f64; N], sigmas: [f64; N]) -> Self {
         let mut root = [[0.0; N]; N];
@@ -92,6 +110,17 @@ mod tests {
             let product: f64 = (0..3).map(|k| gaussian.direction(k)[i] * gaussian.direction(k)[j]).sum();
             assert!((product - covariance[i][j]).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn a_certain_variable_stays_where_it_is_and_the_others_keep_their_covariance() {
+        let covariance = [[4.0, 0.0, 1.0], [0.0, 0.0, 0.0], [1.0, 0.0, 2.0]];
+        let gaussian = Gaussian::with_certain_variables([1.0, 2.0, 3.0], covariance).unwrap();
+        assert_eq!(gaussian.point([5.0, -7.0, 0.0])[1], 2.0);
+        let product: f64 = (0..3).map(|k| gaussian.direction(k)[0] * gaussian.direction(k)[2]).sum();
+        assert!((product - 1.0).abs() < 1e-15);
+        let depends = [[1.0, 0.0], [0.5, 0.0]];
+        assert_eq!(Gaussian::with_certain_variables([0.0; 2], depends), Err(NoCovariance { variable: 1 }));
     }
 
     #[test]

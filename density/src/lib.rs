@@ -49,6 +49,7 @@ pub mod first_passage;
 pub mod flow;
 pub mod gaussian;
 pub mod grid;
+pub mod in_space;
 pub mod mesh;
 pub mod mixture;
 pub mod model;

@@ -115,6 +115,11 @@ impl<M: Model> Orbits<M> {
         moved.map_err(|escaped| self.trace(escaped, from, time))
     }
 
+    /// The error about an orbit that escaped while something was read out at `time` \[yr\].
+    pub(crate) fn lost(&self, escaped: Escaped, time: f64) -> LostOrbit {
+        self.trace(escaped, time, time)
+    }
+
     /// Follows an orbit that escaped back to where it started.
     fn trace(&self, Escaped { index, why, place, .. }: Escaped, from: f64, to: f64) -> LostOrbit {
         let model = &self.flow.model;

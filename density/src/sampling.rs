@@ -25,6 +25,7 @@
 //! independent of one another and comparing the groups, [`crate::standard_errors::of_groups`].
 
 mod quantile;
+mod shares;
 mod sobol;
 
 use std::num::NonZeroUsize;
@@ -40,7 +41,7 @@ use crate::model::Variable;
 use crate::model::plane::State;
 use crate::problem::InitialGaussian;
 
-use quantile::{normal_quantile_of_tail, normal_tail};
+pub(crate) use quantile::{normal_quantile_of_tail, normal_tail};
 use sobol::Scramble;
 
 /// How draws depend on one another.
@@ -75,6 +76,11 @@ pub fn group(index: usize, replicates: usize) -> usize {
     index / 2 % replicates
 }
 
+/// Position of draw `index` in its group.
+fn within_group(index: usize, replicates: usize) -> u64 {
+    (index / 2 / replicates * 2 + index % 2) as u64
+}
+
 /// Draws `count` independent states `(x1, x2)` from `initial`, on all threads.
 pub fn draw(initial: &InitialGaussian, seed: u64, count: usize) -> (Vec<f64>, Vec<f64>) {
     SamplingPlan { draws: Draws::Independent, seed, replicates: NonZeroUsize::MIN }.draw(initial, count)
@@ -103,7 +109,7 @@ impl SamplingPlan {
         let generator = ChaCha8Rng::seed_from_u64(self.seed);
         let cut = Cut::new(&initial);
         let groups = if draws == Draws::Sobol { replicates } else { 0 };
-        let scrambles: Vec<Scramble> = (0..groups).map(|group| scramble(&generator, group as u64)).collect();
+        let scrambles: Vec<Scramble<2>> = (0..groups).map(|group| scramble(&generator, group as u64)).collect();
         move |index| match draws {
             Draws::Independent => draw_one(&initial, &generator, index as u64),
             Draws::Antithetic => {
@@ -111,8 +117,8 @@ impl SamplingPlan {
                 if index & 1 == 0 { (phi, e) } else { cut.opposite(&initial, phi, e) }
             }
             Draws::Sobol => {
-                let within = index / 2 / replicates * 2 + index % 2;
-                cut.at_shares(&initial, scrambles[group(index, replicates)].point(within as u64))
+                let point = scrambles[group(index, replicates)].point(within_group(index, replicates));
+                cut.at_shares(&initial, point)
             }
         }
     }
@@ -155,10 +161,10 @@ pub fn draw_variables<const N: usize>(
 }
 
 /// The scramble of a group, from a stream that no draw uses.
-fn scramble(generator: &ChaCha8Rng, group: u64) -> Scramble {
+fn scramble<const N: usize>(generator: &ChaCha8Rng, group: u64) -> Scramble<N> {
     let mut stream = generator.clone();
     stream.set_stream(!group);
-    Scramble { keys: [stream.next_u64(), stream.next_u64()] }
+    Scramble { keys: std::array::from_fn(|_| stream.next_u64()) }
 }
 
 /// The probabilities that the cut takes from the Gaussian in `e`.

@@ -43,6 +43,22 @@ pub struct Spread {
     pub distribution: Distribution,
 }
 
+impl Spread {
+    /// Mean and standard deviation, before the cut, of the variable that is a Gaussian, where the radiation parameter has this mean.
+    pub fn parameters(&self, mean: f64) -> (f64, f64) {
+        let relative = self.relative;
+        match self.distribution {
+            Distribution::Gaussian => (mean, relative * mean),
+            // The mean of a log-normal variable is exp(mu + sigma²/2), its relative variance exp(sigma²) - 1 (Johnson, Kotz &
+            // Balakrishnan, Continuous Univariate Distributions 1, 1994, Sect. 14.3).
+            Distribution::LogNormal => {
+                let variance = (relative * relative).ln_1p();
+                (mean.ln() - 0.5 * variance, variance.sqrt())
+            }
+        }
+    }
+}
+
 /// A planar problem with an uncertain radiation parameter, of which the problem's model has the mean.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainProblem {
@@ -80,16 +96,7 @@ impl UncertainProblem {
 
     /// Mean and standard deviation of the third variable, which is `C` or `ln C`, before the cut.
     pub fn third(&self) -> (f64, f64) {
-        let (mean, relative) = (self.mean(), self.spread.relative);
-        match self.spread.distribution {
-            Distribution::Gaussian => (mean, relative * mean),
-            // The mean of a log-normal variable is exp(mu + sigma²/2), its relative variance exp(sigma²) - 1 (Johnson, Kotz &
-            // Balakrishnan, Continuous Univariate Distributions 1, 1994, Sect. 14.3).
-            Distribution::LogNormal => {
-                let variance = (relative * relative).ln_1p();
-                (mean.ln() - 0.5 * variance, variance.sqrt())
-            }
-        }
+        self.spread.parameters(self.mean())
     }
 
     /// The radiation parameter at `z`.

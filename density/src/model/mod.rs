@@ -32,6 +32,7 @@
 //! | [`uncertain_radiation`] | a planar model whose radiation parameter is a variable of the orbit |
 //! | [`vectorial`] | the same in space, with the obliquity of the ecliptic |
 //! | [`osculating`] | the same in space without any average |
+//! | [`irradiated`] | a model in space whose radiation parameter is a variable of the orbit |
 //! | [`vector`] | vectors in space |
 //! | `part` | arithmetic on Taylor coefficients, for recurrences written by hand |
 //! | [`elements`] | the elements of an orbit in space, and the vectors that stand for them |
@@ -43,6 +44,7 @@ pub mod coordinates;
 pub mod earth;
 pub mod ecliptic;
 pub mod elements;
+pub mod irradiated;
 pub mod osculating;
 pub mod parameter;
 mod part;

@@ -44,8 +44,8 @@ impl Variable {
     }
 }
 
-/// Largest number of variables of a model: the elements of an orbit.
-pub const MOST_VARIABLES: usize = 6;
+/// Largest number of variables of a model: the elements of an orbit and its radiation parameter.
+pub const MOST_VARIABLES: usize = 7;
 
 /// The place of an orbit in the variables of its model: `phi = 2.2 rad, e = 0.1`.
 #[derive(Debug, Clone, Copy, PartialEq)]

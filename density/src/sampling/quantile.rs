@@ -3,14 +3,14 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 /// Probability that a standard normal variable exceeds `z`.
-pub(super) fn normal_tail(z: f64) -> f64 {
+pub(crate) fn normal_tail(z: f64) -> f64 {
     0.5 * libm::erfc(z / SQRT_2)
 }
 
 /// The `z` that a standard normal variable exceeds with probability `tail`, for `0 < tail < 1`: a rational start
 /// (Abramowitz & Stegun 26.2.23, accurate to 4.5e-4) and two steps of Halley's method, each of which triples the number
 /// of correct digits.
-pub(super) fn normal_quantile_of_tail(tail: f64) -> f64 {
+pub(crate) fn normal_quantile_of_tail(tail: f64) -> f64 {
     if tail > 0.5 {
         // 1 - tail is exact here.
         return -normal_quantile_of_tail(1.0 - tail);

@@ -1,9 +1,10 @@
-//! The two-dimensional Sobol sequence, scrambled.
+//! The Sobol sequence in up to eight dimensions, scrambled.
 //!
 //! The first coordinate is van der Corput's (the index with its bits reversed behind the point). The second has the
 //! direction numbers of the primitive polynomial `x + 1`: Pascal's triangle modulo 2 (Sobol', USSR Comput. Math. Math.
 //! Phys. 7, 1967). The two are a (0,2)-sequence: each dyadic box of area `2^-m` holds exactly one of the first `2^m`
-//! points.
+//! points. The further coordinates have the direction numbers of Joe & Kuo (SIAM J. Sci. Comput. 30, 2008; their table
+//! `new-joe-kuo-6`), which make pairs of coordinates as even as can be.
 //!
 //! Nested uniform scrambling (Owen, in *Monte Carlo and Quasi-Monte Carlo Methods*, 1995) flips each binary digit by a
 //! coin toss that depends on all digits before it. It keeps the property of the sequence. It makes each point uniform,
@@ -16,25 +17,91 @@
 /// Number of binary digits of a coordinate: as many as make the middle of the last box exact in double precision.
 const DIGITS: u32 = 52;
 
-/// One scramble of the sequence.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Scramble {
-    /// Keys of the coin tosses of the two coordinates.
-    pub(super) keys: [u64; 2],
+/// Largest number of coordinates.
+pub(super) const MOST_COORDINATES: usize = 8;
+
+/// A row of Joe & Kuo's table: the degree and the inner coefficients of a primitive polynomial, and the initial numbers `m`.
+struct Polynomial {
+    degree: usize,
+    inner: u64,
+    initial: &'static [u64],
 }
 
-impl Scramble {
-    /// Point `index`, inside the open unit square.
-    pub(super) fn point(self, index: u64) -> [f64; 2] {
-        let plain = [index.reverse_bits(), second_coordinate(index)];
-        std::array::from_fn(|k| middle(scramble(plain[k], self.keys[k])))
+/// The rows of the coordinates from the third on.
+const POLYNOMIALS: [Polynomial; MOST_COORDINATES - 2] = [
+    Polynomial { degree: 2, inner: 1, initial: &[1, 3] },
+    Polynomial { degree: 3, inner: 1, initial: &[1, 3, 1] },
+    Polynomial { degree: 3, inner: 2, initial: &[1, 1, 1] },
+    Polynomial { degree: 4, inner: 1, initial: &[1, 1, 3, 3] },
+    Polynomial { degree: 4, inner: 4, initial: &[1, 3, 5, 13] },
+    Polynomial { degree: 5, inner: 2, initial: &[1, 1, 5, 5, 17] },
+];
+
+/// The direction numbers of one coordinate, one for each bit of an index, the first digit topmost.
+type Directions = [u64; 64];
+
+const DIRECTIONS: [Directions; MOST_COORDINATES] = {
+    let mut all = [[0; 64]; MOST_COORDINATES];
+    let mut bit = 0;
+    while bit < 64 {
+        all[0][bit] = 1 << (63 - bit);
+        all[1][bit] = if bit == 0 { 1 << 63 } else { all[1][bit - 1] ^ (all[1][bit - 1] >> 1) };
+        bit += 1;
+    }
+    let mut row = 0;
+    while row < POLYNOMIALS.len() {
+        all[row + 2] = directions(&POLYNOMIALS[row]);
+        row += 1;
+    }
+    all
+};
+
+/// `v_k = a_1 v_{k-1} ^ ... ^ a_{s-1} v_{k-s+1} ^ v_{k-s} ^ (v_{k-s} >> s)`, from `v_k = m_k 2^(64 - k)` for `k <= s`.
+const fn directions(polynomial: &Polynomial) -> Directions {
+    let Polynomial { degree, inner, initial } = *polynomial;
+    let mut v = [0; 64];
+    let mut bit = 0;
+    while bit < 64 {
+        if bit < degree {
+            v[bit] = initial[bit] << (63 - bit);
+        } else {
+            v[bit] = v[bit - degree] ^ (v[bit - degree] >> degree);
+            let mut k = 1;
+            while k < degree {
+                if inner >> (degree - 1 - k) & 1 == 1 {
+                    v[bit] ^= v[bit - k];
+                }
+                k += 1;
+            }
+        }
+        bit += 1;
+    }
+    v
+}
+
+/// One scramble of the sequence.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scramble<const N: usize> {
+    /// Keys of the coin tosses of the coordinates.
+    pub(super) keys: [u64; N],
+}
+
+impl<const N: usize> Scramble<N> {
+    /// Point `index`, inside the open unit cube.
+    pub(super) fn point(&self, index: u64) -> [f64; N] {
+        const { assert!(N <= MOST_COORDINATES) };
+        std::array::from_fn(|k| middle(scramble(digits(index, &DIRECTIONS[k]), self.keys[k])))
     }
 }
 
-/// Binary digits of the second coordinate, the first digit topmost.
-fn second_coordinate(index: u64) -> u64 {
-    let directions = std::iter::successors(Some(1u64 << 63), |v| Some(v ^ (v >> 1)));
-    directions.take(64).enumerate().fold(0, |sum, (bit, v)| if index >> bit & 1 == 1 { sum ^ v } else { sum })
+/// Binary digits of a coordinate, the first digit topmost.
+fn digits(index: u64, directions: &Directions) -> u64 {
+    let (mut rest, mut sum) = (index, 0);
+    while rest != 0 {
+        sum ^= directions[rest.trailing_zeros() as usize];
+        rest &= rest - 1;
+    }
+    sum
 }
 
 /// Flips each digit by the coin toss of the digits before it.
@@ -58,7 +125,7 @@ fn mix(z: u64) -> u64 {
 }
 
 /// The middle of the box of the first [`DIGITS`] digits.
-fn middle(digits: u64) -> f64 {
+pub(super) fn middle(digits: u64) -> f64 {
     ((digits >> (64 - DIGITS)) as f64 + 0.5) / (1u64 << DIGITS) as f64
 }
 
@@ -66,12 +133,23 @@ fn middle(digits: u64) -> f64 {
 mod tests {
     use super::*;
 
+    /// Points 1, 2, 3, 7, 20, 45 and 63, times 64, of scipy 1.16's `qmc.Sobol(d=8, scramble=False)`, which is in Gray-code order.
+    const SCIPY: [(usize, [u64; 8]); 7] = [
+        (1, [32, 32, 32, 32, 32, 32, 32, 32]),
+        (2, [48, 16, 16, 16, 48, 48, 16, 48]),
+        (3, [16, 48, 48, 48, 16, 16, 48, 16]),
+        (7, [8, 40, 24, 8, 8, 24, 40, 40]),
+        (20, [30, 6, 54, 18, 10, 54, 58, 14]),
+        (45, [55, 61, 25, 39, 21, 7, 23, 15]),
+        (63, [1, 51, 23, 29, 55, 9, 37, 9]),
+    ];
+
     #[test]
-    fn first_points_without_a_scramble_are_sobols() {
-        // Joe & Kuo's published table begins (0,0), (1/2,1/2), (3/4,1/4), (1/4,3/4), (3/8,3/8) in Gray-code order.
-        let points: Vec<[u64; 2]> = (0..8u64).map(|i| [i.reverse_bits() >> 61, second_coordinate(i) >> 61]).collect();
-        let gray = |i: usize| points[i ^ (i >> 1)];
-        assert_eq!([gray(0), gray(1), gray(2), gray(3), gray(4)], [[0, 0], [4, 4], [6, 2], [2, 6], [3, 3]]);
+    fn points_without_a_scramble_are_scipys() {
+        for (number, expected) in SCIPY {
+            let index = (number ^ (number >> 1)) as u64;
+            assert_eq!(DIRECTIONS.map(|directions| digits(index, &directions) >> 58), expected, "{number}");
+        }
     }
 
     #[test]
@@ -89,6 +167,17 @@ mod tests {
                     assert!(counts.iter().all(|&count| count == 1), "{key} {m} {a}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn every_coordinate_has_one_of_the_first_points_in_each_of_as_many_intervals() {
+        let scramble = Scramble { keys: [3, 1, 4, 15, 92, 65, 35, 89] };
+        let points: Vec<[f64; 8]> = (0..1024).map(|i| scramble.point(i)).collect();
+        for k in 0..8 {
+            let mut places: Vec<usize> = points.iter().map(|point| (point[k] * 1024.0) as usize).collect();
+            places.sort_unstable();
+            assert!(places.into_iter().eq(0..1024), "{k}");
         }
     }
 

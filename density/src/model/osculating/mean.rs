@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::kepler::Motion;
 use super::{Osculating, State, halves};
 use crate::flow::{Escaped, Flow};
+use crate::model::Model;
 use crate::model::earth::SUN_MEAN_MOTION;
 use crate::model::elements::Vectors;
 use crate::model::vector::{Vector, plus, times};
@@ -46,4 +47,34 @@ pub fn mean_orbit(flow: &Flow<Osculating>, time: f64, state: State) -> Result<Me
     let share = 1.0 / f64::from(INSTANTS);
     let vectors = Vectors { e: times(sums.0, share), h: times(sums.1, share) };
     Ok(MeanOrbit { vectors, semi_major_axis: sums.2 * share * flow.model.semi_major_axis })
+}
+
+/// Means of the eccentricity and angular momentum vectors of many orbits, each over one revolution centred on a time \[yr\]. The first six
+/// columns are their states in the unaveraged model `nominal`. All are averaged over its nominal period, from which theirs differ by a
+/// thousandth or so while the semi-major axis keeps its mean: that much of what oscillates is left in the means.
+///
+/// # Errors
+/// [`Escaped`] names the first orbit that cannot be followed.
+pub fn mean_vectors<M: Model>(
+    flow: &Flow<M>,
+    nominal: &Osculating,
+    time: f64,
+    columns: &[Vec<f64>],
+) -> Result<Vec<Vectors>, Escaped> {
+    let step = TAU / (SUN_MEAN_MOTION * nominal.pace()) / f64::from(INSTANTS);
+    let mut columns = columns.to_vec();
+    let mut sums: Vec<(Vector<f64>, Vector<f64>)> = vec![([0.0; 3], [0.0; 3]); columns[0].len()];
+    let mut now = time;
+    for k in 0..INSTANTS {
+        let at = time + step * (f64::from(k) + 0.5 - 0.5 * f64::from(INSTANTS));
+        flow.carry(&mut columns.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>(), now, at)?;
+        now = at;
+        for (i, (e, h)) in sums.iter_mut().enumerate() {
+            let (position, velocity) = halves(std::array::from_fn(|k| columns[k][i]));
+            let Motion { vectors, .. } = Motion::of(position, velocity);
+            (*e, *h) = (plus(*e, vectors.e), plus(*h, vectors.h));
+        }
+    }
+    let share = 1.0 / f64::from(INSTANTS);
+    Ok(sums.into_iter().map(|(e, h)| Vectors { e: times(e, share), h: times(h, share) }).collect())
 }

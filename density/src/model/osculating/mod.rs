@@ -31,6 +31,8 @@ pub use series::OsculatingSeries;
 
 use super::earth::{self, SUN_MEAN_MOTION};
 use super::elements::{Elements, turn};
+use super::irradiated::Irradiated;
+use super::uncertain_radiation::Scale;
 use super::sun_moon::{MOON_DISTANCE, MOON_MU, SunMoon};
 use super::vector::{Vector, cross, dot, plus, times};
 use super::{Kind, Model, Quantity, Variable, ecliptic, vectorial};
@@ -98,7 +100,12 @@ impl Osculating {
 
     /// `σ`, the pressure of sunlight against the Earth's attraction.
     fn pressure(&self) -> f64 {
-        self.forces.force.radiation / (1.5 * self.pace())
+        self.pressure_of(self.forces.force.radiation)
+    }
+
+    /// `σ` of a radiation parameter `C`.
+    fn pressure_of<T: Quantity>(&self, radiation: T) -> T {
+        radiation / (1.5 * self.pace())
     }
 
     /// `W/N`, the oblateness as it acts.
@@ -129,8 +136,16 @@ impl Osculating {
         ]
     }
 
-    /// Acceleration by everything, in units of the nominal mean motion and semi-major axis.
-    fn acceleration<T: Quantity>(&self, time: T, position: Vector<T>) -> Vector<T> {
+    /// Time derivative of the state \[1/yr\] with another radiation parameter.
+    fn rate_with<T: Quantity>(&self, radiation: T, time: T, state: State<T>) -> State<T> {
+        let (position, velocity) = halves(state);
+        let acceleration = self.acceleration(radiation, time, position);
+        let mean_motion = SUN_MEAN_MOTION * self.pace();
+        std::array::from_fn(|k| if k < 3 { velocity[k] } else { acceleration[k - 3] } * mean_motion)
+    }
+
+    /// Acceleration by everything, with this radiation parameter, in units of the nominal mean motion and semi-major axis.
+    fn acceleration<T: Quantity>(&self, radiation: T, time: T, position: Vector<T>) -> Vector<T> {
         let r2 = dot(position, position);
         let inverse2 = T::from(1.0) / r2;
         let inverse3 = inverse2 / r2.sqrt();
@@ -140,7 +155,7 @@ impl Osculating {
         let mut toward_earth = inverse3 + (inverse5 - z * z * inverse5 * inverse2 * 5.0) * oblateness;
         let [sun, moon] = self.bodies();
         let direction = |body: &Body| ecliptic::direction(body.longitude(time).sin_cos(), self.obliquity);
-        let mut others = times(direction(&sun), T::from(-self.pressure()));
+        let mut others = times(direction(&sun), -self.pressure_of(radiation));
         for body in [sun, moon].into_iter().filter(|body| body.strength != 0.0) {
             let to_body = direction(&body);
             // |b - r/D|², so that no digit is lost where the body is far.
@@ -151,6 +166,20 @@ impl Osculating {
         }
         others[2] = others[2] - z * inverse5 * (2.0 * oblateness);
         plus(others, times(position, -toward_earth))
+    }
+}
+
+impl<S: Scale> Irradiated<S> for Osculating {
+    const WITH_RADIATION: &'static [Variable] =
+        &[VARIABLES[0], VARIABLES[1], VARIABLES[2], VARIABLES[3], VARIABLES[4], VARIABLES[5], S::VARIABLE];
+
+    fn rate_with<T: Quantity>(&self, radiation: T, time: T, state: State<T>) -> State<T> {
+        self.rate_with(radiation, time, state)
+    }
+
+    #[inline(always)]
+    fn irradiate<const P: usize>(series: &mut OsculatingSeries<P>, lane: usize, radiation: f64) {
+        series.irradiate(lane, radiation);
     }
 }
 
@@ -168,10 +197,7 @@ impl Model for Osculating {
     const REENTRY: usize = 1;
 
     fn rate<T: Quantity>(&self, time: T, state: State<T>) -> State<T> {
-        let (position, velocity) = halves(state);
-        let acceleration = self.acceleration(time, position);
-        let mean_motion = SUN_MEAN_MOTION * self.pace();
-        std::array::from_fn(|k| if k < 3 { velocity[k] } else { acceleration[k - 3] } * mean_motion)
+        self.rate_with(T::from(self.forces.force.radiation), time, state)
     }
 
     /// On an ellipse.

@@ -53,6 +53,8 @@ struct Block<const P: usize> {
     /// `S`.
     toward_earth: Coefficients<P>,
     bodies: [OfBody<P>; 2],
+    /// `σ` of each lane.
+    pressure: Part,
 }
 
 /// What is expanded of the Sun or the Moon.
@@ -70,7 +72,6 @@ struct OfBody<const P: usize> {
 #[derive(Debug, Clone, Copy)]
 struct Constants {
     pace: f64,
-    pressure: f64,
     oblateness: f64,
     bodies: [Body; 2],
     sin_obliquity: f64,
@@ -92,6 +93,7 @@ impl<const P: usize> Block<P> {
         zz_r_7: Self::ZERO,
         toward_earth: Self::ZERO,
         bodies: [Self::NO_BODY; 2],
+        pressure: [0.0; WIDTH],
     };
 
     /// Computes all coefficients from those of order 0 of position, velocity, `cos` and `sin`.
@@ -181,13 +183,13 @@ impl<const P: usize> Block<P> {
     /// Position, velocity, `cos` and `sin` of order `n + 1`.
     #[inline(always)]
     fn accelerate(&mut self, n: usize, constants: &Constants) {
-        let Self { position, velocity, r_3, r_5, z_r_5, zz_r_7, toward_earth, bodies, .. } = self;
-        let Constants { pace, pressure, oblateness, sin_obliquity, cos_obliquity, .. } = *constants;
+        let Self { position, velocity, r_3, r_5, z_r_5, zz_r_7, toward_earth, bodies, pressure, .. } = self;
+        let Constants { pace, oblateness, sin_obliquity, cos_obliquity, .. } = *constants;
         let one = if n == 0 { 1.0 } else { 0.0 };
         let mut along_earth = each(|l| r_3[n][l] + oblateness * (r_5[n][l] - 5.0 * zz_r_7[n][l]));
         // Towards the vernal equinox, and across it in the ecliptic.
         let sun = &bodies[0];
-        let (mut toward, mut across) = (each(|l| -pressure * sun.cos[n][l]), each(|l| -pressure * sun.sin[n][l]));
+        let (mut toward, mut across) = (each(|l| -pressure[l] * sun.cos[n][l]), each(|l| -pressure[l] * sun.sin[n][l]));
         for (own, body) in bodies.iter().zip(&constants.bodies) {
             if body.strength == 0.0 {
                 continue;
@@ -259,6 +261,12 @@ impl<const P: usize> OsculatingSeries<P> {
         }
     }
 
+    /// Gives a lane a radiation parameter of its own.
+    #[inline(always)]
+    pub(crate) fn irradiate(&mut self, lane: usize, radiation: f64) {
+        self.blocks[lane / WIDTH].pressure[lane % WIDTH] = self.model.pressure_of(radiation);
+    }
+
     #[inline(always)]
     fn state_of(&self, lane: usize) -> State {
         std::array::from_fn(|k| self.state[k].0[0][lane])
@@ -273,14 +281,13 @@ impl<const P: usize> Series<P> for OsculatingSeries<P> {
         let (sin_obliquity, cos_obliquity) = model.obliquity.sin_cos();
         let constants = Constants {
             pace: model.pace(),
-            pressure: model.pressure(),
             oblateness: model.oblateness(),
             bodies: model.bodies(),
             sin_obliquity,
             cos_obliquity,
         };
         let zero = Aligned([[0.0; LANES]; P]);
-        let blocks = [Block::AT_REST; LANES / WIDTH];
+        let blocks = [Block { pressure: [model.pressure(); WIDTH], ..Block::AT_REST }; LANES / WIDTH];
         Self { model: *model, constants, blocks, time: [0.0; LANES], state: [zero; 6], clearance: zero }
     }
 

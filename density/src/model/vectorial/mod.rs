@@ -38,9 +38,11 @@ pub use series::VectorialSeries;
 
 use super::earth::SUN_MEAN_MOTION;
 use super::elements::{Elements, Vectors, turn};
+use super::irradiated::Irradiated;
 use super::parameter::Parameter;
 use super::planar::{OBLATENESS, RADIATION};
 use super::sun_moon::{MOON, SUN, SunMoon};
+use super::uncertain_radiation::Scale;
 use super::vector::{Vector, cross, dot, plus, times};
 use super::{Kind, Model, Quantity, Variable, ecliptic, plane};
 
@@ -88,6 +90,30 @@ impl Vectorial {
         [(RADIATION, force.radiation), (OBLATENESS, force.oblateness), (SUN, sun), (MOON, moon)]
     }
 
+    /// Time derivative of the state \[1/yr\] with another radiation parameter.
+    ///
+    /// Of `∂H/∂h` and `∂H/∂e`, the parts along `h` and along `e` turn the orbit in its plane alone. They are taken together as
+    /// `in_plane`, the coefficient of `e × h` in `e'`.
+    fn rate_with<T: Quantity>(&self, radiation: T, time: T, state: State<T>) -> State<T> {
+        let SunMoon { force, sun, moon } = self.forces;
+        let (e, h) = vectors(state);
+        let to_sun = ecliptic::direction(self.longitude(time).sin_cos(), self.obliquity);
+        let pole = ecliptic::pole(self.obliquity).map(T::from);
+        let h2 = dot(h, h);
+        let inverse5 = T::from(1.0) / (h2 * h2 * h2.sqrt());
+        let turning = h[2] * inverse5;
+        let in_plane = (inverse5 - h[2] * turning * 5.0 / h2) * (0.5 * force.oblateness) + (4.0 * sun - 2.0 * moon);
+        let by_e = plus(
+            times(to_sun, dot(e, to_sun) * (10.0 * sun) + radiation),
+            times(pole, dot(e, pole) * (-5.0 * moon)),
+        );
+        let mut by_h = plus(times(to_sun, dot(h, to_sun) * (-2.0 * sun)), times(pole, dot(h, pole) * moon));
+        by_h[2] = by_h[2] + turning * force.oblateness;
+        let e_rate = plus(cross(e, plus(by_h, times(h, in_plane))), cross(h, by_e));
+        let h_rate = plus(cross(h, by_h), cross(e, by_e));
+        std::array::from_fn(|k| if k < 3 { e_rate[k] } else { h_rate[k - 3] } * SUN_MEAN_MOTION)
+    }
+
     /// The Hamiltonian, which depends on time where the Sun acts on an orbit.
     pub fn hamiltonian(&self, time: f64, state: State) -> f64 {
         let SunMoon { force, sun, moon } = self.forces;
@@ -104,6 +130,20 @@ impl Vectorial {
     }
 }
 
+impl<S: Scale> Irradiated<S> for Vectorial {
+    const WITH_RADIATION: &'static [Variable] =
+        &[VARIABLES[0], VARIABLES[1], VARIABLES[2], VARIABLES[3], S::VARIABLE];
+
+    fn rate_with<T: Quantity>(&self, radiation: T, time: T, state: State<T>) -> State<T> {
+        self.rate_with(radiation, time, state)
+    }
+
+    #[inline(always)]
+    fn irradiate<const P: usize>(series: &mut VectorialSeries<P>, lane: usize, radiation: f64) {
+        series.irradiate(lane, radiation);
+    }
+}
+
 impl Model for Vectorial {
     type State<T: Quantity> = State<T>;
     type Variables = [f64; 4];
@@ -112,26 +152,8 @@ impl Model for Vectorial {
     const VARIABLES: &'static [Variable] = &VARIABLES;
     const REENTRY: usize = 1;
 
-    /// Of `∂H/∂h` and `∂H/∂e`, the parts along `h` and along `e` turn the orbit in its plane alone. They are taken together as
-    /// `in_plane`, the coefficient of `e × h` in `e'`.
     fn rate<T: Quantity>(&self, time: T, state: State<T>) -> State<T> {
-        let SunMoon { force, sun, moon } = self.forces;
-        let (e, h) = vectors(state);
-        let to_sun = ecliptic::direction(self.longitude(time).sin_cos(), self.obliquity);
-        let pole = ecliptic::pole(self.obliquity).map(T::from);
-        let h2 = dot(h, h);
-        let inverse5 = T::from(1.0) / (h2 * h2 * h2.sqrt());
-        let turning = h[2] * inverse5;
-        let in_plane = (inverse5 - h[2] * turning * 5.0 / h2) * (0.5 * force.oblateness) + (4.0 * sun - 2.0 * moon);
-        let by_e = plus(
-            times(to_sun, dot(e, to_sun) * (10.0 * sun) + force.radiation),
-            times(pole, dot(e, pole) * (-5.0 * moon)),
-        );
-        let mut by_h = plus(times(to_sun, dot(h, to_sun) * (-2.0 * sun)), times(pole, dot(h, pole) * moon));
-        by_h[2] = by_h[2] + turning * force.oblateness;
-        let e_rate = plus(cross(e, plus(by_h, times(h, in_plane))), cross(h, by_e));
-        let h_rate = plus(cross(h, by_h), cross(e, by_e));
-        std::array::from_fn(|k| if k < 3 { e_rate[k] } else { h_rate[k - 3] } * SUN_MEAN_MOTION)
+        self.rate_with(T::from(self.forces.force.radiation), time, state)
     }
 
     fn is_inside(&self, state: State) -> bool {

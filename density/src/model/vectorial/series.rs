@@ -62,6 +62,8 @@ struct Block<const P: usize> {
     z_eta_7: Coefficients<P>,
     /// `G`.
     turning: Coefficients<P>,
+    /// `C` of each lane.
+    radiation: Part,
 }
 
 /// The parameters of a model and the sine and cosine of its obliquity.
@@ -89,6 +91,7 @@ impl<const P: usize> Block<P> {
         eta_7: Self::ZERO,
         z_eta_7: Self::ZERO,
         turning: Self::ZERO,
+        radiation: [0.0; WIDTH],
     };
 
     /// Computes all coefficients from those of order 0 of `u`, `v`, `cos` and `sin`.
@@ -121,7 +124,7 @@ impl<const P: usize> Block<P> {
     /// `η²` and how strongly the forces point to the Sun, of order `n`.
     #[inline(always)]
     fn expand_sun_and_size(&mut self, n: usize, constants: &Constants) {
-        let Self { e, h, in_ecliptic, cos, sin, to_sun, eta2, .. } = self;
+        let Self { e, h, in_ecliptic, cos, sin, to_sun, eta2, radiation, .. } = self;
         let (mut size, mut by_e, mut by_h) = ([0.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
         for j in 0..=n {
             for component in h.iter() {
@@ -133,10 +136,10 @@ impl<const P: usize> Block<P> {
             add_product(&mut by_h, &in_ecliptic[1][j], &sin[n - j]);
         }
         eta2[n] = size;
-        let SunMoon { force, sun, .. } = constants.forces;
-        let radiation = if n == 0 { force.radiation } else { 0.0 };
-        to_sun[0][n] = each(|l| radiation + sun * (10.0 * by_e[l] - 2.0 * by_h[l]));
-        to_sun[1][n] = each(|l| -radiation - sun * (10.0 * by_e[l] + 2.0 * by_h[l]));
+        let sun = constants.forces.sun;
+        let radiation = if n == 0 { *radiation } else { [0.0; WIDTH] };
+        to_sun[0][n] = each(|l| radiation[l] + sun * (10.0 * by_e[l] - 2.0 * by_h[l]));
+        to_sun[1][n] = each(|l| -radiation[l] - sun * (10.0 * by_e[l] + 2.0 * by_h[l]));
     }
 
     /// `η⁻⁵` and `η⁻⁷` of order `n`.
@@ -240,6 +243,12 @@ impl<const P: usize> VectorialSeries<P> {
         block.sin[0][lane % WIDTH] = libm::sin(longitude);
     }
 
+    /// Gives a lane a radiation parameter of its own.
+    #[inline(always)]
+    pub(crate) fn irradiate(&mut self, lane: usize, radiation: f64) {
+        self.blocks[lane / WIDTH].radiation[lane % WIDTH] = radiation;
+    }
+
     /// Coefficient 0 of the state of a lane.
     #[inline(always)]
     fn start_of(&self, lane: usize) -> State {
@@ -253,7 +262,8 @@ impl<const P: usize> Series<P> for VectorialSeries<P> {
     #[inline(always)]
     fn new(model: &Vectorial) -> Self {
         let zero = Aligned([[0.0; LANES]; P]);
-        let blocks = [Block::AT_REST; LANES / WIDTH];
+        let radiation = [model.forces.force.radiation; WIDTH];
+        let blocks = [Block { radiation, ..Block::AT_REST }; LANES / WIDTH];
         Self { model: *model, blocks, time: [0.0; LANES], state: [zero; 6], clearance: zero }
     }
 

@@ -1,0 +1,172 @@
+//! Orbits of a cloud on their way, in the scenario's model or in a simpler one.
+
+use std::fmt::Debug;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::draws::{Distributed, Start};
+use super::mean_cloud::MeanCloud;
+use super::models::{Simplification, SpaceModel};
+use super::{SpaceProblem, SpaceProblemError, VARIABLES, wrong};
+use crate::flow::{Accuracy, Flow, Passages};
+use crate::model::Model;
+use crate::model::irradiated::WithRadiation;
+use crate::model::osculating::Osculating;
+use crate::model::uncertain_radiation::{Linear, Logarithmic, UncertainRadiation};
+use crate::orbits::{LostOrbit, Orbits};
+use crate::sampling::SamplingPlan;
+
+/// Orbits of any model.
+pub trait Cloud: Debug + Send {
+    /// Moves all orbits to a time \[yr\] and notes when each first reached the critical value.
+    ///
+    /// # Errors
+    /// [`LostOrbit`] names the first orbit that cannot be followed.
+    fn advance_watching(&mut self, time: f64, critical: f64, passages: Passages<'_, u8>) -> Result<(), LostOrbit>;
+
+    /// How far it should be moved at a time, if that takes long \[yr\].
+    fn stride(&self) -> Option<f64> {
+        None
+    }
+
+    /// Prepares what is read out where the orbits are now.
+    ///
+    /// # Errors
+    /// [`LostOrbit`] names the first orbit that cannot be followed for it.
+    fn settle(&mut self) -> Result<(), LostOrbit> {
+        Ok(())
+    }
+
+    /// Writes the variables of all orbits, one column after the other; NaN in the columns of variables that the model does not have.
+    fn read_out(&self, columns: &mut [f64]);
+}
+
+impl<M: Model> Cloud for Orbits<M> {
+    fn advance_watching(&mut self, time: f64, critical: f64, passages: Passages<'_, u8>) -> Result<(), LostOrbit> {
+        Orbits::advance_watching(self, time, critical, passages)
+    }
+
+    fn read_out(&self, columns: &mut [f64]) {
+        self.read_out_columns(&mut columns.chunks_exact_mut(self.len().max(1)).collect::<Vec<_>>());
+    }
+}
+
+/// Orbits of a planar model in the place of orbits in space: they have no inclination and no node.
+#[derive(Debug)]
+struct InPlane<M>(Orbits<M>);
+
+impl<M: Model> Cloud for InPlane<M> {
+    fn advance_watching(&mut self, time: f64, critical: f64, passages: Passages<'_, u8>) -> Result<(), LostOrbit> {
+        self.0.advance_watching(time, critical, passages)
+    }
+
+    fn read_out(&self, columns: &mut [f64]) {
+        const OF_PLANE: usize = 2;
+        let (in_plane, rest) = columns.split_at_mut(OF_PLANE * self.0.len());
+        let (beyond, radiation) = rest.split_at_mut((VARIABLES.len() - OF_PLANE) * self.0.len());
+        beyond.fill(f64::NAN);
+        let length = self.0.len().max(1);
+        let both = in_plane.chunks_exact_mut(length).chain(radiation.chunks_exact_mut(length));
+        self.0.read_out_columns(&mut both.collect::<Vec<_>>());
+    }
+}
+
+/// What a case does with a problem in space.
+#[derive(Debug, Clone, Copy)]
+pub struct Sampled<'a> {
+    /// The problem.
+    pub problem: &'a SpaceProblem,
+    /// The model in which orbits move, if not in the problem's.
+    pub simplification: Option<Simplification>,
+    /// How orbits are drawn.
+    pub plan: SamplingPlan,
+    /// How accurately they are moved.
+    pub accuracy: Accuracy,
+}
+
+impl Sampled<'_> {
+    /// The orbits of the numbers in `range`.
+    ///
+    /// # Errors
+    /// [`SpaceProblemError`] if the model asks for more than the problem states.
+    pub fn cloud(&self, range: Range<usize>) -> Result<Box<dyn Cloud>, SpaceProblemError> {
+        let draw = Distributed::of(self.problem)?.draw(&self.plan);
+        let starts: Vec<Start> = range.into_par_iter().map(draw).collect();
+        match (self.simplification, self.problem.model) {
+            (Some(Simplification::Planar), _) => Ok(self.in_plane(&starts)),
+            (Some(Simplification::Vectorial), _) | (None, SpaceModel::Vectorial { .. }) => Ok(self.averaged(&starts)),
+            (_, SpaceModel::Osculating { model, mean_anomaly }) => Ok(self.unaveraged(model, mean_anomaly, &starts)),
+            (Some(Simplification::Osculating), SpaceModel::Vectorial { .. }) => {
+                let problem = "\"osculating\" needs a scenario of that model: an averaged one does not say where the Moon is";
+                Err(wrong("model", problem.into()))
+            }
+        }
+    }
+
+    fn in_plane(&self, starts: &[Start]) -> Box<dyn Cloud> {
+        let planar = self.problem.model.planar();
+        let without = planar.with("radiation", 0.0).unwrap_or(planar);
+        let columns = [variable(starts, 0), variable(starts, 1)];
+        match (self.problem.spread.is_some(), self.problem.is_logarithmic()) {
+            (false, _) => Box::new(InPlane(self.orbits(planar, &columns))),
+            (_, false) => {
+                let model = UncertainRadiation::<Linear>::new(without);
+                Box::new(InPlane(self.orbits(model, &with_radiation(&columns, starts))))
+            }
+            (_, true) => {
+                let model = UncertainRadiation::<Logarithmic>::new(without);
+                Box::new(InPlane(self.orbits(model, &with_radiation(&columns, starts))))
+            }
+        }
+    }
+
+    fn averaged(&self, starts: &[Start]) -> Box<dyn Cloud> {
+        let model = self.problem.model.averaged();
+        let columns = [0, 1, 2, 3].map(|k| variable(starts, k));
+        match (self.problem.spread.is_some(), self.problem.is_logarithmic()) {
+            (false, _) => Box::new(self.orbits(model, &columns)),
+            (_, false) => {
+                Box::new(self.orbits(WithRadiation::<_, Linear>::new(model), &with_radiation(&columns, starts)))
+            }
+            (_, true) => {
+                Box::new(self.orbits(WithRadiation::<_, Logarithmic>::new(model), &with_radiation(&columns, starts)))
+            }
+        }
+    }
+
+    fn unaveraged(&self, model: Osculating, mean_anomaly: Option<f64>, starts: &[Start]) -> Box<dyn Cloud> {
+        let anomalies = starts.iter().map(|start| mean_anomaly.unwrap_or(start.mean_anomaly)).collect();
+        let axes = vec![model.semi_major_axis; starts.len()];
+        let variables = [0, 1, 2, 3].map(|k| variable(starts, k)).into_iter();
+        let columns: Vec<Vec<f64>> = variables.chain([anomalies, axes]).collect();
+        let accuracy = self.accuracy;
+        match (self.problem.spread.is_some(), self.problem.is_logarithmic()) {
+            (false, _) => Box::new(MeanCloud::new(Flow { model, accuracy }, &columns)),
+            (_, false) => {
+                let flow = Flow { model: WithRadiation::<_, Linear>::new(model), accuracy };
+                Box::new(MeanCloud::new(flow, &with_radiation(&columns, starts)))
+            }
+            (_, true) => {
+                let flow = Flow { model: WithRadiation::<_, Logarithmic>::new(model), accuracy };
+                Box::new(MeanCloud::new(flow, &with_radiation(&columns, starts)))
+            }
+        }
+    }
+
+    fn orbits<M: Model>(&self, model: M, columns: &[Vec<f64>]) -> Orbits<M> {
+        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        Orbits::from_variables(Flow { model, accuracy: self.accuracy }, &columns)
+    }
+}
+
+/// One variable of all orbits.
+fn variable(starts: &[Start], k: usize) -> Vec<f64> {
+    starts.iter().map(|start| start.variables[k]).collect()
+}
+
+/// The columns, and one with the radiation parameters.
+fn with_radiation(columns: &[Vec<f64>], starts: &[Start]) -> Vec<Vec<f64>> {
+    let radiation = starts.iter().map(|start| start.radiation).collect();
+    columns.iter().cloned().chain([radiation]).collect()
+}

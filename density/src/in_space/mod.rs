@@ -1,0 +1,288 @@
+//! A cloud in space: what is known of an orbit at first, carried on in any model.
+//!
+//! The cloud at `t = 0` is a Gaussian over solar angle, eccentricity, inclination and node, some of which may be certain, and over the
+//! radiation parameter if that is uncertain, which is then independent of the others. Two places where elements are singular are none
+//! for the cloud:
+//!
+//! - `e = 0`: the Gaussian is cut to `0 < e < 1` and scaled to a probability of 1, as in the plane ([`crate::problem`]);
+//! - `i = 0`: an inclination below 0 is one above it with the node on the other side: `(phi, -i, node)` is the orbit
+//!   `(phi, i, node + π)`, since the plane turns about the line of nodes and `phi` counts from a direction that turns with it. So nothing is cut
+//!   there, and the vectors of the orbit are smooth functions of the Gaussian's variables.
+//!
+//! `i = π` is singular in `phi` itself; clouds that come near it are refused.
+//!
+//! Every orbit is drawn by its number from the same shares of probability ([`draws`]), whichever model then moves it, so that clouds in two
+//! models differ by the models alone (common random numbers).
+//!
+//! | file | idea |
+//! |---|---|
+//! | here | the problem |
+//! | [`models`] | the model of a problem by name and parameters, and the simpler models that a case may take in its place |
+//! | [`draws`] | the orbits of a cloud by their numbers |
+//! | [`cloud`] | orbits of any model, on their way |
+//! | [`mean_cloud`] | unaveraged orbits, read out as averages over a revolution |
+//! | [`pilot`] | the axes on which clouds are compared |
+
+pub mod cloud;
+pub mod draws;
+pub mod mean_cloud;
+pub mod models;
+pub mod pilot;
+
+use std::f64::consts::PI;
+use std::fmt;
+
+use crate::gaussian::Gaussian;
+use crate::model::{Variable, vectorial};
+use crate::problem::{STRONGEST_CORRELATION, check_times};
+use crate::uncertain::{self, Distribution, Spread};
+
+use models::SpaceModel;
+
+/// The variables of a cloud in space, but for the radiation parameter.
+pub const VARIABLES: [Variable; 4] = vectorial::VARIABLES;
+/// Position of the eccentricity, at whose critical value the satellite re-enters.
+pub const REENTRY: usize = 1;
+
+/// The Gaussian at `t = 0` over [`VARIABLES`], before the cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InitialInSpace {
+    /// Means.
+    pub mean: [f64; 4],
+    /// Standard deviations; a variable with 0 is certain.
+    pub sigma: [f64; 4],
+    /// Correlations of the pairs of variables, in the order of [`PAIRS`].
+    pub correlation: [f64; 6],
+}
+
+/// The pairs of variables.
+pub const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+
+/// The names of [`PAIRS`] in scenario files.
+pub const PAIR_NAMES: [&str; 6] =
+    ["phi_e", "phi_inclination", "phi_node", "e_inclination", "e_node", "inclination_node"];
+
+/// A cloud in space, and what is asked of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceProblem {
+    /// The model, with the mean of its radiation parameter.
+    pub model: SpaceModel,
+    /// The cloud at `t = 0`.
+    pub initial: InitialInSpace,
+    /// The uncertainty of the radiation parameter, if it is uncertain.
+    pub spread: Option<Spread>,
+    /// Snapshot times \[yr\], ascending from zero.
+    pub times: Vec<f64>,
+    /// Eccentricity at which the satellite re-enters.
+    pub critical_e: f64,
+}
+
+/// What is wrong with a problem in space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceProblemError {
+    /// The key of a scenario file that states it: `initial.sigma_e`.
+    pub key: String,
+    /// What is wrong and what would be right.
+    pub problem: String,
+}
+
+impl std::error::Error for SpaceProblemError {}
+
+impl fmt::Display for SpaceProblemError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.key, self.problem)
+    }
+}
+
+/// The narrowest Gaussian that is no certainty.
+const NARROWEST: f64 = 5e-10;
+/// How far from its mean, in standard deviations, an inclination must not reach π.
+const REACH: f64 = 6.0;
+
+impl SpaceProblem {
+    /// The same problem, if every number is in the range for which the methods are made.
+    ///
+    /// # Errors
+    /// [`SpaceProblemError`] with the first key that is wrong and the values that are allowed.
+    pub fn checked(self) -> Result<Self, SpaceProblemError> {
+        self.model.check()?;
+        self.initial.check()?;
+        self.check_spread()?;
+        check_times(&self.times).map_err(|error| wrong("times.at", error.problem()))?;
+        let critical = self.critical_e;
+        match critical > 0.0 && critical < 1.0 {
+            true => Ok(self),
+            false => Err(refused("disposal.critical_e", critical, "between 0 and 1, both excluded")),
+        }
+    }
+
+    fn check_spread(&self) -> Result<(), SpaceProblemError> {
+        const KEY: &str = "initial.sigma_radiation";
+        let Some(Spread { relative, .. }) = self.spread else { return Ok(()) };
+        let (low, high) = (uncertain::NARROWEST, uncertain::WIDEST);
+        if !(low..=high).contains(&relative) {
+            let right = format!("at least {low:e} and at most {high}, a share of the radiation parameter");
+            return Err(refused(KEY, relative, &right));
+        }
+        match self.model.forces().force.radiation > 0.0 {
+            true => Ok(()),
+            false => Err(wrong(KEY, "has no effect: there is no radiation pressure, its parameter is 0".into())),
+        }
+    }
+
+    /// The variables of the cloud.
+    pub fn variables(&self) -> Vec<Variable> {
+        VARIABLES.into_iter().chain(self.spread.map(|spread| spread.distribution.variable())).collect()
+    }
+
+    /// Mean and standard deviation of the radiation parameter, or of its logarithm, if it is uncertain.
+    pub fn radiation(&self) -> Option<(f64, f64)> {
+        self.spread.map(|spread| spread.parameters(self.model.forces().force.radiation))
+    }
+
+    /// Means and covariance of all variables before the cut.
+    pub fn moments(&self) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let InitialInSpace { mean, .. } = self.initial;
+        let (mut means, mut covariance): (Vec<f64>, Vec<Vec<f64>>) =
+            (mean.to_vec(), self.initial.covariance().iter().map(|row| row.to_vec()).collect());
+        if let Some((mean, sigma)) = self.radiation() {
+            means.push(mean);
+            covariance.iter_mut().for_each(|row| row.push(0.0));
+            covariance.push([vec![0.0; VARIABLES.len()], vec![sigma * sigma]].concat());
+        }
+        (means, covariance)
+    }
+
+    /// Whether `C` is log-normal rather than a Gaussian.
+    fn is_logarithmic(&self) -> bool {
+        self.spread.is_some_and(|spread| spread.distribution == Distribution::LogNormal)
+    }
+}
+
+impl InitialInSpace {
+    /// The covariance before the cut.
+    pub fn covariance(&self) -> [[f64; 4]; 4] {
+        let mut covariance = [[0.0; 4]; 4];
+        for (k, sigma) in self.sigma.into_iter().enumerate() {
+            covariance[k][k] = sigma * sigma;
+        }
+        for ((a, b), correlation) in PAIRS.into_iter().zip(self.correlation) {
+            covariance[a][b] = correlation * self.sigma[a] * self.sigma[b];
+            covariance[b][a] = covariance[a][b];
+        }
+        covariance
+    }
+
+    /// The Gaussian before the cut.
+    ///
+    /// # Errors
+    /// [`SpaceProblemError`] if the correlations exclude one another.
+    pub fn gaussian(&self) -> Result<Gaussian<4>, SpaceProblemError> {
+        Gaussian::with_certain_variables(self.mean, self.covariance()).map_err(|_| contradiction())
+    }
+
+    fn check(&self) -> Result<(), SpaceProblemError> {
+        let Self { mean: [phi, e, inclination, node], sigma, correlation } = *self;
+        for (key, angle) in [("initial.phi", phi), ("initial.node", node)] {
+            if !angle.is_finite() {
+                return Err(refused(key, angle, "an angle in radians"));
+            }
+        }
+        if !(0.0..1.0).contains(&e) {
+            return Err(refused("initial.e", e, "at least 0 and below 1"));
+        }
+        let keys = ["initial.sigma_phi", "initial.sigma_e", "initial.sigma_inclination", "initial.sigma_node"];
+        for ((key, sigma), most) in keys.into_iter().zip(sigma).zip([PI, 0.5, PI, PI]) {
+            let is_certain = sigma == 0.0 && key != keys[0] && key != keys[1];
+            if !is_certain && !(NARROWEST..=most).contains(&sigma) {
+                return Err(refused(key, sigma, &format!("at least {NARROWEST:e} and at most {most}")));
+            }
+        }
+        let most = PI - REACH * sigma[2];
+        if !(0.0..most).contains(&inclination) {
+            let right = format!(
+                "an angle in radians, at least 0 and below {most:.6}: within {REACH} standard deviations of π the solar angle is \
+                 singular"
+            );
+            return Err(refused("initial.inclination", inclination, &right));
+        }
+        for ((name, (a, b)), correlation) in PAIR_NAMES.into_iter().zip(PAIRS).zip(correlation) {
+            let key = format!("initial.correlation.{name}");
+            if correlation.is_nan() || correlation.abs() > STRONGEST_CORRELATION {
+                let right = format!("between -{STRONGEST_CORRELATION} and {STRONGEST_CORRELATION}");
+                return Err(refused(&key, correlation, &right));
+            }
+            if correlation != 0.0 && (sigma[a] == 0.0 || sigma[b] == 0.0) {
+                return Err(wrong(&key, "is a correlation with a variable that is certain; give its sigma, or leave this out".into()));
+            }
+        }
+        self.gaussian().map(|_| ())
+    }
+}
+
+fn contradiction() -> SpaceProblemError {
+    let problem = "no Gaussian has all these correlations: the matrix of correlations is not positive definite";
+    wrong("initial.correlation", problem.into())
+}
+
+fn wrong(key: &str, problem: String) -> SpaceProblemError {
+    SpaceProblemError { key: key.into(), problem }
+}
+
+fn refused(key: &str, value: f64, right: &str) -> SpaceProblemError {
+    wrong(key, format!("{value} is not allowed, it must be {right}"))
+}
+
+#[cfg(test)]
+pub(crate) mod example {
+    //! A cloud at two and a half Earth radii, inclined and correlated.
+    use super::*;
+    use crate::model::planar::Force;
+    use crate::model::sun_moon::SunMoon;
+    use crate::model::vectorial::Vectorial;
+
+    pub(crate) fn problem() -> SpaceProblem {
+        let forces = SunMoon { force: Force { radiation: 0.15, oblateness: 0.409_204 }, sun: 4.7622e-4, moon: 1.037e-3 };
+        SpaceProblem {
+            model: SpaceModel::Vectorial { model: Vectorial { forces, obliquity: 0.409, sun_longitude: 1.0 }, axis: Some(2.5) },
+            initial: InitialInSpace {
+                mean: [2.2069, 0.145, 0.2, 1.0],
+                sigma: [0.1, 0.02, 0.02, 0.1],
+                correlation: [0.3, 0.0, 0.0, -0.4, 0.0, 0.0],
+            },
+            spread: Some(Spread { relative: 0.05, distribution: Distribution::Gaussian }),
+            times: vec![0.0, 0.5, 1.0],
+            critical_e: 0.6,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_key_is_told_with_its_value_and_what_would_be_right() {
+        assert!(example::problem().checked().is_ok());
+        let refused = |change: fn(&mut SpaceProblem), key: &str, words: &str| {
+            let mut problem = example::problem();
+            change(&mut problem);
+            let error = problem.checked().unwrap_err();
+            assert_eq!(error.key, key);
+            assert!(error.problem.contains(words), "{error}");
+        };
+        refused(|p| p.initial.mean[1] = 1.0, "initial.e", "1 is not allowed, it must be at least 0 and below 1");
+        refused(|p| p.initial.sigma[0] = 0.0, "initial.sigma_phi", "at least 5e-10");
+        refused(|p| p.initial.mean[2] = 3.1, "initial.inclination", "singular");
+        refused(|p| p.initial.correlation[3] = 1.0, "initial.correlation.e_inclination", "between -0.999 and 0.999");
+        refused(|p| p.initial.sigma[2] = 0.0, "initial.correlation.e_inclination", "a variable that is certain");
+        refused(
+            |p| p.initial.correlation = [0.9, 0.9, 0.0, -0.9, 0.0, 0.0],
+            "initial.correlation",
+            "not positive definite",
+        );
+        refused(|p| p.spread = p.spread.map(|s| Spread { relative: 2.0, ..s }), "initial.sigma_radiation", "at most 1");
+        refused(|p| p.critical_e = 0.0, "disposal.critical_e", "between 0 and 1");
+        refused(|p| p.times = vec![0.0, 0.0], "times.at", "times must ascend");
+    }
+}
