@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use density::first_passage::curve_times;
 use density::grid::{Axis, Grid};
+use density::in_space::SpaceProblem;
 use density::model::plane::VARIABLES;
 use density::model::registry::Planar;
 use density::problem::Problem;
@@ -17,6 +18,7 @@ use crate::failure::Failure;
 use crate::limits::MOST_BINS;
 use crate::planar_problem::{described, key, problem};
 use crate::space::Space;
+use crate::space_problem;
 
 /// A scenario to work on.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +36,8 @@ pub struct Assignment {
     pub plane: Option<Plane>,
     /// The same, if the model is planar and its radiation parameter is uncertain.
     pub uncertain: Option<Uncertain>,
+    /// The problem, if the model is one in space.
+    pub in_space: Option<SpaceProblem>,
 }
 
 /// A scenario of a planar model.
@@ -72,16 +76,32 @@ impl Assignment {
         Self { uncertain: Some(uncertain), ..Self::new(said, axes) }
     }
 
+    /// The same for a scenario in space, compared on these axes of its variables at each snapshot.
+    pub fn in_space(
+        run_id: u64,
+        name: &str,
+        (scenario, scenarios): (u32, u32),
+        problem: SpaceProblem,
+        axes: Vec<Vec<Axis>>,
+    ) -> Self {
+        let said = Description { run_id, scenario, scenarios, ..space_problem::described(name, &problem, &axes) };
+        let compared = said.projections.iter().flat_map(Projection::axes).map(|(variable, _)| variable);
+        let compared: Vec<usize> = compared.collect();
+        let kept = |(k, axis): (usize, Axis)| if compared.contains(&k) { axis } else { NO_AXIS };
+        let axes = axes.into_iter().map(|axes| axes.into_iter().enumerate().map(kept).collect()).collect();
+        Self { in_space: Some(problem), ..Self::new(said, axes) }
+    }
+
     fn new(said: Description, axes: Vec<Vec<Axis>>) -> Self {
         let (variables, projections) = (said.variables.clone(), said.projections.clone());
         let space = Arc::new(Space { variables, reentry: said.reentry, projections });
         let times = said.snapshots.iter().map(|moment| moment.time).collect();
-        Self { said, space, times, axes, plane: None, uncertain: None }
+        Self { said, space, times, axes, plane: None, uncertain: None, in_space: None }
     }
 
-    /// Largest count of numbers in the payload of a planar scenario with `snapshots` snapshots.
+    /// Largest count of numbers in the payload of a scenario of any of phasecloud's models with `snapshots` snapshots.
     pub const fn numbers(snapshots: usize) -> usize {
-        Description::numbers(VARIABLES.len() + 1, AXES, snapshots)
+        Description::numbers(density::in_space::VARIABLES.len() + 1, AXES_IN_SPACE, snapshots)
     }
 
     /// Reads a message.
@@ -138,7 +158,8 @@ impl Assignment {
         let is_uncertain = said.variables.len() == VARIABLES.len() + 1;
         let plane = if is_planar && !is_uncertain { Some(plane(&said, &axes)?) } else { None };
         let uncertain = if is_planar && is_uncertain { Some(uncertain(&said, &axes)?) } else { None };
-        Ok(Self { plane, uncertain, ..Self::new(said, axes) })
+        let in_space = space_problem::problem(&said).transpose()?;
+        Ok(Self { plane, uncertain, in_space, ..Self::new(said, axes) })
     }
 
     /// The message's header and items.
@@ -150,8 +171,8 @@ impl Assignment {
     }
 }
 
-/// Number of axes of all projections on which densities in the plane are compared.
-const AXES: usize = 4;
+/// Number of axes of all projections on which densities in space are compared; in the plane there are fewer.
+const AXES_IN_SPACE: usize = 8;
 
 /// The axis of a variable that is in no projection.
 const NO_AXIS: Axis = Axis { low: 0.0, high: 1.0, bins: 0 };
@@ -291,7 +312,8 @@ mod tests {
         refused(|header| header.projection_count = 0, "with 0 axes");
         refused(|header| header.scenario = 3, "number 3 of 1");
         let gaussian = 5;
-        let rows: Vec<f64> = items[gaussian..].chunks(1 + 2 * AXES).rev().flatten().copied().collect();
+        let axes = 4;
+        let rows: Vec<f64> = items[gaussian..].chunks(1 + 2 * axes).rev().flatten().copied().collect();
         let backwards = [&items[..gaussian], &rows].concat();
         assert!(Assignment::from_parts(&header, &backwards).unwrap_err().contains("times.at"));
     }

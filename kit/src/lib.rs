@@ -43,7 +43,7 @@
 //! ```
 //!
 //! - [`propagator`]: the trait, and the loop that serves scenario after scenario;
-//! - [`assignment`]: a scenario as a propagator gets it; [`planar_problem`]: the problem that it states; [`space`]: its variables, and what
+//! - [`assignment`]: a scenario as a propagator gets it; [`planar_problem`], [`space_problem`]: the problem that it states; [`space`]: its variables, and what
 //!   is said of a cloud in them;
 //! - [`kind`]: what is known of each kind of snapshot; [`snapshot_rules`]: what every snapshot must be;
 //! - [`session`]: a process's access to the run; [`screen`]: what may pass from a topic into a process;
@@ -75,6 +75,7 @@ pub mod session;
 pub mod shard;
 pub mod snapshot_rules;
 pub mod space;
+pub mod space_problem;
 mod threads;
 
 pub use assignment::{Assignment, Plane};

@@ -17,15 +17,6 @@ pub fn described(
 ) -> Description {
     let Problem { model, initial, times, critical_e } = problem;
     let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, .. } = *initial;
-    let variable = |variable: &Variable| scenario::Variable {
-        name: variable.name.into(),
-        symbol: variable.symbol.into(),
-        unit: variable.unit.into(),
-        range: match variable.kind {
-            Kind::Circle => Range::Circle,
-            Kind::Interval { low, high } => Range::Interval { low, high },
-        },
-    };
     let parameter = |(parameter, value): (density::model::parameter::Parameter, f64)| Parameter {
         name: parameter.name.into(),
         symbol: parameter.symbol.into(),
@@ -57,6 +48,19 @@ pub fn described(
     }
 }
 
+/// A variable as a message states it.
+pub(crate) fn variable(variable: &Variable) -> scenario::Variable {
+    scenario::Variable {
+        name: variable.name.into(),
+        symbol: variable.symbol.into(),
+        unit: variable.unit.into(),
+        range: match variable.kind {
+            Kind::Circle => Range::Circle,
+            Kind::Interval { low, high } => Range::Interval { low, high },
+        },
+    }
+}
+
 /// The key of a scenario file that states a field of a problem.
 pub fn key(field: Field) -> String {
     match field {
@@ -83,7 +87,7 @@ pub fn problem(said: &Description) -> Result<(Problem<Planar>, Option<Spread>), 
         ModelError::Missing { .. } | ModelError::Superfluous { .. } => format!("orbit: {error}"),
     })?;
     let nowhere = Problem { model, initial: NOWHERE, times: Vec::new(), critical_e: 0.0 };
-    let spread = spread(said, model.value("radiation").unwrap_or(0.0))?;
+    let spread = spread(said, model.value("radiation").unwrap_or(0.0), VARIABLES.len())?;
     let ours = described("", &nowhere, spread, |_| Vec::new());
     if (&said.variables, said.reentry) != (&ours.variables, ours.reentry) {
         return Err(format!(
@@ -108,17 +112,19 @@ pub fn problem(said: &Description) -> Result<(Problem<Planar>, Option<Spread>), 
     Ok((problem, spread))
 }
 
-/// The spread of the radiation parameter of which a message states the mean among the parameters, and mean and variance of the third
-/// variable.
-fn spread(said: &Description, radiation: f64) -> Result<Option<Spread>, String> {
+/// The spread of the radiation parameter of which a message states the mean among the parameters, and its own mean and variance as those of the
+/// last variable, which stands at `place`.
+pub(crate) fn spread(said: &Description, radiation: f64, place: usize) -> Result<Option<Spread>, String> {
     const ROUNDING: f64 = 1e-9;
-    let (Some(third), Some(&mean), Some(&variance)) = (said.variables.get(2), said.mean.get(2), said.covariance.get(5))
+    let (Some(third), Some(&mean), Some(&variance)) =
+        (said.variables.get(place), said.mean.get(place), said.covariance.last())
     else {
         return Ok(None);
     };
     let distributions = [Distribution::Gaussian, Distribution::LogNormal];
     let distribution = distributions.into_iter().find(|distribution| distribution.variable().symbol == third.symbol);
-    let distribution = distribution.ok_or_else(|| format!("variables: there is no third variable {}", third.symbol))?;
+    let distribution =
+        distribution.ok_or_else(|| format!("variables: {} is none that such a cloud has", third.symbol))?;
     let (relative, right) = match distribution {
         Distribution::Gaussian => (variance.sqrt() / mean, mean),
         Distribution::LogNormal => (variance.exp_m1().sqrt(), (mean + 0.5 * variance).exp()),

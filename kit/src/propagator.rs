@@ -43,6 +43,16 @@ pub trait Propagator {
     /// Whatever makes the scenario impossible for this method.
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure>;
 
+    /// Moves a part of the way to snapshot `index` and returns how much of that way is behind it; `None` if nothing is left but
+    /// [`Propagator::advance`]. A method that takes minutes between snapshots shows its progress in this way.
+    ///
+    /// # Errors
+    /// Whatever makes it impossible to go on.
+    fn approach(&mut self, index: usize) -> Result<Option<f64>, Failure> {
+        let _ = index;
+        Ok(None)
+    }
+
     /// Moves to snapshot `index`, the next after the last one, and returns how many rows it has.
     ///
     /// # Errors
@@ -192,6 +202,11 @@ fn serve_one(
     let (count, variables) = (assignment.times.len(), assignment.space.variables.len());
     for (index, &time) in assignment.times.iter().enumerate() {
         session.check_stop()?;
+        while let Some(share) = propagator.approach(index)? {
+            session.check_stop()?;
+            let done = ((index as f64 + share) * PARTS as f64) as usize;
+            session.working(assignment.scenario(), done.min(count * PARTS - 1), count * PARTS)?;
+        }
         let rows = propagator.advance(index)?;
         let (mut draft, rows) = drafting.draft(outlet, propagator, rows, assignment, index)?;
         let header = SnapshotHeader {
@@ -226,6 +241,9 @@ fn serve_one(
     }
     session.done(assignment.scenario())
 }
+
+/// The units in which the way to a snapshot is reported.
+const PARTS: usize = 100;
 
 /// How the snapshots are made from what a propagator writes.
 struct Drafting {

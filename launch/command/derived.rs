@@ -86,15 +86,24 @@ pub fn in_words(Spread { relative, distribution }: Spread) -> String {
 
 /// What follows from a scenario in space, in words, one line each.
 pub fn lines_in_space(scenario: &ScenarioInSpace) -> Vec<String> {
-    let ScenarioInSpace { model, critical_e, .. } = scenario;
+    let ScenarioInSpace { model, critical_e, cloud, .. } = scenario;
     let parameters = model.parameters();
     let parameters =
         parameters.iter().map(|(parameter, value)| format!("{} = {}", parameter.symbol, significant(*value)));
     let mut lines = vec![
         format!("model {}: {}", model.name(), parameters.collect::<Vec<_>>().join(", ")),
-        "`phasecloud orbit` prints its mean orbit; clouds are not propagated in this model yet".into(),
+        match cloud {
+            Some(cloud) => {
+                let symbols: Vec<&str> = cloud.variables().iter().map(|variable| variable.symbol).collect();
+                format!("a cloud over {}", symbols.join(", "))
+            }
+            None => {
+                "a single orbit, which `phasecloud orbit` prints: there is no sigma_phi and sigma_e in [initial]".into()
+            }
+        },
     ];
     lines.extend(critical_e.map(|e| format!("critical eccentricity {}", significant(e))));
+    lines.extend(cloud.as_ref().and_then(|cloud| cloud.spread).map(in_words));
     lines
 }
 

@@ -105,7 +105,7 @@ fn prepare(arguments: &DomainArguments) -> Result<(OwnDomain, Capacity), String>
     if let Some(unknown) = references(arguments).into_iter().find(|reference| !labels.contains(reference)) {
         return Err(format!("no case has the label \"{unknown}\"; there are {}", labels.join(", ")));
     }
-    let snapshots = |file: &PathBuf| scenario_file::load(file).map(|scenario| scenario.problem.times.len());
+    let snapshots = |file: &PathBuf| scenario_file::load_cloud(file).map(|scenario| scenario.times().len());
     let snapshots: Vec<usize> =
         arguments.scenarios.iter().map(snapshots).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
     let propagators = arguments.labels.iter().map(|case| case.shards as usize).sum();

@@ -24,7 +24,7 @@ pub fn run(launch_file: Option<&Path>) -> ExitCode {
 
 /// Boxes are processes, arrows topics.
 fn mermaid(launch: &Launch) -> String {
-    let scenarios: Vec<&str> = launch.scenarios.iter().map(|s| s.content.name.as_str()).collect();
+    let scenarios: Vec<&str> = launch.scenarios.iter().map(|s| s.content.name()).collect();
     let mut text = format!("flowchart LR\n  scenario[\"scenario<br>{}\"]\n", scenarios.join(", "));
     for (number, case) in launch.cases.iter().enumerate() {
         text += &format!("  case{number}[\"{}\"]\n", title(case, launch));

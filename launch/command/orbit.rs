@@ -50,17 +50,21 @@ pub fn run(arguments: &OrbitArguments) -> ExitCode {
         Ok(scenario) => scenario,
         Err(error) => return refuse(&error.to_string()),
     };
-    let times = match &scenario {
-        AnyScenario::InPlane { scenario, .. } => &scenario.problem.times,
-        AnyScenario::InSpace(scenario) => &scenario.times,
-    };
-    let times = match step.map_or_else(|| Ok(times.clone()), |step| stepped(step, times)) {
+    let times = scenario.times();
+    let times = match step.map_or_else(|| Ok(times.to_vec()), |step| stepped(step, times)) {
         Ok(times) => times,
         Err(problem) => return refuse(&problem),
     };
     let is_unaveraged = matches!(&scenario, AnyScenario::InSpace(s) if matches!(s.model, ModelInSpace::Osculating(..)));
     if *osculating && !is_unaveraged {
         return refuse("--osculating: only the model \"osculating\" has osculating elements; leave it out");
+    }
+    if has_no_place(&scenario) {
+        return refuse(&format!(
+            "{}: initial: must have mean_anomaly: without it the orbits of a cloud are spread evenly over the revolution, and none of them \
+             stands for all",
+            path.display()
+        ));
     }
     match print(&scenario, &times, *osculating) {
         Ok(()) => ExitCode::SUCCESS,
@@ -112,7 +116,8 @@ fn print(scenario: &AnyScenario, times: &[f64], osculating: bool) -> Result<(), 
                     Ok(())
                 })
             }
-            ModelInSpace::Osculating(model, start) if osculating => {
+            ModelInSpace::Osculating(model, start, anomaly) if osculating => {
+                let start = with_place(model, start, anomaly);
                 head(&osculating::VARIABLES[..5]);
                 follow(model, start, times, |model: &Osculating, time, state| {
                     let [x, y, z, vx, vy, vz] = state;
@@ -122,7 +127,8 @@ fn print(scenario: &AnyScenario, times: &[f64], osculating: bool) -> Result<(), 
                     Ok(())
                 })
             }
-            ModelInSpace::Osculating(model, start) => {
+            ModelInSpace::Osculating(model, start, anomaly) => {
+                let start = with_place(model, start, anomaly);
                 head(&vectorial::VARIABLES);
                 follow(model, start, times, |model: &Osculating, time, state| {
                     let MeanOrbit { vectors, semi_major_axis } = mean_orbit(&Flow::new(*model), time, state)?;
@@ -132,6 +138,16 @@ fn print(scenario: &AnyScenario, times: &[f64], osculating: bool) -> Result<(), 
             }
         },
     }
+}
+
+/// Whether it is not said where on its ellipse the satellite is at first.
+fn has_no_place(scenario: &AnyScenario) -> bool {
+    matches!(scenario, AnyScenario::InSpace(s) if matches!(s.model, ModelInSpace::Osculating(.., None)))
+}
+
+/// The variables of the unaveraged model.
+fn with_place(model: Osculating, [phi, e, inclination, node]: [f64; 4], mean_anomaly: Option<f64>) -> [f64; 6] {
+    [phi, e, inclination, node, mean_anomaly.unwrap_or(0.0), model.semi_major_axis]
 }
 
 /// Follows an orbit from time to time.

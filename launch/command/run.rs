@@ -287,7 +287,7 @@ fn start_times(order: Option<u64>) -> impl FnMut() -> Instant {
 /// The failures under the names that the user is shown: the case, after the scenario if there are several.
 fn by_name(launch: &Launch, failures: &Failures, strangers: &BTreeMap<String, String>) -> BTreeMap<String, String> {
     let name = |(scenario, label): &(u32, String)| match launch.scenarios.get(*scenario as usize) {
-        Some(scenario) if launch.scenarios.len() > 1 => format!("{}, {label}", scenario.content.name),
+        Some(scenario) if launch.scenarios.len() > 1 => format!("{}, {label}", scenario.content.name()),
         _ => label.clone(),
     };
     let failures = failures.iter().map(|(place, why)| (name(place), why.clone()));

@@ -275,9 +275,9 @@ fn publish(
     let Service { launch, folder, .. } = service;
     let draft = part(&folder.draft, scenario);
     let file = draft.join(SCENARIO);
-    let content = scenario_file::load(&file).map_err(|e| e.to_string())?;
+    let content = scenario_file::load_cloud(&file).map_err(|e| e.to_string())?;
     let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-    let name = content.name.clone();
+    let name = content.name().to_owned();
     let kept = draft.join(SCENARIOS);
     let moved = std::fs::create_dir(&kept).and_then(|()| std::fs::rename(&file, kept.join(format!("{name}.toml"))));
     moved.map_err(|e| format!("{}: {e}", kept.display()))?;

@@ -10,7 +10,7 @@ use messages::report::{Event, Report};
 use messages::text::printable;
 use messages::topic::{Request, Status};
 use messages::wait::Signals;
-use nodes::files::scenario_file::{self, ScenarioFile};
+use nodes::files::scenario_file::{self, AnyScenario};
 use nodes::services::request::request;
 use results::manifest::{self, Manifest};
 
@@ -70,7 +70,8 @@ struct Tally {
 
 /// Submits scenario files one after the other.
 pub fn run(arguments: &SubmitArguments) -> ExitCode {
-    let loaded: Result<Vec<_>, _> = arguments.files.iter().map(|file: &PathBuf| scenario_file::load(file)).collect();
+    let loaded: Result<Vec<_>, _> =
+        arguments.files.iter().map(|file: &PathBuf| scenario_file::load_cloud(file)).collect();
     let scenarios = match loaded {
         Ok(scenarios) => scenarios,
         Err(error) => {
@@ -84,7 +85,7 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
         Ok(()) => ExitCode::FAILURE,
         Err(Trouble::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(trouble) => {
-            let missing = scenarios.iter().skip(tally.done + tally.refused).map(|scenario| scenario.name.as_str());
+            let missing = scenarios.iter().skip(tally.done + tally.refused).map(AnyScenario::name);
             let problem = match trouble {
                 Trouble::NoService(problem) => problem,
                 _ => format!("{}: the service has ended, there are no results", missing.collect::<Vec<_>>().join(", ")),
@@ -96,7 +97,7 @@ pub fn run(arguments: &SubmitArguments) -> ExitCode {
 }
 
 /// Asks for all scenarios, one after the other, as long as there is a service that does them.
-fn submit(scenarios: &[ScenarioFile], target: &Target, tally: &mut Tally) -> Result<(), Trouble> {
+fn submit(scenarios: &[AnyScenario], target: &Target, tally: &mut Tally) -> Result<(), Trouble> {
     let LiveRun { place, notice } = attach::find_service(target).map_err(Trouble::NoService)?;
     let asked = ask(scenarios, &place, notice.map(|notice| notice.results), tally);
     if domain::is_live(&place) {
@@ -111,19 +112,19 @@ fn submit(scenarios: &[ScenarioFile], target: &Target, tally: &mut Tally) -> Res
     }
 }
 
-fn ask(scenarios: &[ScenarioFile], place: &Place, results: Option<PathBuf>, tally: &mut Tally) -> Result<(), Trouble> {
+fn ask(scenarios: &[AnyScenario], place: &Place, results: Option<PathBuf>, tally: &mut Tally) -> Result<(), Trouble> {
     let signals = Signals::catch(&[]).map_err(|e| Trouble::NoService(format!("cannot catch signals: {e}")))?;
     let domain = Domain::enter(place, &format!("submit-{}", std::process::id()))?;
-    let longest = scenarios.iter().map(|scenario| scenario.problem.times.len()).max().unwrap_or(1);
+    let longest = scenarios.iter().map(|scenario| scenario.times().len()).max().unwrap_or(1);
     let longest = Assignment::numbers(longest);
     let (reports, requests) = (domain.inlet()?, domain.outlet(longest)?);
     let client = Client { signals, place, results, reports, requests };
     while client.reports.receive()?.is_some() {}
     for scenario in scenarios {
         match client.have_done(scenario)? {
-            Ok(position) => client.conclude(position, &scenario.name, tally)?,
+            Ok(position) => client.conclude(position, scenario.name(), tally)?,
             Err(why) => {
-                remark!("error: {}: {why}", scenario.name);
+                remark!("error: {}: {why}", scenario.name());
                 tally.refused += 1;
             }
         }
@@ -142,7 +143,7 @@ struct Client<'a> {
 
 impl Client<'_> {
     /// Asks for a scenario and waits until it is recorded; returns its position, or why it was refused.
-    fn have_done(&self, scenario: &ScenarioFile) -> Result<Result<u32, String>, Trouble> {
+    fn have_done(&self, scenario: &AnyScenario) -> Result<Result<u32, String>, Trouble> {
         let number = number_of_a_request();
         let (header, items) = match request(scenario, number) {
             Ok(parts) => parts,
@@ -169,7 +170,7 @@ impl Client<'_> {
                 return Err(Trouble::Ended);
             }
             if position.is_none() && !told && asked.elapsed() > WHILE {
-                remark!("{}: not taken yet; the service works on what it was asked for before", scenario.name);
+                remark!("{}: not taken yet; the service works on what it was asked for before", scenario.name());
                 told = true;
             }
             self.wait(LOOK)?;

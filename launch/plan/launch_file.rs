@@ -10,7 +10,7 @@ use kit::limits::MOST_BINS;
 use nodes::files::file_kind::FileKind;
 use nodes::files::input::{InputError, InputFile};
 use nodes::files::plain_number::plain;
-use nodes::files::scenario_file::{self, ScenarioFile};
+use nodes::files::scenario_file::{self, AnyScenario};
 use nodes::files::toml_words::choice;
 use nodes::methods::accuracy::AccuracySetting;
 use serde::Deserialize;
@@ -108,7 +108,7 @@ pub struct ScenarioInput {
     /// The text of the file.
     pub text: String,
     /// What it says.
-    pub content: ScenarioFile,
+    pub content: AnyScenario,
 }
 
 /// The file's top level, without the propagators.
@@ -150,7 +150,12 @@ impl Launch {
 
     /// The most snapshots of any of its scenarios.
     pub fn most_snapshots(&self) -> usize {
-        self.scenarios.iter().map(|scenario| scenario.content.problem.times.len()).max().unwrap_or(1)
+        self.scenarios.iter().map(|scenario| scenario.content.times().len()).max().unwrap_or(1)
+    }
+
+    /// The most variables of the cloud of any of its scenarios.
+    pub fn most_variables(&self) -> usize {
+        self.scenarios.iter().map(|scenario| scenario.content.variables()).max().unwrap_or(2)
     }
 
     /// How many processes propagate.
@@ -349,8 +354,8 @@ fn scenarios(
         let content =
             InputFile::read(&folder.join(relative.get_ref())).map_err(|e| file.error(relative, &e.to_string()))?;
         let input = scenario(content)?;
-        if !names.insert(input.content.name.clone()) {
-            let problem = format!("a second scenario with the name \"{}\"; names must differ", input.content.name);
+        if !names.insert(input.content.name().to_owned()) {
+            let problem = format!("a second scenario with the name \"{}\"; names must differ", input.content.name());
             return Err(file.error(relative, &problem));
         }
         inputs.push(input);
@@ -359,7 +364,7 @@ fn scenarios(
 }
 
 fn scenario(file: InputFile) -> Result<ScenarioInput, InputError> {
-    Ok(ScenarioInput { content: scenario_file::check(&file)?, text: file.text().into() })
+    Ok(ScenarioInput { content: scenario_file::check_cloud(&file)?, text: file.text().into() })
 }
 
 #[cfg(test)]

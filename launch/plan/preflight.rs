@@ -147,10 +147,12 @@ fn needed_bytes(launch: &Launch, snapshots: u64) -> u64 {
     payload.saturating_add((launch.propagators() as u64 + 5) * OVERHEAD)
 }
 
-/// Numbers of a density on the comparison grid, with its marginals.
+/// Numbers of a density on the comparison grid, with its marginals; in space there are a second pair of variables and two more marginals.
 fn density_numbers(launch: &Launch) -> u64 {
     let (phi, e) = (launch.bins.0 as u64, launch.bins.1 as u64);
-    phi * e + phi + e
+    let in_plane = phi * e + phi + e;
+    let is_in_space = launch.scenarios.iter().any(|scenario| scenario.content.in_plane().is_none());
+    if is_in_space { in_plane + e * e + 2 * e } else { in_plane }
 }
 
 /// The largest count of numbers that a snapshot of a case can have.
@@ -159,7 +161,7 @@ fn numbers(launch: &Launch, case: &Case) -> u64 {
         Runs::BuiltIn { .. } if case.reduce => {
             u64::from(case.shards).saturating_mul(reduced::most_numbers(launch.bins.0 * launch.bins.1) as u64)
         }
-        Runs::BuiltIn { settings, .. } => settings.most_numbers(launch.bins) as u64,
+        Runs::BuiltIn { settings, .. } => settings.most_numbers(launch.bins, launch.most_variables()) as u64,
         // Nobody knows what a foreign program will ask for, and a recorded case is checked where it is played.
         Runs::Command(_) | Runs::Recorded(_) => 0,
     }

@@ -59,7 +59,7 @@ impl ResultsFolder {
         let folder = self.draft.join(SCENARIOS);
         fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
         let keep = |scenario: &ScenarioInput| {
-            let path = folder.join(format!("{}.toml", scenario.content.name));
+            let path = folder.join(format!("{}.toml", scenario.content.name()));
             fs::write(&path, &scenario.text).map_err(|e| format!("{}: {e}", path.display()))?;
             Ok(path)
         };
@@ -72,7 +72,7 @@ impl ResultsFolder {
     /// What cannot be removed, and why.
     pub fn keep_only(&self, kept: &[ScenarioInput]) -> Result<(), String> {
         let failed = |path: &Path, e: io::Error| format!("{}: {e}", path.display());
-        let names: Vec<String> = kept.iter().map(|scenario| format!("{}.toml", scenario.content.name)).collect();
+        let names: Vec<String> = kept.iter().map(|scenario| format!("{}.toml", scenario.content.name())).collect();
         let folder = self.draft.join(SCENARIOS);
         for entry in fs::read_dir(&folder).map_err(|e| failed(&folder, e))?.flatten() {
             if !names.contains(&entry.file_name().to_string_lossy().into_owned()) {
@@ -156,7 +156,7 @@ fn fill(draft: &Path, folder: &Path) -> io::Result<()> {
 /// The name for the results of a launch file: that of its scenario, or that of the launch file if there are several.
 pub fn name_of(launch: &Launch) -> &str {
     match &launch.scenarios[..] {
-        [only] => &only.content.name,
+        [only] => only.content.name(),
         _ => &launch.name,
     }
 }

@@ -36,7 +36,7 @@ pub fn write(folder: &Path, launch: &Launch, record: Record<'_>) -> Result<(), S
         started,
         versions: versions(),
         launch_file: launch.text.clone(),
-        scenarios: launch.scenarios.iter().map(|s| (s.content.name.clone(), s.text.clone())).collect(),
+        scenarios: launch.scenarios.iter().map(|s| (s.content.name().to_owned(), s.text.clone())).collect(),
         reference: launch.references.first().cloned().unwrap_or_default(),
         references: launch.references.clone(),
         baseline: launch.baseline.clone(),

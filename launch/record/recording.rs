@@ -59,7 +59,7 @@ impl Draft {
             configuration: configuration(launch),
             version: env!("CARGO_PKG_VERSION").into(),
             launch_file: launch.text.clone(),
-            scenarios: launch.scenarios.iter().map(|s| (s.content.name.clone(), s.text.clone())).collect(),
+            scenarios: launch.scenarios.iter().map(|s| (s.content.name().to_owned(), s.text.clone())).collect(),
         };
         let about = serde_json::to_string(&about).map_err(|e| format!("{}: {e}", path.display()))?;
         let mut name = path.file_name().unwrap_or_default().to_owned();

@@ -1,14 +1,12 @@
 //! What a disposal designer asks: the probability that the critical eccentricity is exceeded, or was ever reached.
 
-use density::model::registry::Planar;
-use density::problem::Problem;
 use results::MomentsRow;
 use results::rows::PassageRow;
 
 use super::{moments, new_table, number, time_heads};
 
 /// Prints the probability of being above the critical eccentricity at each snapshot, and of ever having reached it by the end.
-pub fn print(scenario: &str, problem: &Problem<Planar>, rows: &[&MomentsRow], passages: &[&PassageRow]) {
+pub fn print(scenario: &str, critical_e: f64, rows: &[&MomentsRow], passages: &[&PassageRow]) {
     let times = moments::times(rows);
     let end = times.last().copied().unwrap_or(0.0);
     let heads = [format!("ever by {end} yr"), "interval".into()];
@@ -26,7 +24,7 @@ pub fn print(scenario: &str, problem: &Problem<Planar>, rows: &[&MomentsRow], pa
         };
         table.add_row([method.to_owned()].into_iter().chain(cells).chain([ever, interval]).collect::<Vec<_>>());
     }
-    say!("\n{scenario}: probability that e exceeds {}, at each time and ever\n{table}", problem.critical_e);
+    say!("\n{scenario}: probability that e exceeds {}, at each time and ever\n{table}", critical_e);
 }
 
 fn probability(p: f64) -> String {

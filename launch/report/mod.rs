@@ -20,14 +20,14 @@ use crate::plan::launch_file::Launch;
 pub fn print(launch: &Launch, folder: &Path) {
     let rows = results::moments::read(&folder.join(files::MOMENTS)).unwrap_or_default();
     let effort_rows: Vec<EffortRow> = table::read(&folder.join(files::EFFORT)).unwrap_or_default();
-    let papers =
-        Launch::load(None, None).ok().and_then(|launch| Some(launch.scenarios.first()?.content.problem.clone()));
+    let papers = Launch::load(None, None).ok().and_then(|launch| launch.scenarios.into_iter().next());
+    let papers = papers.as_ref().and_then(|papers| papers.content.in_plane()).map(|papers| &papers.problem);
     let passages: Vec<PassageRow> = table::read(&folder.join(files::FIRST_PASSAGE)).unwrap_or_default();
     let verdicts: Vec<VerdictRow> = table::read(&folder.join(files::VERDICTS)).unwrap_or_default();
     let notes = notes_in(folder);
     for scenario in &launch.scenarios {
-        let name = scenario.content.name.as_str();
-        let is_papers = papers.as_ref() == Some(&scenario.content.problem);
+        let (name, in_plane) = (scenario.content.name(), scenario.content.in_plane());
+        let is_papers = papers.is_some() && papers == in_plane.map(|scenario| &scenario.problem);
         let rows = of_scenario(&rows, name);
         notes::print_fallbacks(name, &notes);
         if is_papers && side_by_side::applies(launch) {
@@ -35,8 +35,9 @@ pub fn print(launch: &Launch, folder: &Path) {
         } else {
             moments::print(name, &rows, is_papers);
         }
-        let problem = &scenario.content.problem;
-        disposal::print(name, problem, &rows, &of_scenario(&passages, name));
+        if let Some(critical_e) = scenario.content.critical_e() {
+            disposal::print(name, critical_e, &rows, &of_scenario(&passages, name));
+        }
         effort::print(name, &of_scenario(&effort_rows, name), launch.baseline.as_deref().unwrap_or("mc"), is_papers);
         verdicts::print(name, launch.tolerance, &of_scenario(&verdicts, name));
     }

@@ -58,7 +58,9 @@ pub fn table(rows: &[&MomentsRow], beside_paper: bool) -> Table {
     for method in methods(rows) {
         let of_method: Vec<&&MomentsRow> = rows.iter().filter(|row| row.method == method).collect();
         let columns = of_method.first().map_or(Vec::new(), |row| shown(row));
-        for (quantity, (column, _)) in columns.iter().enumerate() {
+        // What is stated at no time is of a variable that the case's model does not have.
+        let is_stated = |(column, _): &&(&str, f64)| of_method.iter().any(|row| !row.number(column).is_nan());
+        for (quantity, (column, _)) in columns.iter().filter(is_stated).enumerate() {
             let cells = of_method.iter().map(|row| {
                 let ours = number(row.number(column));
                 let printed = paper.iter().find(|p| p.method == method && p.t_yr == row.t_yr);

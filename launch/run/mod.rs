@@ -244,6 +244,6 @@ impl<'a> Run<'a> {
 /// What is needed of the scenarios to show progress: all those of a run, none yet of a service.
 fn stages(launch: &Launch, in_all: Option<u32>) -> Vec<Stage> {
     let stage =
-        |s: &ScenarioInput| Stage { name: s.content.name.clone(), snapshots: s.content.problem.times.len() as u64 };
+        |s: &ScenarioInput| Stage { name: s.content.name().to_owned(), snapshots: s.content.times().len() as u64 };
     launch.scenarios.iter().take(in_all.unwrap_or(0) as usize).map(stage).collect()
 }

@@ -51,7 +51,7 @@ impl Run<'_> {
     /// Why the results are not whole, if they are not.
     pub fn incompleteness(&self) -> Option<String> {
         let scenarios = &self.commands.launch.scenarios;
-        let name = |position: usize| scenarios.get(position).map_or("", |input| input.content.name.as_str());
+        let name = |position: usize| scenarios.get(position).map_or("", |input| input.content.name());
         let (recorded, all) = (self.course.scenario as usize, scenarios.len());
         let mut missing = Vec::new();
         if !self.stopping.cut.is_empty() {

@@ -1,5 +1,9 @@
 //! The first-passage curve of a weighted sample of orbits.
 
+use std::f64::consts::PI;
+
+use crate::sampling::group;
+
 /// 97.5 % quantile of the standard normal distribution.
 const QUANTILE: f64 = 1.959_963_984_540_054;
 
@@ -87,6 +91,60 @@ pub fn wilson_interval(p: f64, count: f64) -> (f64, f64) {
     ((centre - half).clamp(0.0, p), (centre + half).clamp(p, 1.0))
 }
 
+/// The curve of orbits of equal weight that were drawn in independent groups ([`crate::sampling::group`]), from the [`point`] of each orbit. Its
+/// interval follows from the spread of the groups' own curves: with `R` groups it is `±t s/sqrt(R)`, with the 97.5 % quantile `t` of Student's
+/// distribution of `R - 1` degrees of freedom (Owen, *Monte Carlo theory, methods and examples*, 2013, Chapter 17). Where fewer than
+/// [`FEW`] orbits have passed, or all but as few, a spread says little, and the interval reaches at least as far as Wilson's.
+pub fn curve_of_groups(points: impl ExactSizeIterator<Item = usize>, groups: usize, times: &[f64]) -> EmpiricalCurve {
+    let points: Vec<usize> = points.collect();
+    let orbits = points.len() as f64;
+    let mut members = vec![Vec::new(); groups.max(1)];
+    points.iter().enumerate().for_each(|(row, &point)| members[group(row, groups.max(1))].push(point));
+    let curves: Vec<Vec<f64>> =
+        members.into_iter().map(|points| curve_of_points(points.into_iter(), times).probability).collect();
+    let whole = curve_of_points(points.into_iter(), times);
+    let count = curves.len() as f64;
+    let quantile = student_quantile(curves.len().saturating_sub(1).max(1));
+    let interval = |(k, &p): (usize, &f64)| {
+        let squares: f64 = curves.iter().map(|curve| (curve[k] - p).powi(2)).sum();
+        let half = quantile * (squares / ((count - 1.0) * count)).sqrt();
+        let (low, high) = ((p - half).clamp(0.0, p), (p + half).clamp(p, 1.0));
+        if p.min(1.0 - p) * orbits < FEW {
+            let wilson = wilson_interval(p, orbits);
+            return (low.min(wilson.0), high.max(wilson.1));
+        }
+        (low, high)
+    };
+    let interval = (curves.len() > 1).then(|| whole.probability.iter().enumerate().map(interval).collect());
+    EmpiricalCurve { interval, ..whole }
+}
+
+/// So few orbits that the spread of groups says little of a count.
+pub const FEW: f64 = 50.0;
+
+/// The 97.5 % quantile of Student's distribution, by bisection of its distribution function (Abramowitz & Stegun 26.7.3 and 26.7.4).
+fn student_quantile(freedom: usize) -> f64 {
+    let (mut low, mut high) = (0.0, 0.5 * PI);
+    for _ in 0..60 {
+        let middle: f64 = 0.5 * (low + high);
+        if within(middle, freedom) < 0.95 { low = middle } else { high = middle }
+    }
+    low.tan() * (freedom as f64).sqrt()
+}
+
+/// Probability that a variable of Student's distribution lies within `±sqrt(freedom) tan(angle)`.
+fn within(angle: f64, freedom: usize) -> f64 {
+    let (sin, cos) = angle.sin_cos();
+    let is_odd = freedom % 2 == 1;
+    let (mut term, mut sum) = (if is_odd { cos } else { 1.0 }, 0.0);
+    for k in (if is_odd { 3 } else { 2 }..=freedom).step_by(2) {
+        sum += term;
+        let next = k as f64;
+        term *= (next - 1.0) / next * cos * cos;
+    }
+    if is_odd { (angle + sin * sum) / (0.5 * PI) } else { sin * sum }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,6 +159,29 @@ mod tests {
             }
             assert!(low <= p && p <= high && low < high);
         }
+    }
+
+    /// Abramowitz & Stegun, Table 26.10.
+    #[test]
+    fn students_quantiles_are_those_of_the_table() {
+        for (freedom, expected) in [(1, 12.706), (2, 4.303), (3, 3.182), (9, 2.262), (15, 2.131), (30, 2.042)] {
+            assert!((student_quantile(freedom) - expected).abs() < 6e-4, "{freedom}: {}", student_quantile(freedom));
+        }
+        assert!((student_quantile(100_000) - QUANTILE).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_interval_of_groups_is_that_of_their_spread_but_never_empty_where_nothing_has_passed() {
+        let times = [0.0, 1.0];
+        // Two groups of pairs: in the first, everybody passes by 1 yr; in the second, half.
+        let points = (0..400).map(|i| if i / 2 % 2 == 0 || i % 4 == 3 { 1 } else { 2 });
+        let curve = curve_of_groups(points, 2, &times);
+        assert_eq!(curve.probability, [0.0, 0.75]);
+        let interval = curve.interval.unwrap();
+        assert_eq!(interval[0], wilson_interval(0.0, 400.0));
+        // Half of the difference of two groups is their standard error.
+        assert_eq!(interval[1], (0.0, 1.0), "a quarter times 12.7 is more than there is");
+        assert!(curve_of_groups((0..8).map(|_| 1), 1, &times).interval.is_none());
     }
 
     #[test]

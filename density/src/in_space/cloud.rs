@@ -98,7 +98,8 @@ impl Sampled<'_> {
             (Some(Simplification::Vectorial), _) | (None, SpaceModel::Vectorial { .. }) => Ok(self.averaged(&starts)),
             (_, SpaceModel::Osculating { model, mean_anomaly }) => Ok(self.unaveraged(model, mean_anomaly, &starts)),
             (Some(Simplification::Osculating), SpaceModel::Vectorial { .. }) => {
-                let problem = "\"osculating\" needs a scenario of that model: an averaged one does not say where the Moon is";
+                let problem =
+                    "\"osculating\" needs a scenario of that model: an averaged one does not say where the Moon is";
                 Err(wrong("model", problem.into()))
             }
         }

@@ -7,10 +7,11 @@
 
 use std::f64::consts::TAU;
 
-use super::{SpaceProblem, SpaceProblemError};
+use super::{InitialInSpace, SpaceProblem, SpaceProblemError};
 use crate::gaussian::Gaussian;
+use crate::problem::InitialGaussian;
 use crate::sampling::{SamplingPlan, normal_quantile_of_tail, normal_tail};
-use crate::uncertain::Distribution;
+use crate::uncertain::{Distribution, Spread, UncertainProblem};
 
 /// Number of shares of an orbit.
 const SHARES: usize = 6;
@@ -47,13 +48,31 @@ impl Distributed {
     /// # Errors
     /// [`SpaceProblemError`] if its correlations exclude one another.
     pub fn of(problem: &SpaceProblem) -> Result<Self, SpaceProblemError> {
-        let (initial, covariance) = (&problem.initial, problem.initial.covariance());
+        Self::new(&problem.initial, problem.spread, problem.model.forces().force.radiation)
+    }
+
+    /// The distribution of a cloud in the plane whose radiation parameter is uncertain: inclination and node are certain.
+    ///
+    /// # Errors
+    /// [`SpaceProblemError`] if solar angle and eccentricity have no Gaussian.
+    pub fn of_plane(problem: &UncertainProblem) -> Result<Self, SpaceProblemError> {
+        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation } = problem.plane.initial;
+        let initial = InitialInSpace {
+            mean: [mean_phi, mean_e, 0.0, 0.0],
+            sigma: [sigma_phi, sigma_e, 0.0, 0.0],
+            correlation: [correlation, 0.0, 0.0, 0.0, 0.0, 0.0],
+        };
+        Self::new(&initial, Some(problem.spread), problem.mean())
+    }
+
+    fn new(initial: &InitialInSpace, spread: Option<Spread>, mean_radiation: f64) -> Result<Self, SpaceProblemError> {
+        let covariance = initial.covariance();
         let reordered = ORDER.map(|a| ORDER.map(|b| covariance[a][b]));
         let gaussian = Gaussian::with_certain_variables(ORDER.map(|k| initial.mean[k]), reordered);
         let gaussian = gaussian.map_err(|_| super::contradiction())?;
         let (mean_e, sigma_e) = (initial.mean[1], initial.sigma[1]);
-        let radiation = problem.radiation().unwrap_or((problem.model.forces().force.radiation, 0.0));
-        let is_cut = problem.spread.is_some_and(|spread| spread.distribution == Distribution::Gaussian);
+        let radiation = spread.map_or((mean_radiation, 0.0), |spread| spread.parameters(mean_radiation));
+        let is_cut = spread.is_some_and(|spread| spread.distribution == Distribution::Gaussian);
         Ok(Self {
             gaussian,
             below_zero: normal_tail(mean_e / sigma_e),

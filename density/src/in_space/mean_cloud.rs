@@ -58,8 +58,7 @@ impl<M: Unaveraged> MeanCloud<M> {
     pub fn new(flow: Flow<M>, columns: &[Vec<f64>]) -> Self {
         let orbits = columns.first().map_or(0, Vec::len);
         let set = |first: usize| {
-            let columns: Vec<&[f64]> =
-                columns.iter().map(|column| &column[first..orbits.min(first + SET)]).collect();
+            let columns: Vec<&[f64]> = columns.iter().map(|column| &column[first..orbits.min(first + SET)]).collect();
             Orbits::from_variables(flow, &columns)
         };
         let sets = (0..orbits).step_by(SET).map(set).collect();

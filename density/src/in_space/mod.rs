@@ -213,7 +213,10 @@ impl InitialInSpace {
                 return Err(refused(&key, correlation, &right));
             }
             if correlation != 0.0 && (sigma[a] == 0.0 || sigma[b] == 0.0) {
-                return Err(wrong(&key, "is a correlation with a variable that is certain; give its sigma, or leave this out".into()));
+                return Err(wrong(
+                    &key,
+                    "is a correlation with a variable that is certain; give its sigma, or leave this out".into(),
+                ));
             }
         }
         self.gaussian().map(|_| ())
@@ -233,18 +236,22 @@ fn refused(key: &str, value: f64, right: &str) -> SpaceProblemError {
     wrong(key, format!("{value} is not allowed, it must be {right}"))
 }
 
-#[cfg(test)]
-pub(crate) mod example {
-    //! A cloud at two and a half Earth radii, inclined and correlated.
+pub mod example {
+    //! An example for tests: a cloud at two and a half Earth radii, inclined and correlated.
     use super::*;
     use crate::model::planar::Force;
     use crate::model::sun_moon::SunMoon;
     use crate::model::vectorial::Vectorial;
 
-    pub(crate) fn problem() -> SpaceProblem {
-        let forces = SunMoon { force: Force { radiation: 0.15, oblateness: 0.409_204 }, sun: 4.7622e-4, moon: 1.037e-3 };
+    /// The cloud, with an uncertain radiation parameter.
+    pub fn problem() -> SpaceProblem {
+        let forces =
+            SunMoon { force: Force { radiation: 0.15, oblateness: 0.409_204 }, sun: 4.7622e-4, moon: 1.037e-3 };
         SpaceProblem {
-            model: SpaceModel::Vectorial { model: Vectorial { forces, obliquity: 0.409, sun_longitude: 1.0 }, axis: Some(2.5) },
+            model: SpaceModel::Vectorial {
+                model: Vectorial { forces, obliquity: 0.409, sun_longitude: 1.0 },
+                axis: Some(2.5),
+            },
             initial: InitialInSpace {
                 mean: [2.2069, 0.145, 0.2, 1.0],
                 sigma: [0.1, 0.02, 0.02, 0.1],

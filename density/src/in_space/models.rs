@@ -160,7 +160,8 @@ impl SpaceModel {
 fn make(name: &str, given: &[(&str, f64)]) -> Result<SpaceModel, SpaceProblemError> {
     let value = |wanted: &str| given.iter().find(|(name, _)| *name == wanted).map(|&(_, value)| value);
     let needed = |wanted: &str| {
-        value(wanted).ok_or_else(|| wrong("model", format!("the model \"{name}\" has no value for its parameter {wanted}")))
+        value(wanted)
+            .ok_or_else(|| wrong("model", format!("the model \"{name}\" has no value for its parameter {wanted}")))
     };
     let force = Force { radiation: needed(RADIATION.name)?, oblateness: needed(OBLATENESS.name)? };
     let forces = SunMoon { force, sun: needed(SUN.name)?, moon: needed(MOON.name)? };

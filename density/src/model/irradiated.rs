@@ -208,11 +208,8 @@ mod tests {
     #[test]
     fn the_series_is_that_of_the_equations_of_motion() {
         use crate::model::{Dual, acceleration};
-        let model = WithRadiation::<_, Linear>::new(Vectorial {
-            forces: forces(0.0),
-            obliquity: 0.409,
-            sun_longitude: 1.0,
-        });
+        let model =
+            WithRadiation::<_, Linear>::new(Vectorial { forces: forces(0.0), obliquity: 0.409, sun_longitude: 1.0 });
         let state = model.state(0.3, Extended { first: [2.2, 0.145, 0.3, 1.0], last: 0.2 });
         let second = acceleration(&model, 0.3, state);
         let mut series = <WithRadiation<Vectorial, Linear> as Model>::Series::<4>::new(&model);

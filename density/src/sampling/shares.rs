@@ -55,7 +55,8 @@ mod tests {
     fn the_mean_of_a_smooth_function_is_far_nearer_with_sobol_points_than_with_independent_ones() {
         let error = |draws| {
             let shares = plan(draws).shares::<6>();
-            let term = |i: usize| shares(i).iter().enumerate().map(|(k, x)| 1.0 + (x - 0.5) / (k + 1) as f64).product::<f64>();
+            let term =
+                |i: usize| shares(i).iter().enumerate().map(|(k, x)| 1.0 + (x - 0.5) / (k + 1) as f64).product::<f64>();
             ((0..8192).map(term).sum::<f64>() / 8192.0 - 1.0).abs()
         };
         let (independent, sobol) = (error(Draws::Independent), error(Draws::Sobol));

@@ -11,7 +11,7 @@ use crate::space::Space;
 
 impl Kind for Characteristics {
     fn breach(&self, space: &Space, rows: usize, items: &[f64]) -> Option<Breach> {
-        not_of_trajectories(space, rows, items)
+        not_of_trajectories(space, rows, items, |_| false)
     }
 
     /// If a hull mesh were interpolated more coarsely than the comparison grid, some bins would have no value.

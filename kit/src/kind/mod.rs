@@ -19,7 +19,7 @@ use density::problem::Problem;
 use density::projected::{Cloud, Projection, Question};
 use messages::content::{Content, kind as code};
 use messages::layout::{DensityHeader, SnapshotHeader, diagnostic};
-use messages::scenario::{Range, Variable};
+use messages::scenario::Range;
 
 use crate::assignment::Assignment;
 use crate::breach::{Breach, Rule};
@@ -65,6 +65,11 @@ pub trait Kind {
 
     /// Whether its sender may withhold numbers by writing NaN.
     fn may_withhold(&self) -> bool {
+        false
+    }
+
+    /// Whether it has columns of NaN, for variables that its sender's model does not have.
+    fn lacks_variables(&self, _rows: usize, _items: &[f64]) -> bool {
         false
     }
 
@@ -285,14 +290,29 @@ fn not_finite(rows: usize, items: &[f64]) -> Option<Breach> {
     Some(Breach { rule: Rule::Finite, what: format!("row {row} of column {column} is {}", items[position]) })
 }
 
-/// The first number of trajectories that is not finite, or that no orbit can have, in the columns of the space's variables.
-fn not_of_trajectories(space: &Space, rows: usize, items: &[f64]) -> Option<Breach> {
-    let no_orbit = |(variable, column): (&Variable, &[f64])| {
+/// The first number of trajectories that is not finite, or that no orbit can have, in the columns of the space's variables. A column of NaN is
+/// right for a variable that `may_be_absent`.
+fn not_of_trajectories(
+    space: &Space,
+    rows: usize,
+    items: &[f64],
+    may_be_absent: impl Fn(usize) -> bool,
+) -> Option<Breach> {
+    let is_absent = |column: &[f64], k: usize| may_be_absent(k) && column.iter().all(|value| value.is_nan());
+    let columns = || items.chunks_exact(rows.max(1)).enumerate().filter(|(k, column)| !is_absent(column, *k));
+    let not_finite = columns().find_map(|(k, column)| not_finite_in(k, column));
+    let no_orbit = |(k, column): (usize, &[f64])| {
+        let variable = space.variables.get(k)?;
         let Range::Interval { low, high } = variable.range else { return None };
         let row = column.iter().position(|value| !(low..high).contains(value))?;
         let what = format!("row {row} has {} = {}, outside [{low}, {high})", variable.symbol, column[row]);
         Some(Breach { rule: Rule::Range, what })
     };
-    let of_variables = || space.variables.iter().zip(items.chunks_exact(rows.max(1))).find_map(no_orbit);
-    not_finite(rows, items).or_else(of_variables)
+    not_finite.or_else(|| columns().find_map(no_orbit))
+}
+
+/// The first number of a column that is not finite.
+fn not_finite_in(column: usize, values: &[f64]) -> Option<Breach> {
+    let row = values.iter().position(|value| !value.is_finite())?;
+    Some(Breach { rule: Rule::Finite, what: format!("row {row} of column {column} is {}", values[row]) })
 }

@@ -8,9 +8,15 @@ use super::{Estimated, Kind, Memory, Place, Snapshot, Trajectories, not_of_traje
 use crate::breach::Breach;
 use crate::space::Space;
 
+/// A planar cloud has both of its variables.
+const IN_PLANE: usize = 2;
+
 impl Kind for Samples {
+    /// A column of NaN is that of a variable that the sampled model does not have, which the re-entry variable is not.
     fn breach(&self, space: &Space, rows: usize, items: &[f64]) -> Option<Breach> {
-        not_of_trajectories(space, rows, items)
+        not_of_trajectories(space, rows, items, |variable| {
+            variable != space.reentry && space.variables.len() > IN_PLANE
+        })
     }
 
     fn estimate(&self, snapshot: &Snapshot, _: &mut Memory, at: &Place) -> Result<Estimated, String> {
@@ -29,6 +35,10 @@ impl Kind for Samples {
         Ok((*self).into())
     }
 
+    fn lacks_variables(&self, rows: usize, items: &[f64]) -> bool {
+        items.chunks_exact(rows.max(1)).any(|column| column.iter().all(|value| value.is_nan()))
+    }
+
     /// Samples that were drawn in groups cannot be reduced: their standard errors need the samples of each group.
     fn may_be_reduced(&self) -> bool {
         groups(self).is_none()
@@ -41,11 +51,8 @@ impl Kind for Samples {
 
 /// The estimate in a space of any variables.
 fn in_any_space(samples: &Samples, snapshot: &Snapshot, at: &Place) -> Result<Estimated, String> {
-    if groups(samples).is_some() {
-        return Err("samples in groups are for planar models alone; leave out their replicates".into());
-    }
     let columns: Vec<&[f64]> = snapshot.items.chunks_exact(snapshot.header.rows.max(1) as usize).collect();
-    Ok(Estimated::of_cloud(&at.ask(|question| of_samples(&columns, question)), at))
+    Ok(Estimated::of_cloud(&at.ask(|question| of_samples(&columns, question, groups(samples))), at))
 }
 
 /// Number of groups in which samples were drawn; `None` if they are independent.

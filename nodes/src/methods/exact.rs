@@ -104,7 +104,7 @@ impl Method for Settings {
         &mut self.accuracy
     }
 
-    fn most_numbers(&self, bins: (usize, usize)) -> usize {
+    fn most_numbers(&self, bins: (usize, usize), _: usize) -> usize {
         bins.0.saturating_mul(bins.1).saturating_add(MOST_HEAD)
     }
 

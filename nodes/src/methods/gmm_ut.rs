@@ -185,7 +185,7 @@ impl Method for Settings {
         &mut self.accuracy
     }
 
-    fn most_numbers(&self, _: (usize, usize)) -> usize {
+    fn most_numbers(&self, _: (usize, usize), _: usize) -> usize {
         self.most_components().saturating_mul(6)
     }
 

@@ -1,25 +1,21 @@
 //! Monte Carlo: random draws from the initial Gaussian, each propagated on its own (Sect. 3.1).
 
-use std::fmt::Debug;
 use std::num::NonZeroUsize;
-use std::ops::Range;
 
-use density::first_passage::empirical::{EmpiricalCurve, curve_of_points, point};
-use density::flow::{Accuracy, Flow, Passages};
-use density::model::Model;
-use density::model::uncertain_radiation::{Scale, UncertainRadiation};
-use density::orbits::{LostOrbit, Orbits};
-use density::sampling::{Draws, SamplingPlan, draw_variables};
-use density::uncertain::{UncertainProblem, UncertainTask};
+use density::first_passage::empirical::{EmpiricalCurve, curve_of_groups, curve_of_points, point};
+use density::flow::Passages;
+use density::in_space::cloud::Cloud;
+use density::sampling::{Draws, SamplingPlan};
 use messages::content::Samples;
 use messages::layout::PASSAGE_TIMES;
 use serde::{Deserialize, Serialize};
 
 use crate::files::input::{natural, positive};
-use crate::files::toml_words::choice;
+use crate::files::toml_words::{choice, choice_option};
 use crate::methods::accuracy::AccuracySetting;
+use crate::methods::drawing::{Drawing, ModelChoice};
 use crate::methods::{Method, Misfit};
-use kit::assignment::{Assignment, Uncertain};
+use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
@@ -56,11 +52,14 @@ pub struct Settings {
     /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracySetting>,
+    /// The model in which orbits move, if not in the scenario's: a simpler one.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "choice_option")]
+    pub model: Option<ModelChoice>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 100_000, seed: 1, draws: DrawsChoice::Independent, replicates: 1, accuracy: None }
+        Self { samples: 100_000, seed: 1, draws: DrawsChoice::Independent, replicates: 1, accuracy: None, model: None }
     }
 }
 
@@ -105,8 +104,8 @@ impl Method for Settings {
         &mut self.accuracy
     }
 
-    fn most_numbers(&self, _: (usize, usize)) -> usize {
-        self.samples.saturating_mul(3)
+    fn most_numbers(&self, _: (usize, usize), variables: usize) -> usize {
+        self.samples.saturating_mul(variables)
     }
 
     fn rows_to_share(&self) -> Result<usize, String> {
@@ -127,6 +126,7 @@ pub struct MonteCarlo {
     settings: Settings,
     shard: Shard,
     sample: Option<Sample>,
+    interval_of_replicates: bool,
 }
 
 /// The orbits of the scenario under way, and when each first had the critical eccentricity.
@@ -141,42 +141,19 @@ struct Sample {
     curve_times: Vec<f64>,
     times: Vec<f64>,
     critical: f64,
+    /// Where the orbits are \[yr\].
+    now: f64,
 }
 
-/// Orbits of any model.
-trait Cloud: Debug {
-    /// Moves all orbits to a time \[yr\] and notes when each first reached the critical value.
-    fn advance_watching(&mut self, time: f64, critical: f64, passages: Passages<'_, u8>) -> Result<(), LostOrbit>;
-
-    /// Writes the variables of all orbits, one column after the other.
-    fn read_out(&self, columns: &mut [f64]);
-}
-
-impl<M: Model> Cloud for Orbits<M> {
-    fn advance_watching(&mut self, time: f64, critical: f64, passages: Passages<'_, u8>) -> Result<(), LostOrbit> {
-        Orbits::advance_watching(self, time, critical, passages)
-    }
-
-    fn read_out(&self, columns: &mut [f64]) {
-        self.read_out_columns(&mut columns.chunks_exact_mut(self.len().max(1)).collect::<Vec<_>>());
-    }
-}
-
-/// Draws the orbits of some numbers where the radiation parameter is uncertain.
-struct Draw<'a> {
-    problem: &'a UncertainProblem,
-    seed: u64,
-    accuracy: Accuracy,
-    range: Range<usize>,
-}
-
-impl UncertainTask for Draw<'_> {
-    type Output = Box<dyn Cloud>;
-
-    fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Box<dyn Cloud> {
-        let start = draw_variables(&self.problem.gaussian(), UncertainRadiation::<S>::VARIABLES, self.seed, self.range);
-        let flow = Flow { model, accuracy: self.accuracy };
-        Box::new(Orbits::from_variables(flow, &start.each_ref().map(Vec::as_slice)))
+impl Sample {
+    fn advance_to(&mut self, time: f64) -> Result<(), Failure> {
+        let Self { first, cloud, points, curve_times, critical, now, .. } = self;
+        let note = |time| point(time, curve_times) as u8;
+        let passages = Passages { passages: points, pending: PENDING, note: &note };
+        let moved = cloud.advance_watching(time, *critical, passages);
+        moved.map_err(|lost| lost.counted_from(*first))?;
+        *now = time;
+        Ok(())
     }
 }
 
@@ -187,28 +164,12 @@ const _: () = assert!(PASSAGE_TIMES < PENDING as usize);
 impl MonteCarlo {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings, shard: Shard::WHOLE, sample: None }
+        Self { settings, shard: Shard::WHOLE, sample: None, interval_of_replicates: false }
     }
 
-    /// The orbits of the numbers in `range`.
-    fn draw(
-        &self,
-        assignment: &Assignment,
-        range: Range<usize>,
-        accuracy: Option<AccuracySetting>,
-    ) -> Result<Box<dyn Cloud>, Failure> {
-        if let Some(Uncertain { problem, .. }) = &assignment.uncertain {
-            if self.settings.draws != DrawsChoice::Independent || self.settings.replicates > 1 {
-                let why =
-                    "where the radiation parameter is uncertain, mc takes independent draws without replicates alone";
-                return Err(Failure::Refused(why.into()));
-            }
-            let accuracy = accuracy.unwrap_or_default().0;
-            return Ok(problem.perform(Draw { problem, seed: self.settings.seed, accuracy, range }));
-        }
-        let problem = &assignment.plane()?.problem;
-        let (x1, x2) = self.settings.plan().draw_range(&problem.initial, range);
-        Ok(Box::new(Orbits::new(AccuracySetting::flow(accuracy, problem.model), x1, x2)))
+    /// The same, whose passages have an interval from the spread of the replicates.
+    pub(super) fn with_interval_of_replicates(settings: Settings) -> Self {
+        Self { interval_of_replicates: true, ..Self::new(settings) }
     }
 }
 
@@ -224,21 +185,33 @@ impl Propagator for MonteCarlo {
         let (first, most_rows) = (range.start, range.len());
         let (points, curve_times) = (vec![PENDING; most_rows], assignment.passage_times());
         let (times, critical) = (assignment.times.clone(), assignment.said.critical);
-        let cloud = self.draw(assignment, range, accuracy)?;
-        self.sample = Some(Sample { first, cloud, points, curve_times, times, critical });
+        let drawing = Drawing {
+            plan: self.settings.plan(),
+            simplification: self.settings.model.map(Into::into),
+            accuracy: accuracy.unwrap_or_default().0,
+            range,
+        };
+        let cloud = drawing.cloud(assignment)?;
+        self.sample = Some(Sample { first, cloud, points, curve_times, times, critical, now: 0.0 });
         let replicates = if replicates > 1 { replicates as u32 } else { 0 };
         Ok(Form { content: Samples { replicates }.into(), most_rows, total_rows: samples })
     }
 
+    /// Clouds that take long are moved in strides.
+    fn approach(&mut self, index: usize) -> Result<Option<f64>, Failure> {
+        let sample = self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
+        let (from, to) = (if index > 0 { sample.times[index - 1] } else { 0.0 }, sample.times[index]);
+        let next = sample.cloud.stride().map(|stride| sample.now + stride);
+        let Some(next) = next.filter(|next| *next < to) else { return Ok(None) };
+        sample.advance_to(next)?;
+        Ok(Some((next - from) / (to - from)))
+    }
+
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let Sample { first, cloud, points, curve_times, times, critical } =
-            self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
-        let count = points.len();
-        let note = |time| point(time, curve_times) as u8;
-        let passages = Passages { passages: points, pending: PENDING, note: &note };
-        let moved = cloud.advance_watching(times[index], *critical, passages);
-        moved.map_err(|lost| lost.counted_from(*first))?;
-        Ok(count)
+        let sample = self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
+        sample.advance_to(sample.times[index])?;
+        sample.cloud.settle().map_err(|lost| lost.counted_from(sample.first))?;
+        Ok(sample.points.len())
     }
 
     fn write(&self, columns: &mut [f64]) {
@@ -247,17 +220,22 @@ impl Propagator for MonteCarlo {
         }
     }
 
-    /// The curve is counted from the same orbits while they are propagated. It has an interval only for independent
-    /// draws.
+    /// The curve is counted from the same orbits while they are propagated. It has an interval for independent draws, and for replicates
+    /// whose spread is asked for.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let sample = self.sample.as_ref().ok_or_else(Failure::no_scenario)?;
         if times != sample.curve_times {
             return Err(Failure::Refused("passages are asked for at other times than they were noted for".into()));
         }
-        let curve = curve_of_points(sample.points.iter().map(|&point| point.into()), times);
+        let points = sample.points.iter().map(|&point| usize::from(point));
         let independent = self.settings.draws == DrawsChoice::Independent;
-        let interval = curve.interval.filter(|_| independent);
-        let rows = Passage::rows(&EmpiricalCurve { interval, ..curve });
-        Ok(Passage::Counted { rows, samples: sample.points.len() as u64, independent })
+        let curve = match self.interval_of_replicates {
+            true => curve_of_groups(points, self.settings.replicates, times),
+            false => {
+                let curve = curve_of_points(points, times);
+                EmpiricalCurve { interval: curve.interval.filter(|_| independent), ..curve }
+            }
+        };
+        Ok(Passage::Counted { rows: Passage::rows(&curve), samples: sample.points.len() as u64, independent })
     }
 }

@@ -60,8 +60,8 @@ pub trait Method: Clone + Serialize + DeserializeOwned {
     /// How accurately it propagates, if that is set.
     fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting>;
 
-    /// The most numbers that a snapshot can hold, with these numbers of bins in `phi` and `e`.
-    fn most_numbers(&self, bins: (usize, usize)) -> usize;
+    /// The most numbers that a snapshot can hold, with these numbers of bins in `phi` and `e` and of variables of the cloud.
+    fn most_numbers(&self, bins: (usize, usize), variables: usize) -> usize;
 
     /// The rows that the processes of a case in parts would share.
     ///

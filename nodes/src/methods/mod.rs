@@ -5,10 +5,12 @@
 pub mod accuracy;
 mod course;
 pub mod dee;
+mod drawing;
 pub mod exact;
 pub mod gmm_ut;
 pub mod mc;
 mod method;
+pub mod qmc;
 
 use kit::{Failure, Session};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -52,8 +54,8 @@ macro_rules! methods {
             }
 
             /// See [`Method::most_numbers`].
-            pub fn most_numbers(&self, bins: (usize, usize)) -> usize {
-                match self { $(Self::$variant(settings) => settings.most_numbers(bins)),+ }
+            pub fn most_numbers(&self, bins: (usize, usize), variables: usize) -> usize {
+                match self { $(Self::$variant(settings) => settings.most_numbers(bins, variables)),+ }
             }
 
             /// See [`Method::check`].
@@ -99,6 +101,8 @@ macro_rules! methods {
 methods!(
     /// Monte Carlo.
     MonteCarlo(mc::Settings),
+    /// Randomised quasi-Monte Carlo.
+    QuasiMonteCarlo(qmc::Settings),
     /// The density evolution equation along characteristics.
     DensityEvolution(dee::Settings),
     /// A Gaussian mixture moved by the unscented transform.

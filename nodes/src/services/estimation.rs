@@ -26,18 +26,26 @@ impl CaseEstimator {
         let kind = kind::of(&snapshot.content);
         let at = Place { assignment, index: self.done };
         let estimated = kind.estimate(snapshot, &mut self.memory, &at)?;
-        check_finite(&estimated, kind.may_withhold())?;
+        check_finite(
+            &estimated,
+            kind.may_withhold(),
+            kind.lacks_variables(snapshot.header.rows as usize, snapshot.items),
+        )?;
         self.done += 1;
         Ok(estimated)
     }
 }
 
-/// Checks that density and moments are finite: numbers that are each allowed, such as `phi` = 1e308, may still lead
-/// to others that are not finite. NaN is allowed only if the method may withhold figures (`may`).
-fn check_finite(Estimated { values, densities, .. }: &Estimated, may: bool) -> Result<(), String> {
-    let is_good = |number: &f64| number.is_finite() || (may && number.is_nan());
-    let is_withheld = may && densities[0].iter().all(|density| density.is_nan());
-    match (is_withheld || densities.iter().flatten().all(|density| density.is_finite())) && values.iter().all(is_good) {
+/// Checks that densities and moments are finite: numbers that are each allowed, such as `phi` = 1e308, may still lead
+/// to others that are not finite. NaN is allowed only if the method withholds figures (`withholds`), or if it says nothing of some
+/// variables (`lacks`); a density is withheld as a whole.
+fn check_finite(Estimated { values, densities, .. }: &Estimated, withholds: bool, lacks: bool) -> Result<(), String> {
+    let is_good = |number: &f64| number.is_finite() || ((withholds || lacks) && number.is_nan());
+    let is_withheld = |density: &Vec<f64>| density.iter().all(|density| density.is_nan());
+    let is_stated = |density: &Vec<f64>| density.iter().all(|density| density.is_finite());
+    let are_good = (withholds && is_withheld(&densities[0]))
+        || densities.iter().all(|density| is_stated(density) || (lacks && is_withheld(density)));
+    match are_good && values.iter().all(is_good) {
         true => Ok(()),
         false => Err("its density or moments are not finite".into()),
     }

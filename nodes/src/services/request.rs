@@ -1,17 +1,18 @@
 //! A request to work on a scenario, as it travels to the scenario node of a service.
 
 use kit::failure::Failure;
-use kit::planar_problem::{described, problem};
+use kit::planar_problem;
+use kit::space_problem;
 use messages::scenario::{Description, MOST_SNAPSHOTS, ScenarioHeader};
 
 use crate::files::input::{PLAIN_NAME, is_plain_name};
-use crate::files::scenario_file::{self, ScenarioFile};
+use crate::files::scenario_file::{self, AnyScenario, ScenarioFile, ScenarioInSpace};
 
 /// The problem that a request is about.
 ///
 /// # Errors
 /// [`Failure::Refused`] says what is wrong.
-pub fn read_request(header: &ScenarioHeader, items: &[f64]) -> Result<ScenarioFile, Failure> {
+pub fn read_request(header: &ScenarioHeader, items: &[f64]) -> Result<AnyScenario, Failure> {
     let name = messages::text::unpack(&header.name);
     if !is_plain_name(&name) {
         return Err(Failure::Refused(format!("a request's name must be plain: {PLAIN_NAME}")));
@@ -24,20 +25,31 @@ pub fn read_request(header: &ScenarioHeader, items: &[f64]) -> Result<ScenarioFi
     if !said.projections.is_empty() {
         return Err(refused("projections: a request has none, the service chooses them"));
     }
-    let (problem, spread) = problem(&said).map_err(|why| refused(&why))?;
-    Ok(ScenarioFile { name, problem, spread })
+    if let Some(problem) = space_problem::problem(&said) {
+        let problem = problem.map_err(|why| refused(&why))?;
+        return Ok(AnyScenario::InSpace(ScenarioInSpace::of_cloud(name, problem)));
+    }
+    let (problem, spread) = planar_problem::problem(&said).map_err(|why| refused(&why))?;
+    Ok(AnyScenario::InPlane { scenario: ScenarioFile { name, problem, spread }, semi_major_axis: None })
 }
 
 /// The header and the numbers of a request to work on a scenario; `number` is what the answer will carry.
 ///
 /// # Errors
 /// If there is more of something than a message holds.
-pub fn request(
-    ScenarioFile { name, problem, spread }: &ScenarioFile,
-    number: u32,
-) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
-    let said = Description { scenario: number, ..described(name, problem, *spread, |_| Vec::new()) };
-    said.encode().map_err(Failure::Refused)
+pub fn request(scenario: &AnyScenario, number: u32) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
+    let said = match scenario {
+        AnyScenario::InPlane { scenario: ScenarioFile { name, problem, spread }, .. } => {
+            planar_problem::described(name, problem, *spread, |_| Vec::new())
+        }
+        AnyScenario::InSpace(ScenarioInSpace { name, cloud: Some(problem), .. }) => {
+            space_problem::described(name, problem, &[])
+        }
+        AnyScenario::InSpace(ScenarioInSpace { name, cloud: None, .. }) => {
+            return Err(Failure::Refused(format!("{name} describes an orbit without a cloud about it")));
+        }
+    };
+    Description { scenario: number, ..said }.encode().map_err(Failure::Refused)
 }
 
 #[cfg(test)]
@@ -50,13 +62,14 @@ mod tests {
     #[test]
     fn a_request_is_checked_as_a_file_is() {
         let Plane { problem, .. } = kit::example::assignment().plane.unwrap();
+        let in_plane = |scenario| AnyScenario::InPlane { scenario, semi_major_axis: None };
         let scenario = ScenarioFile { name: "scenario-1".into(), problem, spread: None };
-        let (header, items) = request(&scenario, 3).unwrap();
-        assert_eq!(read_request(&header, &items).unwrap(), scenario);
+        let (header, items) = request(&in_plane(scenario.clone()), 3).unwrap();
+        assert_eq!(read_request(&header, &items).unwrap(), in_plane(scenario.clone()));
         let spread = Spread { relative: 0.05, distribution: Distribution::LogNormal };
         let uncertain = ScenarioFile { spread: Some(spread), ..scenario };
-        let (with_three, three) = request(&uncertain, 4).unwrap();
-        let found = read_request(&with_three, &three).unwrap();
+        let (with_three, three) = request(&in_plane(uncertain.clone()), 4).unwrap();
+        let found = read_request(&with_three, &three).unwrap().in_plane().unwrap().clone();
         assert_eq!(found.problem, uncertain.problem);
         let relative = found.spread.map_or(0.0, |spread| spread.relative);
         assert!((relative / 0.05 - 1.0).abs() < 1e-12, "{relative}");

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use density::flow::Flow;
 use density::grid::{comparison_grids, grids_over_leaves};
+use density::in_space::pilot;
 use density::uncertain::UncertainProblem;
 use messages::port::Inlet;
 use messages::report::{Event, Report};
 use messages::text::unpack;
 use messages::topic::{Request, Scenario, Status};
 
-use crate::files::scenario_file::{self, ScenarioFile};
+use crate::files::scenario_file::{self, AnyScenario, ScenarioFile, ScenarioInSpace};
 use crate::files::sweep::Sweep;
 use crate::services::request::read_request;
 use crate::services::roomy::Roomy;
@@ -62,7 +63,7 @@ pub fn run(session: &Session, settings: &ScenarioSettings) -> Result<(), Failure
             publisher.count = files.len() as u32;
             session.ready()?;
             for file in files {
-                let scenario = scenario_file::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
+                let scenario = scenario_file::load_cloud(file).map_err(|e| Failure::Refused(e.to_string()))?;
                 publisher.publish(&scenario, None)?;
             }
         }
@@ -72,6 +73,7 @@ pub fn run(session: &Session, settings: &ScenarioSettings) -> Result<(), Failure
             for index in 0..sweep.len() {
                 let scenario = sweep.scenario(index).map_err(|e| Failure::Refused(e.to_string()));
                 let published = scenario.and_then(|scenario| {
+                    let scenario = AnyScenario::InPlane { scenario, semi_major_axis: None };
                     let combination = |why: Failure| why.about(&sweep.combination(index));
                     publisher.publish(&scenario, None).map_err(combination)
                 });
@@ -105,39 +107,30 @@ struct Publisher<'a> {
 impl Publisher<'_> {
     /// Publishes a scenario, which the request of that number may have asked for, unless that is done already, and waits until
     /// it is recorded.
-    fn publish(
-        &mut self,
-        ScenarioFile { name, problem, spread }: &ScenarioFile,
-        request: Option<u32>,
-    ) -> Result<(), Failure> {
-        if problem.times.len() > self.most_snapshots {
+    fn publish(&mut self, scenario: &AnyScenario, request: Option<u32>) -> Result<(), Failure> {
+        let snapshots = scenario.times().len();
+        if snapshots > self.most_snapshots {
             return Err(Failure::Refused(format!(
-                "it has {} snapshots, there is room for {}; start the service with a larger --most-snapshots",
-                problem.times.len(),
+                "it has {snapshots} snapshots, there is room for {}; start the service with a larger --most-snapshots",
                 self.most_snapshots
             )));
         }
-        let (phi_bins, e_bins) = self.bins;
-        let uncertain = spread.map(|spread| UncertainProblem { plane: problem.clone(), spread });
-        let grids = match &uncertain {
-            None => comparison_grids(problem, &Flow::new(problem.model), phi_bins, e_bins)?,
-            Some(problem) => grids_over_leaves(problem, phi_bins, e_bins)?,
-        };
         let position = self.position;
+        let make = Make { run_id: self.session.run_id, place: (position, self.count), bins: self.bins };
+        let name = scenario.name();
+        let assignment = match scenario {
+            AnyScenario::InPlane { scenario, .. } => make.in_plane(scenario)?,
+            AnyScenario::InSpace(scenario) => make.in_space(scenario)?,
+        };
         self.position += 1;
         if position < self.first {
             return Ok(());
         }
-        let (run_id, place) = (self.session.run_id, (position, self.count));
-        let assignment = match uncertain {
-            None => Assignment::in_plane(run_id, name, place, Plane { problem: problem.clone(), grids }),
-            Some(problem) => Assignment::with_uncertainty(run_id, name, place, Uncertain { problem, grids }),
-        };
         let (header, items) = assignment.to_parts()?;
         let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
         outlet.send_items(header, &items)?;
         let of = (self.count > 0).then_some(self.count);
-        self.session.report(position, Event::Accepted { name: name.clone(), of, request })?;
+        self.session.report(position, Event::Accepted { name: name.into(), of, request })?;
         while !is_recorded(&self.reports, position)? {
             self.session.wait(&[&self.reports, outlet])?;
         }
@@ -185,6 +178,41 @@ impl Publisher<'_> {
                 None => self.session.wait(&[&self.reports])?,
             }
         }
+    }
+}
+
+/// Makes the assignment of a scenario.
+struct Make {
+    run_id: u64,
+    place: (u32, u32),
+    bins: (usize, usize),
+}
+
+impl Make {
+    fn in_plane(&self, ScenarioFile { name, problem, spread }: &ScenarioFile) -> Result<Assignment, Failure> {
+        let (phi_bins, e_bins) = self.bins;
+        let problem = problem.clone();
+        Ok(match spread {
+            None => {
+                let grids = comparison_grids(&problem, &Flow::new(problem.model), phi_bins, e_bins)?;
+                Assignment::in_plane(self.run_id, name, self.place, Plane { problem, grids })
+            }
+            Some(spread) => {
+                let problem = UncertainProblem { plane: problem, spread: *spread };
+                let grids = grids_over_leaves(&problem, phi_bins, e_bins)?;
+                Assignment::with_uncertainty(self.run_id, name, self.place, Uncertain { problem, grids })
+            }
+        })
+    }
+
+    /// Inclination and node have as many bins as the eccentricity.
+    fn in_space(&self, ScenarioInSpace { name, cloud, .. }: &ScenarioInSpace) -> Result<Assignment, Failure> {
+        let Some(problem) = cloud else {
+            return Err(Failure::Refused(format!("{name} describes an orbit without a cloud about it")));
+        };
+        let (phi_bins, others) = self.bins;
+        let axes = pilot::axes(problem, &[phi_bins, others, others, others])?;
+        Ok(Assignment::in_space(self.run_id, name, self.place, problem.clone(), axes))
     }
 }
 

@@ -103,10 +103,8 @@ impl Vectorial {
         let inverse5 = T::from(1.0) / (h2 * h2 * h2.sqrt());
         let turning = h[2] * inverse5;
         let in_plane = (inverse5 - h[2] * turning * 5.0 / h2) * (0.5 * force.oblateness) + (4.0 * sun - 2.0 * moon);
-        let by_e = plus(
-            times(to_sun, dot(e, to_sun) * (10.0 * sun) + radiation),
-            times(pole, dot(e, pole) * (-5.0 * moon)),
-        );
+        let by_e =
+            plus(times(to_sun, dot(e, to_sun) * (10.0 * sun) + radiation), times(pole, dot(e, pole) * (-5.0 * moon)));
         let mut by_h = plus(times(to_sun, dot(h, to_sun) * (-2.0 * sun)), times(pole, dot(h, pole) * moon));
         by_h[2] = by_h[2] + turning * force.oblateness;
         let e_rate = plus(cross(e, plus(by_h, times(h, in_plane))), cross(h, by_e));
@@ -131,8 +129,7 @@ impl Vectorial {
 }
 
 impl<S: Scale> Irradiated<S> for Vectorial {
-    const WITH_RADIATION: &'static [Variable] =
-        &[VARIABLES[0], VARIABLES[1], VARIABLES[2], VARIABLES[3], S::VARIABLE];
+    const WITH_RADIATION: &'static [Variable] = &[VARIABLES[0], VARIABLES[1], VARIABLES[2], VARIABLES[3], S::VARIABLE];
 
     fn rate_with<T: Quantity>(&self, radiation: T, time: T, state: State<T>) -> State<T> {
         self.rate_with(radiation, time, state)

@@ -1,7 +1,9 @@
 //! Scenario files whose model is one in space.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::FRAC_PI_2;
 
+use density::in_space::models::{OSCULATING, SpaceModel, VECTORIAL};
+use density::in_space::{SpaceProblem, SpaceProblemError};
 use density::model::ecliptic::OBLIQUITY_DEGREES;
 use density::model::osculating::Osculating;
 use density::model::parameter::Parameter;
@@ -12,10 +14,11 @@ use density::problem::check_times;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::angle::{angle, turn};
 use super::disposal::Disposal;
 use super::measure::{self, Dimension, Measure};
-use super::model_name::{OSCULATING, VECTORIAL};
 use super::orbit::{self, Model, Orbit};
+use super::start::Start;
 use super::times::{self, Times};
 use super::{check_name, in_words};
 use crate::files::input::{InputError, InputFile};
@@ -34,6 +37,21 @@ pub struct ScenarioInSpace {
     pub times: Vec<f64>,
     /// Eccentricity at which the satellite re-enters, if the file gives it.
     pub critical_e: Option<f64>,
+    /// The cloud about the orbit, if the file says how well it is known and when it re-enters.
+    pub cloud: Option<SpaceProblem>,
+}
+
+impl ScenarioInSpace {
+    /// The scenario of a cloud.
+    pub fn of_cloud(name: String, cloud: SpaceProblem) -> Self {
+        let mean = cloud.initial.mean;
+        let model = match cloud.model {
+            SpaceModel::Vectorial { model, .. } => ModelInSpace::Vectorial(model, mean),
+            SpaceModel::Osculating { model, mean_anomaly } => ModelInSpace::Osculating(model, mean, mean_anomaly),
+        };
+        let (times, critical_e) = (cloud.times.clone(), Some(cloud.critical_e));
+        Self { name, model, semi_major_axis: cloud.model.axis(), times, critical_e, cloud: Some(cloud) }
+    }
 }
 
 /// A model in space, with the orbit at `t = 0` in its variables.
@@ -41,8 +59,8 @@ pub struct ScenarioInSpace {
 pub enum ModelInSpace {
     /// Averaged.
     Vectorial(Vectorial, [f64; 4]),
-    /// Unaveraged.
-    Osculating(Osculating, [f64; 6]),
+    /// Unaveraged, with the mean anomaly at `t = 0` \[rad\] if the file gives it.
+    Osculating(Osculating, [f64; 4], Option<f64>),
 }
 
 impl ModelInSpace {
@@ -58,7 +76,7 @@ impl ModelInSpace {
     pub fn parameters(&self) -> [(Parameter, f64); 4] {
         match self {
             Self::Vectorial(model, _) => model.parameters(),
-            Self::Osculating(Osculating { forces, obliquity, sun_longitude, .. }, _) => {
+            Self::Osculating(Osculating { forces, obliquity, sun_longitude, .. }, ..) => {
                 Vectorial { forces: *forces, obliquity: *obliquity, sun_longitude: *sun_longitude }.parameters()
             }
         }
@@ -85,23 +103,11 @@ struct Epoch {
     moon_longitude: Option<Spanned<Measure>>,
 }
 
-/// The table `[initial]`: the orbit at `t = 0`.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Start {
-    phi: Option<Spanned<Measure>>,
-    argument_of_pericentre: Option<Spanned<Measure>>,
-    e: Spanned<Measure>,
-    inclination: Spanned<Measure>,
-    node: Spanned<Measure>,
-    mean_anomaly: Option<Spanned<Measure>>,
-}
-
-/// Checks a scenario file whose model is one in space.
+/// Checks a scenario file whose model is one in space; it must describe a cloud if one `is_needed`.
 ///
 /// # Errors
 /// [`InputError`] with file, line and key.
-pub(super) fn check(file: &InputFile) -> Result<ScenarioInSpace, InputError> {
+pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace, InputError> {
     let raw: Raw = file.parse()?;
     check_name(file, &raw.name)?;
     let is_osculating = raw.model.name.as_ref().is_some_and(|name| name.get_ref() == OSCULATING);
@@ -112,7 +118,9 @@ pub(super) fn check(file: &InputFile) -> Result<ScenarioInSpace, InputError> {
         None => OBLIQUITY_DEGREES.to_radians(),
     };
     let sun_longitude = turn(file, &raw.epoch.get_ref().sun_longitude)?;
-    let [phi, e, inclination, node] = raw.initial.get_ref().variables(file, &raw.initial, sun_longitude)?;
+    let start = raw.initial.get_ref();
+    let variables = start.variables(file, &raw.initial, sun_longitude)?;
+    let has_cloud = is_needed || start.has_uncertainty();
     let model = if is_osculating {
         let moon_longitude = moon_longitude(file, &raw, forces.moon)?;
         let Some(semi_major_axis) = axis else {
@@ -120,49 +128,53 @@ pub(super) fn check(file: &InputFile) -> Result<ScenarioInSpace, InputError> {
                            average, the satellite goes round the Earth";
             return Err(file.error(&raw.orbit, problem));
         };
-        let mean_anomaly = match &raw.initial.get_ref().mean_anomaly {
-            Some(anomaly) => turn(file, anomaly)?,
-            None => {
-                return Err(file.error(&raw.initial, "must have mean_anomaly: the model \"osculating\" has no average"));
-            }
-        };
+        let mean_anomaly = start.mean_anomaly.as_ref().map(|anomaly| turn(file, anomaly)).transpose()?;
+        if mean_anomaly.is_none() && !has_cloud {
+            return Err(file.error(&raw.initial, "must have mean_anomaly: the model \"osculating\" has no average"));
+        }
         let model = Osculating { semi_major_axis, forces, obliquity, sun_longitude, moon_longitude };
-        ModelInSpace::Osculating(model, [phi, e, inclination, node, mean_anomaly, semi_major_axis])
+        ModelInSpace::Osculating(model, variables, mean_anomaly)
     } else {
         refuse_what_is_averaged(file, &raw)?;
-        ModelInSpace::Vectorial(Vectorial { forces, obliquity, sun_longitude }, [phi, e, inclination, node])
+        ModelInSpace::Vectorial(Vectorial { forces, obliquity, sun_longitude }, variables)
     };
     check_parameters(file, &raw.orbit, &model)?;
     let times = times::read(file, &raw.times)?;
     check_times(&times).map_err(|error| Times::locate(&raw.times, file, &in_words(&error)))?;
     let critical_e = raw.disposal.as_ref().map(|disposal| critical_e(file, disposal, axis)).transpose()?;
-    Ok(ScenarioInSpace { name: raw.name.get_ref().clone(), model, semi_major_axis: axis, times, critical_e })
+    let mut scenario = ScenarioInSpace {
+        name: raw.name.get_ref().clone(),
+        model,
+        semi_major_axis: axis,
+        times,
+        critical_e,
+        cloud: None,
+    };
+    if has_cloud {
+        scenario.cloud = Some(cloud(file, &raw, &scenario)?);
+    }
+    Ok(scenario)
 }
 
-impl Start {
-    /// Solar angle, eccentricity, inclination and node.
-    fn variables(&self, file: &InputFile, table: &Spanned<Self>, sun_longitude: f64) -> Result<[f64; 4], InputError> {
-        let e = measure::read(file, &self.e, Dimension::Number)?;
-        if !(0.0..1.0).contains(&e) {
-            return Err(refused(file, &self.e, e, "at least 0 and below 1"));
-        }
-        let inclination = measure::read(file, &self.inclination, Dimension::Angle)?;
-        if !(0.0..PI).contains(&inclination) {
-            let right = "an angle in radians, at least 0 and below π (180 degrees)";
-            return Err(refused(file, &self.inclination, inclination, right));
-        }
-        let node = turn(file, &self.node)?;
-        let phi = match (&self.phi, &self.argument_of_pericentre) {
-            (Some(phi), None) => turn(file, phi)?,
-            (None, Some(argument)) => node + turn(file, argument)? - sun_longitude,
-            (None, None) => return Err(file.error(table, "must have either phi or argument_of_pericentre")),
-            (Some(phi), Some(_)) => {
-                let problem = "stands beside argument_of_pericentre, which says the same; leave out one of them";
-                return Err(file.error(phi, problem));
-            }
-        };
-        Ok([phi, e, inclination, node])
-    }
+/// The cloud about the orbit of a scenario.
+fn cloud(file: &InputFile, raw: &Raw, scenario: &ScenarioInSpace) -> Result<SpaceProblem, InputError> {
+    let Some(critical_e) = scenario.critical_e else {
+        let problem = "must have critical_e or altitude, at which the satellites of a cloud re-enter";
+        return Err(file.error_in_whole("disposal", problem));
+    };
+    let (model, mean) = match scenario.model {
+        ModelInSpace::Vectorial(model, mean) => (SpaceModel::Vectorial { model, axis: scenario.semi_major_axis }, mean),
+        ModelInSpace::Osculating(model, mean, mean_anomaly) => (SpaceModel::Osculating { model, mean_anomaly }, mean),
+    };
+    let start = raw.initial.get_ref();
+    let initial = start.gaussian(file, &raw.initial, mean)?;
+    let problem =
+        SpaceProblem { model, initial, spread: start.spread(file)?, times: scenario.times.clone(), critical_e };
+    problem.checked().map_err(|SpaceProblemError { key, problem }| match key.split_once('.') {
+        Some(("initial", key)) => Start::locate(&raw.initial, file, key, &problem),
+        Some(("orbit", key)) => Orbit::locate(&raw.orbit, file, key, &problem),
+        _ => file.error_in_whole(&key, &problem),
+    })
 }
 
 /// The parameters of the forces that act; those of the others are 0.
@@ -236,29 +248,6 @@ fn critical_e(file: &InputFile, table: &Spanned<Disposal>, axis: Option<f64>) ->
     }
 }
 
-/// An angle of at most a turn either way.
-fn turn(file: &InputFile, value: &Spanned<Measure>) -> Result<f64, InputError> {
-    // With a margin for a turn that was written with six digits.
-    angle(file, value, -TAU - 1e-5, TAU + 1e-5, "between -2π and 2π")
-}
-
-fn angle(file: &InputFile, value: &Spanned<Measure>, low: f64, high: f64, range: &str) -> Result<f64, InputError> {
-    let angle = measure::read(file, value, Dimension::Angle)?;
-    let is_right = |angle: f64| (low..=high).contains(&angle);
-    if is_right(angle) {
-        return Ok(angle);
-    }
-    let hint = match is_right(angle.to_radians()) {
-        true => format!("; if {angle} degrees are meant, write \"{angle} deg\""),
-        false => String::new(),
-    };
-    Err(refused(file, value, angle, &format!("an angle in radians, {range}{hint}")))
-}
-
-fn refused(file: &InputFile, value: &Spanned<Measure>, found: f64, right: &str) -> InputError {
-    file.error(value, &format!("{} is not allowed, it must be {right}", plain(found)))
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -280,11 +269,12 @@ mod tests {
 
     #[test]
     fn a_good_file_gives_the_model_and_the_orbit() {
-        let ModelInSpace::Osculating(model, [phi, e, inclination, _, anomaly, axis]) = load(GOOD).unwrap().model else {
+        let ModelInSpace::Osculating(model, [phi, e, inclination, _], Some(anomaly)) = load(GOOD).unwrap().model else {
             panic!("another model")
         };
         assert!((phi - (102.89f64 + 19.42 - 138.01).to_radians()).abs() < 1e-14);
-        assert_eq!((e, inclination, anomaly, axis), (0.489, 62.08f64.to_radians(), 75f64.to_radians(), 2.0));
+        assert_eq!((e, inclination, anomaly), (0.489, 62.08f64.to_radians(), 75f64.to_radians()));
+        assert_eq!(model.semi_major_axis, 2.0);
         assert!((model.forces.force.oblateness - 0.893_562).abs() < 1e-6 && model.forces.force.radiation == 0.207);
         assert!((model.obliquity - 23.4393f64.to_radians()).abs() < 1e-15);
     }
@@ -310,7 +300,7 @@ mod tests {
             ("e = 0.489", "e = 1.0", 12, "initial.e", "at least 0 and below 1"),
             ("\"62.08 deg\"", "62.08", 13, "initial.inclination", "an angle in radians, at least 0 and below π"),
             ("\"138.01 deg\"", "138.01", 6, "epoch.sun_longitude", "write \"138.01 deg\""),
-            ("mean_anomaly", "sigma_e = 0.1\nmean_anomaly", 16, "initial.sigma_e", "is unknown"),
+            ("mean_anomaly", "sigma_q = 0.1\nmean_anomaly", 16, "initial.sigma_q", "is unknown"),
             ("e = 0.489", "e = 0.489\nphi = 1.0", 13, "initial.phi", "leave out one of them"),
             ("[0.0, 0.1, 1.0]", "[0.5, 1.0]", 18, "times.at", "0.0 for the first"),
         ] {

@@ -53,21 +53,7 @@ impl Initial {
     /// How uncertain the radiation parameter is, if the table says so.
     pub(super) fn spread(file: &InputFile, table: &Spanned<Self>) -> Result<Option<Spread>, InputError> {
         let Self { sigma_radiation, radiation_distribution, .. } = table.get_ref();
-        let Some(sigma) = sigma_radiation else {
-            return match radiation_distribution {
-                Some(given) => Err(file.error(given, "has no effect without sigma_radiation")),
-                None => Ok(None),
-            };
-        };
-        let distribution = match radiation_distribution.as_ref().map(|given| (given, given.get_ref().as_str())) {
-            None | Some((_, "gaussian")) => Distribution::Gaussian,
-            Some((_, "log-normal")) => Distribution::LogNormal,
-            Some((given, other)) => {
-                let problem = format!("\"{other}\" is not allowed, it must be \"gaussian\" or \"log-normal\"");
-                return Err(file.error(given, &problem));
-            }
-        };
-        Ok(Some(Spread { relative: measure::read(file, sigma, Dimension::Number)?, distribution }))
+        spread(file, sigma_radiation, radiation_distribution)
     }
 
     /// The line and key of what is wrong with one of its fields.
@@ -87,4 +73,27 @@ impl Initial {
         let problem = if is_half { format!("two of it: {problem}") } else { problem.to_owned() };
         value.map_or_else(|| file.error(table, &problem), |value| file.error(value, &problem))
     }
+}
+
+/// How uncertain the radiation parameter is, if the file gives its deviation.
+pub(super) fn spread(
+    file: &InputFile,
+    sigma_radiation: &Option<Spanned<Measure>>,
+    radiation_distribution: &Option<Spanned<String>>,
+) -> Result<Option<Spread>, InputError> {
+    let Some(sigma) = sigma_radiation else {
+        return match radiation_distribution {
+            Some(given) => Err(file.error(given, "has no effect without sigma_radiation")),
+            None => Ok(None),
+        };
+    };
+    let distribution = match radiation_distribution.as_ref().map(|given| (given, given.get_ref().as_str())) {
+        None | Some((_, "gaussian")) => Distribution::Gaussian,
+        Some((_, "log-normal")) => Distribution::LogNormal,
+        Some((given, other)) => {
+            let problem = format!("\"{other}\" is not allowed, it must be \"gaussian\" or \"log-normal\"");
+            return Err(file.error(given, &problem));
+        }
+    };
+    Ok(Some(Spread { relative: measure::read(file, sigma, Dimension::Number)?, distribution }))
 }

@@ -19,44 +19,21 @@ use initial::Initial;
 use orbit::{Model, Orbit};
 use times::Times;
 
+mod angle;
+mod any;
 mod disposal;
 mod in_space;
 mod initial;
 mod measure;
 mod model_name;
 mod orbit;
+mod start;
+mod text_in_space;
 mod times;
 
+pub use any::{AnyScenario, check_any, check_cloud, load_cloud};
 pub use in_space::{ModelInSpace, ScenarioInSpace};
 pub use times::is_right_number_of_times;
-
-/// A scenario in any model.
-#[derive(Debug, Clone, PartialEq)]
-pub enum AnyScenario {
-    /// In a planar model.
-    InPlane {
-        /// The scenario.
-        scenario: ScenarioFile,
-        /// The semi-major axis \[Earth radii\], if the file gives it.
-        semi_major_axis: Option<f64>,
-    },
-    /// In a model in space.
-    InSpace(ScenarioInSpace),
-}
-
-/// Checks a scenario file in any model that has been read.
-///
-/// # Errors
-/// [`InputError`] with file, line and key.
-pub fn check_any(file: &InputFile) -> Result<AnyScenario, InputError> {
-    file.expect(FileKind::Scenario)?;
-    if model_name::is_in_space(file)? {
-        return in_space::check(file).map(AnyScenario::InSpace);
-    }
-    let scenario = check(file)?;
-    let raw: Raw = file.parse()?;
-    Ok(AnyScenario::InPlane { scenario, semi_major_axis: orbit::semi_major_axis(file, &raw.orbit)? })
-}
 
 /// A scenario as its file describes it.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,16 +1,10 @@
 //! Which model a scenario file names.
 
+use density::in_space::models::{OSCULATING, PLANAR as IN_PLANE, VECTORIAL};
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::files::input::{InputError, InputFile};
-
-/// The planar model, which a file has that names none.
-const IN_PLANE: &str = "planar";
-/// The averaged model in space.
-pub(super) const VECTORIAL: &str = "vectorial";
-/// The unaveraged model.
-pub(super) const OSCULATING: &str = "osculating";
 
 /// As much of a file as names its model.
 #[derive(Debug, Deserialize)]
@@ -41,13 +35,13 @@ pub(super) fn is_in_space(file: &InputFile) -> Result<bool, InputError> {
     Ok(named(file)?.is_some_and(|name| name.get_ref() != IN_PLANE))
 }
 
-/// Refuses a model in space where clouds are propagated.
+/// Refuses a model in space.
 pub(super) fn expect_plane(file: &InputFile) -> Result<(), InputError> {
     match named(file)? {
         Some(name) if name.get_ref() != IN_PLANE => {
             let problem = format!(
-                "\"{}\" is a model in space, for which only `phasecloud orbit` and `phasecloud validate` are made so far; all else needs \
-                 \"{IN_PLANE}\"",
+                "\"{}\" is a model in space, which this command cannot do yet; it needs \"{IN_PLANE}\" (`run`, `serve`, `submit`, `orbit` and \
+                 `validate` take models in space)",
                 name.get_ref()
             );
             Err(file.error(&name, &problem))

@@ -212,7 +212,7 @@ impl Method for Settings {
         &mut self.accuracy
     }
 
-    fn most_numbers(&self, _: (usize, usize)) -> usize {
+    fn most_numbers(&self, _: (usize, usize), _: usize) -> usize {
         self.samples.saturating_mul(3)
     }
 

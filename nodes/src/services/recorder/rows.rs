@@ -78,7 +78,9 @@ pub(super) fn distances(
         let density = space.density_name(projection);
         // A density of two variables has no distribution function to compare.
         let is_known = |measure: &str| projection.second.is_none() || measure != "kolmogorov";
-        let known = MEASURES.iter().zip(values).filter(|(measure, _)| is_known(measure));
+        // A density that one of the two says nothing of has no distance.
+        let is_stated = values.iter().any(|value| !value.is_nan());
+        let known = MEASURES.iter().zip(values).filter(|(measure, _)| is_stated && is_known(measure));
         known.map(|(&measure, &value)| row(&density, measure, value)).collect::<Vec<_>>()
     });
     let missing = recorded.values.get(space.projections.len() * DISTANCE_COLUMNS).copied().unwrap_or(f64::NAN);

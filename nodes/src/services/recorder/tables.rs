@@ -13,7 +13,7 @@ use results::table::Table;
 use results::{FolderError, moments};
 
 use super::{Judgement, RecordedComparison, Recording, densities, description, judgement, rows};
-use crate::files::scenario_file;
+use crate::files::scenario_file::{self, AnyScenario, ScenarioInSpace};
 use crate::services::roster::Roster;
 use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
@@ -45,6 +45,10 @@ fn scenario_text(assignment: &Assignment) -> String {
     }
     if let Some(Uncertain { problem, .. }) = &assignment.uncertain {
         return scenario_file::to_text(&said.name, &problem.plane, Some(problem.spread));
+    }
+    if let Some(problem) = &assignment.in_space {
+        let scenario = ScenarioInSpace::of_cloud(said.name.clone(), problem.clone());
+        return AnyScenario::InSpace(scenario).to_text().unwrap_or_default();
     }
     let parameters: String = said.parameters.iter().map(|p| format!("{} = {:?}\n", p.name, p.value)).collect();
     let symbols: Vec<&str> = said.variables.iter().map(|variable| variable.symbol.as_str()).collect();

@@ -63,7 +63,9 @@ fn row(recording: &Recording, roster: &Roster, method: &str, case: &[&Reading], 
     for (index, own) in case.iter().enumerate() {
         let there: Vec<(&str, &Reading)> =
             references.iter().filter_map(|(label, all)| Some((*label, *all.get(index)?))).collect();
-        for quantity in judged_quantities(&own.space) {
+        // Samples withhold nothing: what they do not state is of a variable that their model does not have.
+        let is_absent = |q: &Quantity| counted_samples(&own.header).is_some() && own.value(*q).is_nan();
+        for quantity in judged_quantities(&own.space).into_iter().filter(|quantity| !is_absent(quantity)) {
             moments.push(judge_moment(method, own, &there, quantity, tolerance));
         }
         density.push(judge_density(method, own, &there, tolerance));

@@ -1,0 +1,73 @@
+//! The text of a scenario file in space.
+
+use density::in_space::models::SpaceModel;
+use density::in_space::{InitialInSpace, PAIR_NAMES, SpaceProblem};
+use density::model::planar::Force;
+use density::model::sun_moon::SunMoon;
+use density::model::vectorial::Vectorial;
+use density::uncertain::{Distribution, Spread};
+
+/// The text of a scenario file that states a problem in space.
+pub fn to_text(name: &str, problem: &SpaceProblem) -> String {
+    let SpaceProblem { model, initial, spread, times, critical_e } = problem;
+    let Vectorial { obliquity, sun_longitude, forces } = model.averaged();
+    let (forces, orbit) = orbit(forces, model.axis());
+    let (epoch, anomaly) = match model {
+        SpaceModel::Osculating { model, mean_anomaly } if model.forces.moon != 0.0 => {
+            (format!("moon_longitude = {:?}\n", model.moon_longitude), *mean_anomaly)
+        }
+        SpaceModel::Osculating { mean_anomaly, .. } => (String::new(), *mean_anomaly),
+        SpaceModel::Vectorial { .. } => (String::new(), None),
+    };
+    let anomaly = anomaly.map_or(String::new(), |anomaly| format!("mean_anomaly = {anomaly:?}\n"));
+    format!(
+        "name = \"{name}\"\n\n[model]\nname = \"{}\"\nforces = {forces:?}\nobliquity = {obliquity:?}\n\n[epoch]\nsun_longitude = \
+         {sun_longitude:?}\n{epoch}\n[orbit]\n{orbit}\n[initial]\n{}{anomaly}{}{}\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = \
+         {critical_e:?}\n",
+        model.name(),
+        variables(initial),
+        radiation(*spread),
+        correlation(initial),
+    )
+}
+
+/// The forces that act, and the lines of the table `[orbit]`.
+fn orbit(forces: SunMoon, axis: Option<f64>) -> (Vec<&'static str>, String) {
+    let SunMoon { force: Force { radiation, oblateness }, sun, moon } = forces;
+    let others = [("j2", "oblateness", oblateness), ("sun", "sun", sun), ("moon", "moon", moon)];
+    let acting: Vec<_> = others.into_iter().filter(|(.., value)| *value != 0.0).collect();
+    let names = ["srp"].into_iter().chain(acting.iter().map(|(force, ..)| *force)).collect();
+    let first = format!("radiation = {radiation:?}\n");
+    let rest = match axis {
+        // All others follow from the semi-major axis.
+        Some(axis) => format!("semi_major_axis = {axis:?}\n"),
+        None => acting.iter().map(|(_, key, value)| format!("{key} = {value:?}\n")).collect(),
+    };
+    (names, first + &rest)
+}
+
+fn variables(InitialInSpace { mean: [phi, e, inclination, node], sigma, .. }: &InitialInSpace) -> String {
+    let [sigma_phi, sigma_e, sigma_inclination, sigma_node] = sigma;
+    let certain = |key: &str, sigma: f64| if sigma == 0.0 { String::new() } else { format!("{key} = {sigma:?}\n") };
+    format!(
+        "phi = {phi:?}\ne = {e:?}\ninclination = {inclination:?}\nnode = {node:?}\nsigma_phi = {sigma_phi:?}\nsigma_e = {sigma_e:?}\n{}{}",
+        certain("sigma_inclination", *sigma_inclination),
+        certain("sigma_node", *sigma_node),
+    )
+}
+
+fn radiation(spread: Option<Spread>) -> String {
+    spread.map_or(String::new(), |Spread { relative, distribution }| {
+        let distribution = match distribution {
+            Distribution::Gaussian => "",
+            Distribution::LogNormal => "radiation_distribution = \"log-normal\"\n",
+        };
+        format!("sigma_radiation = {relative:?}\n{distribution}")
+    })
+}
+
+fn correlation(initial: &InitialInSpace) -> String {
+    let pairs = PAIR_NAMES.iter().zip(initial.correlation).filter(|(_, correlation)| *correlation != 0.0);
+    let lines: String = pairs.map(|(name, correlation)| format!("{name} = {correlation:?}\n")).collect();
+    if lines.is_empty() { lines } else { format!("\n[initial.correlation]\n{lines}") }
+}

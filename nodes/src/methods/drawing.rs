@@ -1,0 +1,101 @@
+//! The orbits that a sampling method draws, in the scenario's model or in a simpler one.
+
+use std::ops::Range;
+
+use density::flow::{Accuracy, Flow};
+use density::in_space::cloud::{Cloud, Sampled};
+use density::in_space::draws::{Distributed, Start};
+use density::in_space::models::Simplification;
+use density::model::Model;
+use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::orbits::Orbits;
+use density::sampling::{Draws, SamplingPlan, draw_variables};
+use density::uncertain::{UncertainProblem, UncertainTask};
+use kit::assignment::{Assignment, Uncertain};
+use kit::failure::Failure;
+use serde::{Deserialize, Serialize};
+
+/// The model in which a case moves its orbits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ModelChoice {
+    /// Averaged, in the plane.
+    Planar,
+    /// Averaged, in space.
+    Vectorial,
+    /// Not averaged.
+    Osculating,
+}
+
+impl From<ModelChoice> for Simplification {
+    fn from(choice: ModelChoice) -> Self {
+        match choice {
+            ModelChoice::Planar => Self::Planar,
+            ModelChoice::Vectorial => Self::Vectorial,
+            ModelChoice::Osculating => Self::Osculating,
+        }
+    }
+}
+
+/// Which orbits are drawn, and how they are moved.
+#[derive(Debug, Clone)]
+pub(super) struct Drawing {
+    pub(super) plan: SamplingPlan,
+    /// The model, if not the scenario's.
+    pub(super) simplification: Option<Simplification>,
+    pub(super) accuracy: Accuracy,
+    /// The numbers of the orbits.
+    pub(super) range: Range<usize>,
+}
+
+impl Drawing {
+    /// The orbits.
+    pub(super) fn cloud(self, assignment: &Assignment) -> Result<Box<dyn Cloud>, Failure> {
+        let Self { plan, simplification, accuracy, range } = self;
+        if let Some(problem) = &assignment.in_space {
+            let sampled = Sampled { problem, simplification, plan, accuracy };
+            return sampled.cloud(range).map_err(|why| Failure::Refused(why.to_string()));
+        }
+        if let Some(other) = simplification.filter(|model| *model != Simplification::Planar) {
+            let (own, other) = (&assignment.said.model, other.name());
+            return Err(Failure::Refused(format!(
+                "model: the scenario's model is \"{own}\"; a case may have a simpler one, which \"{other}\" is not"
+            )));
+        }
+        if let Some(Uncertain { problem, .. }) = &assignment.uncertain {
+            return problem.perform(Uncertainly { problem, plan, accuracy, range });
+        }
+        let problem = &assignment.plane()?.problem;
+        let (x1, x2) = plan.draw_range(&problem.initial, range);
+        Ok(Box::new(Orbits::new(Flow { model: problem.model, accuracy }, x1, x2)))
+    }
+}
+
+/// Draws orbits in the plane whose radiation parameter is uncertain.
+struct Uncertainly<'a> {
+    problem: &'a UncertainProblem,
+    plan: SamplingPlan,
+    accuracy: Accuracy,
+    range: Range<usize>,
+}
+
+impl UncertainTask for Uncertainly<'_> {
+    type Output = Result<Box<dyn Cloud>, Failure>;
+
+    fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output {
+        let Self { problem, plan, accuracy, range } = self;
+        let start = match plan.draws {
+            Draws::Independent => {
+                let variables = UncertainRadiation::<S>::VARIABLES;
+                draw_variables(&problem.gaussian(), variables, plan.seed, range)
+            }
+            _ => {
+                let distributed = Distributed::of_plane(problem).map_err(|why| Failure::Refused(why.to_string()))?;
+                let starts: Vec<Start> = range.map(distributed.draw(&plan)).collect();
+                let column = |k: usize| starts.iter().map(|start| start.variables[k]).collect();
+                [column(0), column(1), starts.iter().map(|start| start.radiation).collect()]
+            }
+        };
+        Ok(Box::new(Orbits::from_variables(Flow { model, accuracy }, &start.each_ref().map(Vec::as_slice))))
+    }
+}

@@ -1,0 +1,134 @@
+//! Randomised quasi-Monte Carlo: independent replicates of a scrambled Sobol sequence, each orbit propagated on its own.
+//!
+//! It is Monte Carlo ([`super::mc`]) whose draws fill the initial Gaussian evenly. For smooth figures its error falls almost as `1/n^(3/2)` and
+//! not as `1/sqrt(n)`; what it is follows from the spread of the replicates, which are independent of one another (Owen, Ann. Statist. 25,
+//! 1997; L'Ecuyer & Lemieux in *Modeling Uncertainty*, 2002). So it is the reference where there is no exact density.
+
+use kit::Propagator;
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::{Form, Passage};
+use serde::{Deserialize, Serialize};
+
+use crate::files::input::{natural, positive};
+use crate::files::toml_words::choice_option;
+use crate::methods::accuracy::AccuracySetting;
+use crate::methods::drawing::ModelChoice;
+use crate::methods::mc::{self, DrawsChoice, MonteCarlo};
+use crate::methods::{Method, Misfit};
+
+/// Settings of a case of quasi-Monte Carlo.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Number of samples of all replicates together: a power of two for each.
+    #[serde(deserialize_with = "positive")]
+    pub samples: usize,
+    /// Seed of the scrambles.
+    #[serde(deserialize_with = "natural")]
+    pub seed: u64,
+    /// Number of independent replicates, from whose spread the standard errors follow.
+    #[serde(deserialize_with = "positive")]
+    pub replicates: usize,
+    /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySetting>,
+    /// The model in which orbits move, if not in the scenario's: a simpler one.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "choice_option")]
+    pub model: Option<ModelChoice>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { samples: 65_536, seed: 1, replicates: 16, accuracy: None, model: None }
+    }
+}
+
+/// Fewest replicates: with fewer, Student's quantile is so large that an interval says nothing.
+const FEWEST: usize = 4;
+
+impl Method for Settings {
+    const NAME: &'static str = "qmc";
+    type Propagator = QuasiMonteCarlo;
+
+    fn propagator(self) -> QuasiMonteCarlo {
+        let Self { samples, seed, replicates, accuracy, model } = self;
+        let settings = mc::Settings { samples, seed, replicates, accuracy, model, draws: DrawsChoice::Sobol };
+        QuasiMonteCarlo(MonteCarlo::with_interval_of_replicates(settings))
+    }
+
+    fn check(&self) -> Result<(), Misfit> {
+        let Self { samples, replicates, .. } = *self;
+        if replicates < FEWEST {
+            let problem =
+                format!("{replicates} is not enough, it must be at least {FEWEST}: errors follow from their spread");
+            return Err(Misfit::new("replicates", problem));
+        }
+        let each = samples / replicates;
+        if samples % replicates != 0 || !each.is_power_of_two() || each < 2 {
+            let right = replicates.saturating_mul(each.max(2).next_power_of_two());
+            let problem = format!(
+                "{samples} is not allowed, each of the replicates = {replicates} must have a power of two of them, at least 2: {right}, \
+                 for example"
+            );
+            return Err(Misfit::new("samples", problem));
+        }
+        Ok(())
+    }
+
+    fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting> {
+        &mut self.accuracy
+    }
+
+    fn most_numbers(&self, _: (usize, usize), variables: usize) -> usize {
+        self.samples.saturating_mul(variables)
+    }
+
+    fn rows_to_share(&self) -> Result<usize, String> {
+        Err("qmc cannot be split into shards: its intervals need all replicates together; leave out shards, it uses all cores".into())
+    }
+}
+
+/// The propagator.
+#[derive(Debug)]
+pub struct QuasiMonteCarlo(MonteCarlo);
+
+impl Propagator for QuasiMonteCarlo {
+    fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
+        self.0.begin(assignment)
+    }
+
+    fn approach(&mut self, index: usize) -> Result<Option<f64>, Failure> {
+        self.0.approach(index)
+    }
+
+    fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+        self.0.advance(index)
+    }
+
+    fn write(&self, columns: &mut [f64]) {
+        self.0.write(columns);
+    }
+
+    fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
+        self.0.first_passage(times)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_that_are_no_power_of_two_for_each_replicate_are_refused_with_a_number_that_is() {
+        let refused = |settings: Settings, key: &str, words: &str| {
+            let Misfit { key: found, problem } = settings.check().unwrap_err();
+            assert!(found == key && problem.contains(words), "{found}: {problem}");
+        };
+        assert!(Settings::default().check().is_ok());
+        let usual = Settings::default;
+        refused(Settings { samples: 50_000, ..usual() }, "samples", "65536, for example");
+        refused(Settings { samples: 16, ..usual() }, "samples", "32, for example");
+        refused(Settings { replicates: 1, ..usual() }, "replicates", "at least 4");
+    }
+}
