@@ -167,7 +167,8 @@ impl<R: Fn(usize) -> usize + Sync> Sample<'_, R> {
         };
         let off = |k: usize, i: usize| on_branch(k, i) - mean[k];
         let fourth = self.table(&|a, b| self.mean_of(&|i| (off(a, i) * off(b, i)).powi(2)));
-        let error = |variance: f64| (variance.max(0.0) / self.rows as f64).sqrt();
+        // Rounding may leave a variance below 0; NaN stays what it is.
+        let error = |variance: f64| (if variance < 0.0 { 0.0 } else { variance } / self.rows as f64).sqrt();
         Errors {
             mean: (0..mean.len()).map(|k| error(covariance[k][k])).collect(),
             deviation: (0..mean.len())
@@ -413,6 +414,7 @@ mod tests {
         let cloud = of_samples(&[&known, &absent], &question, None);
         assert!((cloud.mean[0] - 0.25).abs() < 1e-15 && cloud.mean[1].is_nan() && cloud.covariance[0][1].is_nan());
         assert_eq!((cloud.above, &cloud.densities[1]), (0.5, &vec![2.0, 0.0]));
+        assert!(cloud.errors.is_some_and(|errors| errors.mean[1].is_nan() && errors.mean[0] > 0.0));
         assert!(cloud.densities[0].iter().chain(&cloud.densities[2]).all(|density| density.is_nan()));
     }
 

@@ -67,13 +67,16 @@ fn density_plans<'a>(scene: &'a Scene<'a>) -> Vec<FigurePlan<'a>> {
     if scene.pair.is_none() {
         return Vec::new();
     }
+    // A case whose model does not have these variables has no density of them at any time, and no figures.
+    let has_any = |m: &&Method<'a>| m.densities.iter().any(|density| !density.is_withheld());
+    let stated = || scene.methods.iter().filter(has_any);
     let every = |draw: fn(&Scene<'_>, &Method<'_>) -> Result<Figure, DrawError>, with_reference: bool| {
-        let methods = scene.methods.iter().filter(move |m| with_reference || m.label != scene.reference);
+        let methods = stated().filter(move |m| with_reference || m.label != scene.reference);
         methods.map(|method| -> Job<'a> { Box::new(move || draw(scene, method)) }).collect::<Vec<_>>()
     };
     let indices = || 0..scene.times.len();
     let separate = indices().flat_map(|index| {
-        scene.methods.iter().map(move |m| -> Job<'a> { Box::new(move || joint_density::draw_one(scene, m, index)) })
+        stated().map(move |m| -> Job<'a> { Box::new(move || joint_density::draw_one(scene, m, index)) })
     });
     let differences = indices().flat_map(move |index| {
         let subtracted = difference::subtrahend(scene, index).map(|subtrahend| subtrahend.label);
@@ -81,7 +84,7 @@ fn density_plans<'a>(scene: &'a Scene<'a>) -> Vec<FigurePlan<'a>> {
         // show.
         let differs =
             move |m: &&Method<'a>| subtracted.is_some_and(|label| label != m.label) && !difference::is_exact(scene, m);
-        let others = scene.methods.iter().filter(differs);
+        let others = stated().filter(differs);
         others.map(move |m| -> Job<'a> { Box::new(move || difference::draw(scene, m, index)) })
     });
     let of_pair = |key: &str, heading: &str, text, jobs| match scene.pair_name() {

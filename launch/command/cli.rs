@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::ask::AskArguments;
 use super::domain::DomainArguments;
+use super::fidelity::FidelityArguments;
 use super::map::MapArguments;
 use super::new::NewArguments;
 use super::node::NodeArguments;
@@ -47,6 +48,8 @@ pub enum Command {
     Map(MapArguments),
     /// Print the mean orbit of a scenario, in any model, as CSV
     Orbit(OrbitArguments),
+    /// Print how far simpler models, and models without one of their forces, move the figures of a cloud in space
+    Fidelity(FidelityArguments),
     /// Keep the processes of a launch file up and take scenario after scenario
     Serve(ServeArguments),
     /// Ask a running service to work on scenarios, and wait until they are done

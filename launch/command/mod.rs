@@ -5,6 +5,7 @@ mod clean;
 mod cli;
 mod derived;
 mod domain;
+mod fidelity;
 mod from_environment;
 mod graph;
 #[cfg(feature = "hosts")]
@@ -57,6 +58,7 @@ fn carry_out() -> ExitCode {
         Command::Ask(arguments) => output::end(ask::run(&arguments)),
         Command::Map(arguments) => output::end(map::run(&arguments)),
         Command::Orbit(arguments) => output::end(orbit::run(&arguments)),
+        Command::Fidelity(arguments) => output::end(fidelity::run(&arguments)),
         Command::Clean => clean::run(),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Topics(target) => output::end(observe::topics::run(&target)),

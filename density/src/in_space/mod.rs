@@ -21,10 +21,12 @@
 //! | [`draws`] | the orbits of a cloud by their numbers |
 //! | [`cloud`] | orbits of any model, on their way |
 //! | [`mean_cloud`] | unaveraged orbits, read out as averages over a revolution |
+//! | [`fidelity`] | how far simpler models move the figures of a cloud |
 //! | [`pilot`] | the axes on which clouds are compared |
 
 pub mod cloud;
 pub mod draws;
+pub mod fidelity;
 pub mod mean_cloud;
 pub mod models;
 pub mod pilot;

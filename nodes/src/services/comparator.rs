@@ -183,10 +183,13 @@ pub(crate) fn difference(space: &Space, quantity: Quantity, value: f64, referenc
     if space.is_angle(quantity) { nearest(value - reference, 0.0) } else { value - reference }
 }
 
-/// One row per projection; then, for each of the two densities on the first projection, by how much its mass falls
+/// One row per projection, NaN where one of the two says nothing of it; then, for each of the two densities on the first projection, by how much its mass falls
 /// short of 1.
 pub(crate) fn distances(case: &Reading, reference: &Reading) -> Vec<f64> {
     let row = |place: usize| {
+        if [case, reference].iter().any(|reading| reading.density(place).iter().any(|density| density.is_nan())) {
+            return [f64::NAN; DISTANCE_COLUMNS];
+        }
         let d = distances_on(case, reference, place);
         [d.total_variation, d.l2, d.hellinger, d.kullback_leibler, d.kolmogorov]
     };
