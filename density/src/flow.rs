@@ -7,10 +7,12 @@
 //! | `accuracy` | how accurately orbits are propagated |
 //! | [`equations`], `from_equations` | the series of a model, made from the model's equations of motion |
 //! | `threshold` | first passages, read off the series |
+//! | `approach` | how near orbits come to re-entry |
 //! | `record` | orbits kept step by step |
 //! | `in_plane` | the same for planar models, with the orbits in two slices |
 
 mod accuracy;
+mod approach;
 pub mod equations;
 mod from_equations;
 mod in_plane;

@@ -85,6 +85,16 @@ impl<const N: usize> Gaussian<N> {
         std::array::from_fn(|row| (0..=row).fold(self.mean[row], |sum, k| sum + standard[k] * self.root[row][k]))
     }
 
+    /// The standardised coordinates of a point, the inverse of [`Gaussian::point`].
+    pub fn standardise(&self, point: &[f64; N]) -> [f64; N] {
+        let mut standard = [0.0; N];
+        for row in 0..N {
+            let before: f64 = (0..row).map(|k| standard[k] * self.root[row][k]).sum();
+            standard[row] = (point[row] - self.mean[row] - before) / self.root[row][row];
+        }
+        standard
+    }
+
     /// Column `k` of the square root `S`: a step of one standard deviation.
     pub fn direction(&self, k: usize) -> [f64; N] {
         std::array::from_fn(|row| self.root[row][k])
@@ -121,6 +131,15 @@ mod tests {
         assert!((product - 1.0).abs() < 1e-15);
         let depends = [[1.0, 0.0], [0.5, 0.0]];
         assert_eq!(Gaussian::with_certain_variables([0.0; 2], depends), Err(NoCovariance { variable: 1 }));
+    }
+
+    #[test]
+    fn standardising_undoes_the_point() {
+        let covariance = [[4.0, 1.0, -0.5], [1.0, 2.0, 0.3], [-0.5, 0.3, 1.0]];
+        let gaussian = Gaussian::new([0.3, -2.0, 5.0], covariance).unwrap();
+        let standard = [0.5, -2.0, 3.0];
+        let found = gaussian.standardise(&gaussian.point(standard));
+        assert!((0..3).all(|k| (found[k] - standard[k]).abs() < 1e-14));
     }
 
     #[test]

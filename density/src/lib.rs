@@ -47,6 +47,7 @@ pub mod estimate;
 pub mod exact;
 pub mod first_passage;
 pub mod flow;
+pub mod flow_map;
 pub mod gaussian;
 pub mod grid;
 pub mod in_space;

@@ -141,12 +141,22 @@ pub fn draw_one(initial: &InitialGaussian, generator: &ChaCha8Rng, index: u64) -
 /// byte for byte.
 pub fn draw_variables<const N: usize>(
     initial: &Gaussian<N>,
-    variables: &[Variable],
+    variables: &'static [Variable],
     seed: u64,
     range: Range<usize>,
 ) -> [Vec<f64>; N] {
-    let generator = ChaCha8Rng::seed_from_u64(seed);
-    let one = |index: usize| {
+    let points: Vec<[f64; N]> = range.into_par_iter().map(variables_of(initial, variables, seed)).collect();
+    std::array::from_fn(|k| points.iter().map(|point| point[k]).collect())
+}
+
+/// Draw number `i` of [`draw_variables`] as a function of `i`.
+pub fn variables_of<const N: usize>(
+    initial: &Gaussian<N>,
+    variables: &'static [Variable],
+    seed: u64,
+) -> impl Fn(usize) -> [f64; N] + Sync + Send + use<N> {
+    let (initial, generator) = (*initial, ChaCha8Rng::seed_from_u64(seed));
+    move |index: usize| {
         let mut stream = generator.clone();
         stream.set_stream(index as u64);
         loop {
@@ -155,9 +165,7 @@ pub fn draw_variables<const N: usize>(
                 return point;
             }
         }
-    };
-    let points: Vec<[f64; N]> = range.into_par_iter().map(one).collect();
-    std::array::from_fn(|k| points.iter().map(|point| point[k]).collect())
+    }
 }
 
 /// The scramble of a group, from a stream that no draw uses.

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use density::first_passage::empirical::EmpiricalCurve;
 use density::grid::Grid;
-use density::sample_sums::SampleSums;
+use density::sample_sums::{SampleSums, TooFar};
 use messages::content::{Content, Reduced};
 use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
 use messages::port::{Draft, Outlet};
@@ -78,6 +78,14 @@ pub trait Propagator {
     /// or characteristics, or if none is followed.
     fn trajectories(&self) -> u64 {
         0
+    }
+
+    /// The samples of the snapshot that has been reached, reduced to counts and sums on the comparison grid; `None` if what
+    /// [`Propagator::write`] writes is to be reduced. Asked for only if the case sends reduced samples. A propagator
+    /// that reduces its samples as it makes them needs no memory for them.
+    fn reduce(&self, grid: &Grid, critical_e: f64) -> Option<Result<SampleSums, TooFar>> {
+        let _ = (grid, critical_e);
+        None
     }
 
     /// Writes the snapshot that [`Propagator::advance`] has reached: the columns of its kind, one after the other.
@@ -293,14 +301,19 @@ impl Drafting {
             return Ok((draft, rows));
         };
         let refused = |why: &dyn std::fmt::Display| Failure::Refused(format!("snapshot {index}: {why}"));
-        let mut samples = vec![0.0; 2 * rows];
-        propagator.write(&mut samples);
-        if let Some(breach) = kind::of(&samples_content).breach(&assignment.space, rows, &samples) {
-            return Err(refused(&breach));
-        }
-        let (phi, e) = samples.split_at(rows);
         let Plane { problem, grids } = assignment.plane()?;
-        let sums = SampleSums::reduce(phi, e, &grids[index], problem.critical_e);
+        let sums = match propagator.reduce(&grids[index], problem.critical_e) {
+            Some(sums) => sums,
+            None => {
+                let mut samples = vec![0.0; 2 * rows];
+                propagator.write(&mut samples);
+                if let Some(breach) = kind::of(&samples_content).breach(&assignment.space, rows, &samples) {
+                    return Err(refused(&breach));
+                }
+                let (phi, e) = samples.split_at(rows);
+                SampleSums::reduce(phi, e, &grids[index], problem.critical_e)
+            }
+        };
         let numbers = reduced::to_numbers(&sums.map_err(|why| refused(&why))?)?;
         let mut draft = outlet.draft(numbers.len())?;
         draft.items_mut().copy_from_slice(&numbers);

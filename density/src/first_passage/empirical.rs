@@ -42,15 +42,22 @@ pub fn point(passage: f64, times: &[f64]) -> usize {
 
 /// The curve of orbits of equal weight, from the [`point`] of each orbit.
 pub fn curve_of_points(points: impl ExactSizeIterator<Item = usize>, times: &[f64]) -> EmpiricalCurve {
-    let orbits = points.len() as f64;
-    let mut counts = vec![0usize; times.len()];
+    let orbits = points.len() as u64;
+    let mut counts = vec![0; times.len()];
     for point in points {
         if let Some(count) = counts.get_mut(point) {
             *count += 1;
         }
     }
+    curve_of_counts(&counts, orbits, times)
+}
+
+/// The curve of so many orbits of equal weight, from the number of those that have passed by each time and not by the one
+/// before.
+pub fn curve_of_counts(counts: &[u64], orbits: u64, times: &[f64]) -> EmpiricalCurve {
+    let orbits = orbits as f64;
     let mut passed = 0;
-    let share = |count: &usize| {
+    let share = |count: &u64| {
         passed += count;
         passed as f64 / orbits
     };

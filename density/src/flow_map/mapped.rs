@@ -1,0 +1,291 @@
+//! A set of orbits that moves by a flow map from snapshot to snapshot.
+//!
+//! Starts are drawn by their number and taken in chunks. In a chunk they are sorted by the cell in which they lie, so that
+//! the polynomials of a cell are evaluated at many starts side by side. A start that lies in no cell is propagated
+//! directly, with the others of its kind. Up to [`KEPT`] starts are kept from snapshot to snapshot; more are drawn again,
+//! so that memory does not grow with their number. Each value depends on its own start alone: results are the same bytes
+//! for any number of threads.
+
+use std::fmt;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::FlowMap;
+use super::cell::UNMAPPED;
+use super::chebyshev::evaluate;
+use super::passing::Passing;
+use crate::angle::fold;
+use crate::first_passage::empirical::point;
+use crate::flow::Passages;
+use crate::grid::Grid;
+use crate::model::{Coordinates, LANES, Lanes, Model};
+use crate::orbits::{LostOrbit, Orbits};
+use crate::sample_sums::{SampleSums, TooFar};
+
+/// Number of starts that a thread takes at a time.
+const CHUNK: usize = 32_768;
+/// Largest number of starts that are kept: with two variables they take 20 bytes each.
+const KEPT: usize = 1 << 24;
+
+/// The start of an orbit as a function of its number: the variables, on the branch of the initial Gaussian's mean.
+pub type Draw<const N: usize> = Box<dyn Fn(usize) -> [f64; N] + Send + Sync>;
+
+/// Orbits on their way by a map.
+pub struct MappedOrbits<M, const N: usize> {
+    map: FlowMap<M, N>,
+    draw: Draw<N>,
+    numbers: Range<usize>,
+    pub(super) kept: Option<Vec<Sorted<N>>>,
+    /// The numbers of the orbits that are propagated directly, counted from the first, in ascending order.
+    direct: Vec<usize>,
+    orbits: Orbits<M>,
+    /// When each of those has passed \[yr\].
+    passages: Vec<f64>,
+    index: usize,
+}
+
+impl<M: fmt::Debug, const N: usize> fmt::Debug for MappedOrbits<M, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { numbers, direct, index, .. } = self;
+        write!(f, "MappedOrbits {{ {numbers:?}, {} directly, at snapshot {index} }}", direct.len())
+    }
+}
+
+/// The starts of a chunk that lie in cells, sorted by cell.
+#[derive(Debug)]
+pub(super) struct Sorted<const N: usize> {
+    /// Each cell that has starts, with their number.
+    runs: Vec<(u32, u32)>,
+    /// Their local coordinates.
+    local: [Vec<f64>; N],
+    /// Their places in the chunk.
+    places: Vec<u32>,
+}
+
+impl<M: Model, const N: usize> MappedOrbits<M, N> {
+    /// The orbits of these numbers, at the start.
+    pub fn new(map: FlowMap<M, N>, numbers: Range<usize>, draw: Draw<N>) -> Self {
+        let keeps = numbers.len() <= KEPT;
+        let sorted = |chunk: usize| {
+            let (sorted, direct) = sort(&map, &draw, chunk_of(&numbers, chunk));
+            (keeps.then_some(sorted), direct.into_iter().map(|place| chunk * CHUNK + place as usize).collect())
+        };
+        let chunks = numbers.len().div_ceil(CHUNK);
+        let (kept, direct): (Vec<_>, Vec<Vec<usize>>) = (0..chunks).into_par_iter().map(sorted).unzip();
+        let direct = direct.concat();
+        let starts: Vec<[f64; N]> = direct.iter().map(|&place| draw(numbers.start + place)).collect();
+        let columns: [Vec<f64>; N] = std::array::from_fn(|k| starts.iter().map(|start| start[k]).collect());
+        let orbits = Orbits::from_variables(map.flow, &columns.each_ref().map(Vec::as_slice));
+        let passages = vec![f64::INFINITY; direct.len()];
+        Self { kept: kept.into_iter().collect(), map, draw, numbers, direct, orbits, passages, index: 0 }
+    }
+
+    /// The map by which they move.
+    pub fn map(&self) -> &FlowMap<M, N> {
+        &self.map
+    }
+
+    /// Number of orbits.
+    pub fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
+    /// Number of orbits that are propagated directly.
+    pub fn direct(&self) -> usize {
+        self.direct.len()
+    }
+
+    /// Moves all orbits to snapshot `index`, the next one, and notes when the orbits that are propagated directly first
+    /// reach the critical value.
+    ///
+    /// # Errors
+    /// [`LostOrbit`] names the first orbit that cannot be followed.
+    pub fn advance_watching(&mut self, index: usize, critical: f64) -> Result<(), LostOrbit> {
+        self.index = index;
+        let note = |time| time;
+        let passages = Passages { passages: &mut self.passages, pending: f64::INFINITY, note: &note };
+        let moved = self.orbits.advance_watching(self.map.times[index], critical, passages);
+        moved.map_err(|lost| LostOrbit { index: self.numbers.start + self.direct[lost.index], ..lost })
+    }
+
+    /// Writes the variables of all orbits at the snapshot that has been reached, one column per variable.
+    ///
+    /// # Panics
+    /// If there is not one column for every variable, or one is not as long as there are orbits.
+    pub fn read_out_columns(&self, columns: &mut [&mut [f64]]) {
+        assert_eq!(columns.len(), N, "one column for every variable");
+        assert!(columns.iter().all(|column| column.len() == self.len()), "room for every orbit");
+        let mut pieces: Vec<Vec<&mut [f64]>> = (0..self.len().div_ceil(CHUNK)).map(|_| Vec::new()).collect();
+        for column in columns {
+            pieces.iter_mut().zip(column.chunks_mut(CHUNK)).for_each(|(piece, chunk)| piece.push(chunk));
+        }
+        pieces.par_iter_mut().enumerate().for_each(|(chunk, columns)| self.read_out_chunk(chunk, columns));
+    }
+
+    /// Writes the variables of the orbits of one chunk.
+    fn read_out_chunk(&self, chunk: usize, columns: &mut [&mut [f64]]) {
+        self.with_sorted(chunk, |sorted| match self.index {
+            0 => self.at_start(sorted, columns),
+            index => self.evaluate(sorted, index, columns),
+        });
+        let time = self.map.times[self.index];
+        for position in self.directly_in(chunk) {
+            let state = Coordinates::from_fn(|k| self.orbits.columns()[k][position]);
+            let values = self.map.flow.model.read_out(time, state);
+            let place = self.direct[position] % CHUNK;
+            columns.iter_mut().enumerate().for_each(|(k, column)| column[place] = values.component(k));
+        }
+    }
+
+    /// Does something with the sorted starts of a chunk, kept or drawn again.
+    fn with_sorted<T>(&self, chunk: usize, work: impl FnOnce(&Sorted<N>) -> T) -> T {
+        match &self.kept {
+            Some(kept) => work(&kept[chunk]),
+            None => work(&sort(&self.map, &self.draw, chunk_of(&self.numbers, chunk)).0),
+        }
+    }
+
+    /// The positions among the directly propagated orbits of those in a chunk.
+    fn directly_in(&self, chunk: usize) -> Range<usize> {
+        let position = |place: usize| self.direct.partition_point(|&number| number < place);
+        position(chunk * CHUNK)..position((chunk + 1) * CHUNK)
+    }
+
+    /// The variables at the start.
+    fn at_start(&self, sorted: &Sorted<N>, columns: &mut [&mut [f64]]) {
+        let mut next = 0;
+        for &(cell, count) in &sorted.runs {
+            for i in next..next + count as usize {
+                let local = std::array::from_fn(|k| sorted.local[k][i]);
+                let values = self.map.gaussian.point(self.map.cells[cell as usize].cell.point(&local));
+                for (k, variable) in M::VARIABLES.iter().enumerate() {
+                    let value = if variable.is_circle() { fold(values[k], 0.0) } else { values[k] };
+                    columns[k][sorted.places[i] as usize] = value;
+                }
+            }
+            next += count as usize;
+        }
+    }
+
+    /// The variables at a later snapshot.
+    fn evaluate(&self, sorted: &Sorted<N>, index: usize, columns: &mut [&mut [f64]]) {
+        let mut values = vec![[0.0; LANES]; M::State::<f64>::COUNT];
+        let time = self.map.times[index];
+        sorted.for_lanes(|cell, point, places| {
+            evaluate(self.map.states(cell, index), point, &mut values);
+            for (l, &place) in places.iter().enumerate() {
+                let read = self.map.flow.model.read_out(time, Coordinates::from_fn(|k| values[k][l]));
+                columns.iter_mut().enumerate().for_each(|(k, column)| column[place as usize] = read.component(k));
+            }
+        });
+    }
+
+    /// How many orbits have first reached the critical value by each of `times` and not by the one before; for the orbits that
+    /// are propagated directly up to the snapshot that has been reached.
+    pub fn passage_counts(&self, times: &[f64]) -> Vec<u64> {
+        let chunk_counts = |chunk: usize| {
+            let mut counts = vec![0u64; times.len() + 1];
+            self.with_sorted(chunk, |sorted| {
+                let mut value = [[0.0; LANES]];
+                sorted.for_lanes(|cell, at, places| {
+                    let Passing::At(polynomial) = &self.map.cells[cell as usize].passing else { return };
+                    evaluate(std::slice::from_ref(polynomial), at, &mut value);
+                    places.iter().zip(&value[0]).for_each(|(_, &time)| counts[point(time, times)] += 1);
+                });
+            });
+            self.directly_in(chunk).for_each(|position| counts[point(self.passages[position], times)] += 1);
+            counts
+        };
+        let add = |mut sums: Vec<u64>, counts: Vec<u64>| {
+            sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+            sums
+        };
+        let chunks = (0..self.len().div_ceil(CHUNK)).into_par_iter();
+        let mut counts = chunks.map(chunk_counts).reduce(|| vec![0; times.len() + 1], add);
+        counts.truncate(times.len());
+        counts
+    }
+}
+
+impl<M: Model, const N: usize> MappedOrbits<M, N> {
+    /// Reduces the first two variables of the orbits, at the snapshot that has been reached, to sums, chunk by chunk.
+    ///
+    /// # Errors
+    /// [`TooFar`] names an orbit that cannot be summed.
+    pub fn reduce(&self, grid: &Grid, critical: f64) -> Result<SampleSums, TooFar> {
+        let reduced = |chunk: usize| {
+            let rows = chunk_of(&self.numbers, chunk).len();
+            let mut columns = vec![vec![0.0; rows]; N];
+            self.read_out_chunk(chunk, &mut columns.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
+            SampleSums::reduce(&columns[0], &columns[1], grid, critical)
+        };
+        let add = |mut sums: SampleSums, part: SampleSums| {
+            sums.add(&part);
+            Ok(sums)
+        };
+        let chunks = (0..self.len().div_ceil(CHUNK)).into_par_iter();
+        chunks.map(reduced).try_reduce(|| SampleSums::empty(grid.len()), add)
+    }
+}
+
+impl<const N: usize> Sorted<N> {
+    /// Calls `work` with each cell, the local coordinates of up to [`LANES`] starts in it, and their places.
+    fn for_lanes(&self, mut work: impl FnMut(u32, &[Lanes; N], &[u32])) {
+        let mut next = 0;
+        for &(cell, count) in &self.runs {
+            let end = next + count as usize;
+            while next < end {
+                let several = next..end.min(next + LANES);
+                let mut point = [[0.0; LANES]; N];
+                for (lanes, local) in point.iter_mut().zip(&self.local) {
+                    lanes[..several.len()].copy_from_slice(&local[several.clone()]);
+                }
+                work(cell, &point, &self.places[several.clone()]);
+                next = several.end;
+            }
+        }
+    }
+}
+
+/// The numbers of a chunk.
+fn chunk_of(numbers: &Range<usize>, chunk: usize) -> Range<usize> {
+    let first = numbers.start + chunk * CHUNK;
+    first..numbers.end.min(first + CHUNK)
+}
+
+/// Draws the starts of a chunk and sorts them by cell; also returns the places of those that lie in none.
+fn sort<M: Model, const N: usize>(map: &FlowMap<M, N>, draw: &Draw<N>, numbers: Range<usize>) -> (Sorted<N>, Vec<u32>) {
+    let located: Vec<(u32, [f64; N])> =
+        numbers.map(|number| map.locate(&draw(number)).unwrap_or((UNMAPPED, [0.0; N]))).collect();
+    let mut next = vec![0u32; map.cells.len()];
+    let mut direct = Vec::new();
+    for (place, (cell, _)) in located.iter().enumerate() {
+        match next.get_mut(*cell as usize) {
+            Some(count) => *count += 1,
+            None => direct.push(place as u32),
+        }
+    }
+    let counts = next.iter().enumerate().filter(|(_, count)| **count > 0);
+    let runs: Vec<(u32, u32)> = counts.map(|(cell, &count)| (cell as u32, count)).collect();
+    let mut sum = 0;
+    next.iter_mut().for_each(|count| {
+        let first = sum;
+        sum += *count;
+        *count = first;
+    });
+    let mut local: [Vec<f64>; N] = std::array::from_fn(|_| vec![0.0; sum as usize]);
+    let mut places = vec![0; sum as usize];
+    for (place, (cell, point)) in located.iter().enumerate() {
+        let Some(next) = next.get_mut(*cell as usize) else { continue };
+        (0..N).for_each(|k| local[k][*next as usize] = point[k]);
+        places[*next as usize] = place as u32;
+        *next += 1;
+    }
+    (Sorted { runs, local, places }, direct)
+}

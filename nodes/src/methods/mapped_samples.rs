@@ -1,0 +1,172 @@
+//! Samples that move by a flow map instead of one by one: what `through = "flow-map"` makes of a Monte Carlo case.
+
+use std::fmt::Debug;
+use std::ops::Range;
+
+use density::first_passage::empirical::{EmpiricalCurve, curve_of_counts};
+use density::flow::{Accuracy, Flow};
+use density::flow_map::{FlowMap, MappedOrbits, Refused, Settings as MapSettings};
+use density::grid::Grid;
+use density::model::Model;
+use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::orbits::LostOrbit;
+use density::sample_sums::{SampleSums, TooFar};
+use density::sampling::{SamplingPlan, variables_of};
+use density::uncertain::{UncertainProblem, UncertainTask};
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+
+/// A cell of a map is not halved again if fewer than so many samples lie in it: its halves would take about as many orbits.
+const LEAST_SAMPLES: f64 = 1000.0;
+/// A map is made of at most so many orbits, and of no more than a quarter of the samples.
+const MOST_ORBITS: usize = 1_000_000;
+/// Orbits that a map may have for any number of samples.
+const LEAST_ORBITS: usize = 20_000;
+/// Least share of the samples that a map must move.
+const LEAST_MAPPED: f64 = 0.5;
+
+/// The samples of a case on their way by a map.
+#[derive(Debug)]
+pub struct MappedSamples {
+    cloud: Box<dyn Cloud>,
+    critical: f64,
+}
+
+/// Orbits of any model.
+trait Cloud: Debug + Send {
+    fn advance_watching(&mut self, index: usize, critical: f64) -> Result<(), LostOrbit>;
+    fn read_out(&self, columns: &mut [f64]);
+    fn reduce(&self, grid: &Grid, critical_e: f64) -> Result<SampleSums, TooFar>;
+    fn passage_counts(&self, times: &[f64]) -> Vec<u64>;
+    /// Number of samples, and of orbits that were propagated for them.
+    fn counts(&self) -> (usize, usize);
+}
+
+impl<M: Model, const N: usize> Cloud for MappedOrbits<M, N> {
+    fn advance_watching(&mut self, index: usize, critical: f64) -> Result<(), LostOrbit> {
+        MappedOrbits::advance_watching(self, index, critical)
+    }
+
+    fn read_out(&self, columns: &mut [f64]) {
+        self.read_out_columns(&mut columns.chunks_exact_mut(self.len().max(1)).collect::<Vec<_>>());
+    }
+
+    fn reduce(&self, grid: &Grid, critical_e: f64) -> Result<SampleSums, TooFar> {
+        MappedOrbits::reduce(self, grid, critical_e)
+    }
+
+    fn passage_counts(&self, times: &[f64]) -> Vec<u64> {
+        MappedOrbits::passage_counts(self, times)
+    }
+
+    fn counts(&self) -> (usize, usize) {
+        (self.len(), self.map().summary().orbits + self.direct())
+    }
+}
+
+/// What the samples of a case are.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// The draws.
+    pub plan: SamplingPlan,
+    /// How many samples the whole case has.
+    pub samples: usize,
+    /// The numbers of those of this process.
+    pub numbers: Range<usize>,
+    /// The accuracy of samples that are propagated directly.
+    pub accuracy: Accuracy,
+    /// The largest error of the map.
+    pub map_error: f64,
+}
+
+impl Case {
+    /// What a map may cost depends on the whole case, so that all shards have the same one.
+    fn map_settings(&self) -> MapSettings {
+        MapSettings {
+            error: self.map_error,
+            most_orbits: (self.samples / 4).clamp(LEAST_ORBITS, MOST_ORBITS),
+            smallest_share: LEAST_SAMPLES / self.samples as f64,
+            least_mapped: LEAST_MAPPED,
+        }
+    }
+}
+
+impl MappedSamples {
+    /// The samples at the start.
+    ///
+    /// # Errors
+    /// A map that is refused, or a scenario whose orbits cannot be drawn.
+    pub fn new(case: Case, assignment: &Assignment) -> Result<Self, Failure> {
+        let critical = assignment.said.critical;
+        let cloud = match &assignment.uncertain {
+            Some(uncertain) => {
+                let problem = &uncertain.problem;
+                problem.perform(OnLeaves { problem, case, times: &assignment.times, critical })
+            }
+            None => {
+                let problem = &assignment.plane()?.problem;
+                let flow = Flow { model: problem.model, accuracy: case.accuracy };
+                let gaussian = problem.initial.into();
+                let map = FlowMap::new(flow, gaussian, &problem.times, Some(critical), &case.map_settings());
+                let polar = case.plan.polar(&problem.initial);
+                map.map(|map| -> Box<dyn Cloud> {
+                    Box::new(MappedOrbits::new(map, case.numbers, Box::new(move |number| polar(number).into())))
+                })
+            }
+        };
+        let cloud = cloud.map_err(|refused| Failure::Refused(refused.to_string()))?;
+        Ok(Self { cloud, critical })
+    }
+
+    /// Moves all samples to snapshot `index` and returns how many there are.
+    ///
+    /// # Errors
+    /// The sample that cannot be followed.
+    pub fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+        self.cloud.advance_watching(index, self.critical)?;
+        Ok(self.cloud.counts().0)
+    }
+
+    /// Writes the variables of all samples, one column after the other.
+    pub fn write(&self, columns: &mut [f64]) {
+        self.cloud.read_out(columns);
+    }
+
+    /// The counts and sums of the samples.
+    ///
+    /// # Errors
+    /// A sample that cannot be summed.
+    pub fn reduce(&self, grid: &Grid, critical_e: f64) -> Result<SampleSums, TooFar> {
+        self.cloud.reduce(grid, critical_e)
+    }
+
+    /// Orbits that were propagated: those of the map, and the samples that it left.
+    pub fn orbits(&self) -> usize {
+        self.cloud.counts().1
+    }
+
+    /// The first-passage curve of the samples.
+    pub fn curve(&self, times: &[f64]) -> EmpiricalCurve {
+        curve_of_counts(&self.cloud.passage_counts(times), self.cloud.counts().0 as u64, times)
+    }
+}
+
+/// Makes the samples where the radiation parameter is uncertain.
+struct OnLeaves<'a> {
+    problem: &'a UncertainProblem,
+    case: Case,
+    times: &'a [f64],
+    critical: f64,
+}
+
+impl UncertainTask for OnLeaves<'_> {
+    type Output = Result<Box<dyn Cloud>, Refused>;
+
+    fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output {
+        let Self { problem, case, times, critical } = self;
+        let flow = Flow { model, accuracy: case.accuracy };
+        let map = FlowMap::new(flow, problem.gaussian(), times, Some(critical), &case.map_settings())?;
+        let draw = variables_of(&problem.gaussian(), UncertainRadiation::<S>::VARIABLES, case.plan.seed);
+        Ok(Box::new(MappedOrbits::new(map, case.numbers, Box::new(draw))))
+    }
+}
