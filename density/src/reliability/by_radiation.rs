@@ -68,11 +68,10 @@ impl ByRadiation {
         count: usize,
         figures: impl Fn(f64) -> Option<Vec<Estimated>> + Sync,
     ) -> Self {
-        let (into, from) = scale(distribution);
-        let node = |at: f64| Node { at, figures: figures(from(at)) };
+        let node = |at: f64| Node { at, figures: figures(radiation(distribution, at)) };
         let (low, high) = range.ends;
         let parts = ((high / low).ln() / range.coarsest.ln_1p()).ceil().max(1.0) as usize;
-        let first = |k: usize| into(low * (high / low).powf(k as f64 / parts as f64));
+        let first = |k: usize| variable(distribution, low * (high / low).powf(k as f64 / parts as f64));
         let mut table = Self {
             distribution,
             count,
@@ -94,8 +93,8 @@ impl ByRadiation {
     /// Whether the figures between two nodes are not known well enough, and can be.
     fn is_open(&self, gap: usize, range: Range) -> bool {
         let (before, after) = (&self.nodes[gap], &self.nodes[gap + 1]);
-        let from = scale(self.distribution).1;
-        let share = range.largest_share(from(before.at), from(after.at));
+        let [low, high] = [before, after].map(|node| radiation(self.distribution, node.at));
+        let share = range.largest_share(low, high);
         before.figures.is_some()
             && after.figures.is_some()
             && self.bends[gap].iter().any(|bend| *bend * share > range.tolerance)
@@ -121,7 +120,7 @@ impl ByRadiation {
 
     /// The figures at a radiation parameter; [`UNKNOWN`] beyond the table.
     pub fn at(&self, radiation: f64) -> Vec<Estimated> {
-        let at = scale(self.distribution).0(radiation);
+        let at = variable(self.distribution, radiation);
         let gap = self.nodes.partition_point(|node| node.at < at).clamp(1, self.nodes.len() - 1) - 1;
         let (before, after) = (&self.nodes[gap], &self.nodes[gap + 1]);
         let share = (at - before.at) / (after.at - before.at);
@@ -169,11 +168,19 @@ impl ByRadiation {
     }
 }
 
-/// From the radiation parameter to the variable that is a Gaussian, and back.
-fn scale(distribution: Distribution) -> (fn(f64) -> f64, fn(f64) -> f64) {
+/// The variable that is a Gaussian, at a radiation parameter.
+fn variable(distribution: Distribution, radiation: f64) -> f64 {
     match distribution {
-        Distribution::Gaussian => (|x| x, |x| x),
-        Distribution::LogNormal => (f64::ln, f64::exp),
+        Distribution::Gaussian => radiation,
+        Distribution::LogNormal => radiation.ln(),
+    }
+}
+
+/// The radiation parameter at a value of that variable.
+fn radiation(distribution: Distribution, variable: f64) -> f64 {
+    match distribution {
+        Distribution::Gaussian => variable,
+        Distribution::LogNormal => variable.exp(),
     }
 }
 
@@ -214,7 +221,7 @@ mod tests {
                 let found = table.means(&problem, 1.0)[0];
                 let z = |c: f64| {
                     let (mean, sigma) = problem.third();
-                    (scale(distribution).0(c) - mean) / sigma
+                    (variable(distribution, c) - mean) / sigma
                 };
                 // The ramp is narrow against the spread, so its mean is that of the tails at its points.
                 let tails = (0..1000).map(|k| normal_tail(z(0.1235 + 1e-3 * (f64::from(k) + 0.5) / 1000.0)));
