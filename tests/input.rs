@@ -146,7 +146,7 @@ fn validate_says_what_is_good_and_what_is_not() {
         assert!(good.contains(words), "{words}: {good}");
     }
     for words in [
-        "\"md\" is unknown; it must be one of mc, dee",
+        "\"md\" is unknown; it must be one of mc, qmc, dee",
         "impossible.toml:3: vary.initial.e: 1.2 is not allowed, it must be between 0 and 1, both excluded, in scenario-1-1 (initial.e = 1.2)",
         "impossible.toml: 2 of 4 combinations are impossible",
         "neither.toml: has no key that says whether it is a launch, a scenario, a sweep or a map file",
