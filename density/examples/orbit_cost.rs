@@ -8,6 +8,7 @@ use density::flow::Flow;
 use density::model::osculating::Osculating;
 use density::model::planar::Force;
 use density::model::sun_moon::SunMoon;
+use density::model::uncertain_radiation::{Linear, UncertainRadiation};
 use density::model::vectorial::Vectorial;
 use density::model::{Coordinates, Model, ecliptic};
 use density::problem::InitialGaussian;
@@ -30,6 +31,8 @@ fn main() {
     let starts: Vec<[f64; 2]> = x1.iter().zip(&x2).map(|(x1, x2)| [x1.atan2(*x2), x1.hypot(*x2)]).collect();
     let planar = time(force, &starts);
     println!("{:36} {planar:9.2} µs", "planar");
+    let own = UncertainRadiation::<Linear, _>::new(Force { radiation: 0.0, ..force });
+    let with_own: Vec<[f64; 3]> = starts.iter().map(|&[phi, e]| [phi, e, force.radiation]).collect();
     let vectorial = Vectorial { forces, obliquity, sun_longitude: 1.0 };
     let flat = Vectorial { obliquity: 0.0, ..vectorial };
     let osculating = Osculating { semi_major_axis: 2.5, forces, obliquity, sun_longitude: 1.0, moon_longitude: 0.0 };
@@ -37,6 +40,7 @@ fn main() {
     let in_space: Vec<[f64; 4]> = starts.iter().map(|&[phi, e]| [phi, e, 0.3, 2.0]).collect();
     let elements: Vec<[f64; 6]> = starts.iter().map(|&[phi, e]| [phi, e, 0.3, 2.0, phi, 2.5]).collect();
     for (name, time) in [
+        ("planar, each with a C of its own", time(own, &with_own)),
         ("planar, Sun and Moon", time(forces, &starts)),
         ("vectorial, the same orbits", time(flat, &in_plane)),
         ("vectorial, inclined, with obliquity", time(vectorial, &in_space)),

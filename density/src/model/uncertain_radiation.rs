@@ -7,9 +7,12 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 
 use super::earth::SUN_MEAN_MOTION;
+use super::planar::Force;
+use super::planar_series::OwnRadiationSeries;
 use super::plane::{State, VARIABLES, density_growth};
 use super::registry::Planar;
-use super::{Kind, Model, PlanarHamiltonian, Quantity, Variable};
+use super::sun_moon::SunMoon;
+use super::{Kind, Model, PlanarHamiltonian, Quantity, Series, Task, Variable};
 use crate::flow::FromEquations;
 
 /// What the third variable is.
@@ -68,22 +71,58 @@ impl Scale for Logarithmic {
 
 /// A planar model whose radiation parameter is a variable. The state is `(x1, x2, C)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct UncertainRadiation<S> {
-    without: Planar,
+pub struct UncertainRadiation<S, M = Planar> {
+    without: M,
     scale: PhantomData<S>,
 }
 
-impl<S: Scale> UncertainRadiation<S> {
+impl<S: Scale, M: OwnRadiation> UncertainRadiation<S, M> {
     /// From the planar model without radiation pressure.
-    pub fn new(without: Planar) -> Self {
+    pub fn new(without: M) -> Self {
         Self { without, scale: PhantomData }
+    }
+
+    /// The planar model without radiation pressure.
+    pub fn without(&self) -> &M {
+        &self.without
     }
 }
 
-impl<S: Scale> Model for UncertainRadiation<S> {
+/// A planar model of which every orbit may have a radiation parameter of its own.
+pub trait OwnRadiation: PlanarHamiltonian {
+    /// The Taylor series of such orbits.
+    type Series<S: Scale, const P: usize>: Series<P, Model = UncertainRadiation<S, Self>>;
+
+    /// See [`Model::perform`].
+    fn perform_with_own<S: Scale, T: Task>(model: &UncertainRadiation<S, Self>, task: T) -> T::Output {
+        task.with(model)
+    }
+}
+
+impl OwnRadiation for Force {
+    type Series<S: Scale, const P: usize> = OwnRadiationSeries<P, S>;
+}
+
+impl OwnRadiation for SunMoon {
+    type Series<S: Scale, const P: usize> = FromEquations<UncertainRadiation<S, Self>, P>;
+}
+
+impl OwnRadiation for Planar {
+    type Series<S: Scale, const P: usize> = FromEquations<UncertainRadiation<S, Self>, P>;
+
+    /// Hands the task to the model that this one stands for.
+    fn perform_with_own<S: Scale, T: Task>(model: &UncertainRadiation<S, Self>, task: T) -> T::Output {
+        match model.without {
+            Self::Force(without) => task.with(&UncertainRadiation::<S, _>::new(without)),
+            Self::SunMoon(without) => task.with(&UncertainRadiation::<S, _>::new(without)),
+        }
+    }
+}
+
+impl<S: Scale, M: OwnRadiation> Model for UncertainRadiation<S, M> {
     type State<T: Quantity> = [T; 3];
     type Variables = [f64; 3];
-    type Series<const P: usize> = FromEquations<Self, P>;
+    type Series<const P: usize> = <M as OwnRadiation>::Series<S, P>;
 
     const VARIABLES: &'static [Variable] = &[VARIABLES[0], VARIABLES[1], S::VARIABLE];
     const REENTRY: usize = 1;
@@ -128,14 +167,16 @@ impl<S: Scale> Model for UncertainRadiation<S> {
     fn reversed(&self, [x1, x2, radiation]: [f64; 3]) -> Option<[f64; 3]> {
         Some([-x1, x2, radiation])
     }
+
+    fn perform<T: Task>(&self, task: T) -> T::Output {
+        M::perform_with_own(self, task)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::flow::Flow;
-    use crate::model::planar::Force;
-    use crate::model::sun_moon::SunMoon;
 
     #[test]
     fn every_orbit_moves_as_with_a_radiation_parameter_of_its_own() {
@@ -148,6 +189,25 @@ mod tests {
                 let start = uncertain.state(0.0, [2.2, 0.145, radiation]);
                 let [x1, x2, kept] = Flow::new(uncertain).carry_one(start, 0.0, 2.0).unwrap();
                 assert!((x1 - end.x1).hypot(x2 - end.x2) < 1e-11 && kept == radiation, "{radiation}");
+            }
+        }
+    }
+
+    #[test]
+    fn orbits_side_by_side_are_the_same_bytes_as_one_by_one_with_their_parameters() {
+        let starts: Vec<[f64; 3]> =
+            (0..40).map(|k| f64::from(k)).map(|k| [0.15 * k, 0.1 + 0.01 * k, 0.01 * k]).collect();
+        for (oblateness, years) in [(0.40921, 2.0), (0.40921, -1.0), (0.0, 0.5)] {
+            let force = |radiation| Force { radiation, oblateness };
+            let together = UncertainRadiation::<Linear>::new(force(0.0).into());
+            let states: Vec<[f64; 3]> = starts.iter().map(|&start| together.state(0.0, start)).collect();
+            let mut columns = [0, 1, 2].map(|k| states.iter().map(|state| state[k]).collect::<Vec<f64>>());
+            Flow::new(together).carry_where_possible(&mut columns.each_mut().map(Vec::as_mut_slice), 0.0, years);
+            for (i, &[x1, x2, radiation]) in states.iter().enumerate() {
+                let end = Flow::new(force(radiation)).carry_one(State { x1, x2 }, 0.0, years);
+                let expected = end.map_or([f64::NAN; 2], |end| [end.x1, end.x2]);
+                let found = [columns[0][i], columns[1][i]];
+                assert_eq!(found.map(f64::to_bits), expected.map(f64::to_bits), "{radiation} {oblateness} {years}");
             }
         }
     }
