@@ -5,6 +5,7 @@
 //! scenarios that differ in `C` or in its uncertainty alone share it ([`rows`]). So a whole row of a map costs about as much as a few of its points.
 //! Where the quantity hardly bends between points of the map, it is interpolated ([`refinement`]).
 
+pub mod by_orbits;
 pub mod by_radiation;
 pub mod quantity;
 pub mod refinement;

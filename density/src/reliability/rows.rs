@@ -6,6 +6,7 @@ use crate::problem::Problem;
 use crate::uncertain::{Distribution, Spread, UncertainProblem};
 
 use super::UNKNOWN;
+use super::by_orbits::{ByOrbits, LEAST_ERROR};
 use super::by_radiation::{ByRadiation, Range};
 use super::quantity::{LARGEST_FACTOR, Quantity, SMALLEST_FACTOR};
 
@@ -58,15 +59,39 @@ pub fn evaluate(row: &[Point], quantity: Quantity, tolerance: f64) -> Row {
         return row.par_iter().map(certain).collect();
     }
     let acting: Vec<&Point> = row.iter().filter(|point| radiation(point) > 0.0).collect();
-    let table = ByRadiation::new(
-        first.spread.map_or(Distribution::LogNormal, |spread| spread.distribution),
-        range(&acting, quantity, tolerance),
-        quantity.count(),
-        figures,
-    );
-    let at = |point: &Point| if needs_no_table(point) { certain(point) } else { of_point(&table, point, quantity) };
+    let range = range(&acting, quantity, tolerance);
+    let orbits =
+        years_of_orbits(row, quantity, tolerance).and_then(|years| ByOrbits::new(&first.problem, range.ends, years));
+    if let Some(orbits) = orbits {
+        let probability =
+            |point: &Point, factor: f64| uncertain(point, factor).map_or(UNKNOWN, |p| orbits.probability(&p));
+        return row.iter().map(|point| of_point(quantity, |factor| vec![probability(point, factor)])).collect();
+    }
+    let distribution = first.spread.map_or(Distribution::LogNormal, |spread| spread.distribution);
+    let table = ByRadiation::new(distribution, range, quantity.count(), figures);
+    let figures = |point: &Point, factor: f64| match uncertain(point, factor) {
+        Some(problem) => table.means(&problem, 1.0),
+        None => table.at(factor * radiation(point)),
+    };
+    let at = |point: &Point| match needs_no_table(point) {
+        true => certain(point),
+        false => of_point(quantity, |factor| figures(point, factor)),
+    };
     row.iter().map(at).collect()
 }
+
+/// The years within which passages are asked for, if a sample of orbits answers well enough: where the parameter of every point is uncertain.
+fn years_of_orbits(row: &[Point], quantity: Quantity, tolerance: f64) -> Option<f64> {
+    let is_uncertain = |point: &Point| point.spread.is_some_and(|spread| spread.relative >= NARROWEST_OF_ORBITS);
+    let are_enough = tolerance >= 2.0 * LEAST_ERROR && row.iter().all(is_uncertain);
+    match quantity {
+        Quantity::Reentry { within } | Quantity::RequiredFactor { within, .. } if are_enough => Some(within),
+        _ => None,
+    }
+}
+
+/// Narrowest relative deviation of the radiation parameter that makes the probability smooth enough for a sample of orbits.
+const NARROWEST_OF_ORBITS: f64 = 0.02;
 
 /// The radiation parameters of all these points, as far as their figures matter.
 fn range(points: &[&Point], quantity: Quantity, tolerance: f64) -> Range {
@@ -93,11 +118,8 @@ fn uncertain(point: &Point, factor: f64) -> Option<UncertainProblem> {
     Some(UncertainProblem { plane: Problem { model, ..point.problem.clone() }, spread: point.spread? })
 }
 
-fn of_point(table: &ByRadiation, point: &Point, quantity: Quantity) -> Estimated {
-    let figures = |factor: f64| match uncertain(point, factor) {
-        Some(problem) => table.means(&problem, 1.0),
-        None => table.at(factor * point.problem.model.value("radiation").unwrap_or(0.0)),
-    };
+/// The quantity at a point, of which `figures` gives the figures for a factor on the radiation parameter.
+fn of_point(quantity: Quantity, figures: impl Fn(f64) -> Vec<Estimated>) -> Estimated {
     match quantity {
         Quantity::RequiredFactor { probability, .. } => factor_for(probability, |factor| figures(factor)[0]),
         _ => quantity.of(&figures(1.0)),
