@@ -67,7 +67,7 @@ pub fn run(arguments: &FidelityArguments) -> ExitCode {
 fn load(path: &Path) -> Result<SpaceProblem, String> {
     let file = InputFile::read(path).map_err(|e| e.to_string())?;
     match scenario_file::check_cloud(&file).map_err(|e| e.to_string())? {
-        AnyScenario::InSpace(scenario) => scenario.cloud.ok_or_else(|| "there is no cloud".into()),
+        AnyScenario::InSpace(scenario) => scenario.cloud.map(|cloud| *cloud).ok_or_else(|| "there is no cloud".into()),
         AnyScenario::InPlane { .. } => {
             let problem = "model.name: \"planar\" is the simplest model, there is none to compare it with; write the scenario in \"vectorial\" or \
                            \"osculating\"";
@@ -128,9 +128,9 @@ fn name(problem: &SpaceProblem, Variant { simplification, without }: Variant) ->
 /// The name and the unit of a figure.
 fn quantity(q: usize) -> (String, &'static str) {
     match VARIABLES.get(q / 2) {
-        Some(variable) if q % 2 == 0 => (format!("mean_{}", variable.symbol), variable.unit),
+        Some(variable) if q.is_multiple_of(2) => (format!("mean_{}", variable.symbol), variable.unit),
         Some(variable) => (format!("std_{}", variable.symbol), variable.unit),
-        None if q % 2 == 0 => ("prob_above_critical_e".into(), ""),
+        None if q.is_multiple_of(2) => ("prob_above_critical_e".into(), ""),
         None => ("prob_ever_above_critical_e".into(), ""),
     }
 }

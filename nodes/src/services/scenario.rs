@@ -212,7 +212,7 @@ impl Make {
         };
         let (phi_bins, others) = self.bins;
         let axes = pilot::axes(problem, &[phi_bins, others, others, others])?;
-        Ok(Assignment::in_space(self.run_id, name, self.place, problem.clone(), axes))
+        Ok(Assignment::in_space(self.run_id, name, self.place, (**problem).clone(), axes))
     }
 }
 

@@ -38,7 +38,7 @@ pub struct ScenarioInSpace {
     /// Eccentricity at which the satellite re-enters, if the file gives it.
     pub critical_e: Option<f64>,
     /// The cloud about the orbit, if the file says how well it is known and when it re-enters.
-    pub cloud: Option<SpaceProblem>,
+    pub cloud: Option<Box<SpaceProblem>>,
 }
 
 impl ScenarioInSpace {
@@ -50,7 +50,7 @@ impl ScenarioInSpace {
             SpaceModel::Osculating { model, mean_anomaly } => ModelInSpace::Osculating(model, mean, mean_anomaly),
         };
         let (times, critical_e) = (cloud.times.clone(), Some(cloud.critical_e));
-        Self { name, model, semi_major_axis: cloud.model.axis(), times, critical_e, cloud: Some(cloud) }
+        Self { name, model, semi_major_axis: cloud.model.axis(), times, critical_e, cloud: Some(Box::new(cloud)) }
     }
 }
 
@@ -151,7 +151,7 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
         cloud: None,
     };
     if has_cloud {
-        scenario.cloud = Some(cloud(file, &raw, &scenario)?);
+        scenario.cloud = Some(Box::new(cloud(file, &raw, &scenario)?));
     }
     Ok(scenario)
 }
