@@ -157,5 +157,5 @@ fn what_cannot_be_done_is_refused_in_words() {
     bench.write("launch.toml", launch);
     let output = bench.phasecloud().args(["run", "launch.toml"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("initial: must have sigma_phi"), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("disposal: must have critical_e or altitude"), "{}", text(&output.stderr));
 }
