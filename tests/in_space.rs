@@ -82,7 +82,7 @@ fn a_cloud_in_space_is_sampled_in_two_ways_that_agree_and_in_the_plane_which_say
     let all = ["marginal_phi_e", "marginal_phi", "marginal_e", "marginal_e_i", "marginal_i", "marginal_node"];
     assert_eq!(
         (densities("mc"), densities("planar")),
-        (all.map(String::from).into(), all[..3].to_vec().into_iter().map(String::from).collect())
+        (all.map(String::from).into(), all[..3].iter().copied().map(String::from).collect())
     );
     let verdicts = bench.table("out/verdicts.csv");
     assert!(verdicts.iter().all(|row| !row["moments_judged_by"].contains("withheld")), "{verdicts:?}");
