@@ -95,6 +95,18 @@ impl<const N: usize> Gaussian<N> {
         standard
     }
 
+    /// Standard deviation of variable `k`.
+    pub fn deviation(&self, k: usize) -> f64 {
+        self.root[k].iter().map(|s| s * s).sum::<f64>().sqrt()
+    }
+
+    /// Logarithm of the density at a point.
+    pub fn log_density(&self, point: &[f64; N]) -> f64 {
+        let square: f64 = self.standardise(point).iter().map(|z| z * z).sum();
+        let volume: f64 = (0..N).map(|k| self.root[k][k].ln()).sum();
+        -0.5 * (square + N as f64 * std::f64::consts::TAU.ln()) - volume
+    }
+
     /// Column `k` of the square root `S`: a step of one standard deviation.
     pub fn direction(&self, k: usize) -> [f64; N] {
         std::array::from_fn(|row| self.root[row][k])

@@ -59,6 +59,7 @@ pub mod orbits;
 pub mod problem;
 pub mod problem_error;
 pub mod projected;
+pub mod rare;
 pub mod reliability;
 pub mod sample_sums;
 pub mod sampling;

@@ -49,7 +49,7 @@ impl<A: Watch, B: Watch> Watch for Both<'_, A, B> {
 impl<M: Model> Flow<M> {
     /// Like [`Flow::carry_where_possible`], forwards in time. Notes when each orbit first reaches the critical value of the
     /// re-entry variable, in `times`, which is infinite before, and lowers `lowest` to its least clearance. Of an orbit
-    /// that cannot be followed, all is NaN.
+    /// that cannot be followed, all is NaN but the time of a passage before.
     ///
     /// # Panics
     /// As [`Flow::carry`], or if there is not one time and one clearance for every orbit.
@@ -73,7 +73,9 @@ impl<M: Model> Flow<M> {
             let batch = Batch { columns: &mut columns, from, years: &[to - from] };
             for (lost, _) in self.model.perform(Carry { accuracy: self.accuracy, batch, watch: &mut watch }) {
                 columns.iter_mut().for_each(|column| column[lost] = f64::NAN);
-                (times[lost], lowest[lost]) = (f64::NAN, f64::NAN);
+                // One that has passed before is known to have passed.
+                times[lost] = if times[lost].is_finite() { times[lost] } else { f64::NAN };
+                lowest[lost] = f64::NAN;
             }
         });
     }

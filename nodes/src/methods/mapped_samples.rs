@@ -11,7 +11,7 @@ use density::model::Model;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
 use density::orbits::LostOrbit;
 use density::sample_sums::{SampleSums, TooFar};
-use density::sampling::{SamplingPlan, variables_of};
+use density::sampling::{Draws, SamplingPlan, variables_of};
 use density::uncertain::{UncertainProblem, UncertainTask};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
@@ -98,6 +98,10 @@ impl MappedSamples {
     /// A map that is refused, or a scenario whose orbits cannot be drawn.
     pub fn new(case: Case, assignment: &Assignment) -> Result<Self, Failure> {
         let critical = assignment.said.critical;
+        if assignment.uncertain.is_some() && (case.plan.draws != Draws::Independent || case.plan.replicates.get() > 1) {
+            let why = "where the radiation parameter is uncertain, a flow map takes independent draws without replicates alone";
+            return Err(Failure::Refused(why.into()));
+        }
         let cloud = match &assignment.uncertain {
             Some(uncertain) => {
                 let problem = &uncertain.problem;
@@ -124,7 +128,7 @@ impl MappedSamples {
     /// The sample that cannot be followed.
     pub fn advance(&mut self, index: usize) -> Result<usize, Failure> {
         self.cloud.advance_watching(index, self.critical)?;
-        Ok(self.cloud.counts().0)
+        Ok(self.samples())
     }
 
     /// Writes the variables of all samples, one column after the other.
@@ -140,6 +144,11 @@ impl MappedSamples {
         self.cloud.reduce(grid, critical_e)
     }
 
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.cloud.counts().0
+    }
+
     /// Orbits that were propagated: those of the map, and the samples that it left.
     pub fn orbits(&self) -> usize {
         self.cloud.counts().1
@@ -147,7 +156,7 @@ impl MappedSamples {
 
     /// The first-passage curve of the samples.
     pub fn curve(&self, times: &[f64]) -> EmpiricalCurve {
-        curve_of_counts(&self.cloud.passage_counts(times), self.cloud.counts().0 as u64, times)
+        curve_of_counts(&self.cloud.passage_counts(times), self.samples() as u64, times)
     }
 }
 

@@ -1,10 +1,13 @@
 //! Monte Carlo: random draws from the initial Gaussian, each propagated on its own (Sect. 3.1).
 
 use std::num::NonZeroUsize;
+use std::ops::Range;
 
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_groups, curve_of_points, point};
 use density::flow::Passages;
+use density::grid::Grid;
 use density::in_space::cloud::Cloud;
+use density::sample_sums::{SampleSums, TooFar};
 use density::sampling::{Draws, SamplingPlan};
 use messages::content::Samples;
 use messages::layout::PASSAGE_TIMES;
@@ -14,6 +17,7 @@ use crate::files::input::{natural, positive};
 use crate::files::toml_words::{choice, choice_option};
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::drawing::{Drawing, ModelChoice};
+use crate::methods::mapped_samples::{Case, MappedSamples};
 use crate::methods::{Method, Misfit};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
@@ -32,6 +36,20 @@ pub enum DrawsChoice {
     Sobol,
 }
 
+/// How samples get from the start to a snapshot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Through {
+    /// Each is propagated on its own.
+    #[default]
+    Orbits,
+    /// By a flow map, interpolated from a lattice of orbits.
+    FlowMap,
+}
+
+/// The error of a flow map unless it is set.
+const MAP_ERROR: f64 = 1e-9;
+
 /// Settings of a Monte Carlo case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -49,6 +67,12 @@ pub struct Settings {
     /// draws.
     #[serde(deserialize_with = "positive")]
     pub replicates: usize,
+    /// How samples get from the start to a snapshot.
+    #[serde(deserialize_with = "choice")]
+    pub through: Through,
+    /// Largest error of a flow map; 1e-9 unless set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map_error: Option<f64>,
     /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracySetting>,
@@ -59,7 +83,16 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 100_000, seed: 1, draws: DrawsChoice::Independent, replicates: 1, accuracy: None, model: None }
+        Self {
+            samples: 100_000,
+            seed: 1,
+            draws: DrawsChoice::Independent,
+            replicates: 1,
+            through: Through::Orbits,
+            map_error: None,
+            accuracy: None,
+            model: None,
+        }
     }
 }
 
@@ -97,7 +130,22 @@ impl Method for Settings {
             let problem = format!("{samples} is not enough for replicates = {replicates}, it must be at least {least}");
             return Err(Misfit::new("samples", problem));
         }
-        Ok(())
+        match (self.through, self.map_error, self.model) {
+            (Through::Orbits, Some(_), _) => Err(Misfit::no_effect("map_error", "unless through = \"flow-map\"")),
+            (_, Some(error), _) if !(1e-11..=1e-3).contains(&error) => {
+                Err(Misfit::new("map_error", format!("{error} is not allowed, it must be between 1e-11 and 1e-3")))
+            }
+            (Through::FlowMap, _, Some(_)) => Err(Misfit::no_effect(
+                "model",
+                "beside through = \"flow-map\", which is for planar scenarios in their own model",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn resolved(&self) -> Self {
+        let is_mapped = self.through == Through::FlowMap;
+        Self { map_error: is_mapped.then_some(self.map_error.unwrap_or(MAP_ERROR)), ..self.clone() }
     }
 
     fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting> {
@@ -126,6 +174,8 @@ pub struct MonteCarlo {
     settings: Settings,
     shard: Shard,
     sample: Option<Sample>,
+    /// The samples, if they move by a flow map.
+    mapped: Option<MappedSamples>,
     interval_of_replicates: bool,
 }
 
@@ -164,7 +214,32 @@ const _: () = assert!(PASSAGE_TIMES < PENDING as usize);
 impl MonteCarlo {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings, shard: Shard::WHOLE, sample: None, interval_of_replicates: false }
+        Self { settings, shard: Shard::WHOLE, sample: None, mapped: None, interval_of_replicates: false }
+    }
+
+    /// The samples of these numbers, which move by a flow map.
+    fn map(&self, assignment: &Assignment, numbers: Range<usize>) -> Result<MappedSamples, Failure> {
+        let Settings { samples, accuracy, map_error, .. } = self.settings;
+        let (accuracy, map_error) = (accuracy.unwrap_or_default().0, map_error.unwrap_or(MAP_ERROR));
+        let case = Case { plan: self.settings.plan(), samples, numbers, accuracy, map_error };
+        MappedSamples::new(case, assignment)
+    }
+
+    /// The curve of the samples and their number.
+    fn curve(&self, times: &[f64]) -> Result<(EmpiricalCurve, usize), Failure> {
+        if let Some(mapped) = &self.mapped {
+            return Ok((mapped.curve(times), mapped.samples()));
+        }
+        let sample = self.sample.as_ref().ok_or_else(Failure::no_scenario)?;
+        if times != sample.curve_times {
+            return Err(Failure::Refused("passages are asked for at other times than they were noted for".into()));
+        }
+        let points = sample.points.iter().map(|&point| usize::from(point));
+        let curve = match self.interval_of_replicates {
+            true => curve_of_groups(points, self.settings.replicates, times),
+            false => curve_of_points(points, times),
+        };
+        Ok((curve, sample.points.len()))
     }
 
     /// The same, whose passages have an interval from the spread of the replicates.
@@ -183,6 +258,13 @@ impl Propagator for MonteCarlo {
         let Settings { samples, replicates, accuracy, .. } = self.settings;
         let range = self.shard.part(samples)?;
         let (first, most_rows) = (range.start, range.len());
+        let replicates = if replicates > 1 { replicates as u32 } else { 0 };
+        let form = Form { content: Samples { replicates }.into(), most_rows, total_rows: samples };
+        (self.sample, self.mapped) = (None, None);
+        if self.settings.through == Through::FlowMap {
+            self.mapped = Some(self.map(assignment, range)?);
+            return Ok(form);
+        }
         let (points, curve_times) = (vec![PENDING; most_rows], assignment.passage_times());
         let (times, critical) = (assignment.times.clone(), assignment.said.critical);
         let drawing = Drawing {
@@ -193,12 +275,14 @@ impl Propagator for MonteCarlo {
         };
         let cloud = drawing.cloud(assignment)?;
         self.sample = Some(Sample { first, cloud, points, curve_times, times, critical, now: 0.0 });
-        let replicates = if replicates > 1 { replicates as u32 } else { 0 };
-        Ok(Form { content: Samples { replicates }.into(), most_rows, total_rows: samples })
+        Ok(form)
     }
 
     /// Clouds that take long are moved in strides.
     fn approach(&mut self, index: usize) -> Result<Option<f64>, Failure> {
+        if self.mapped.is_some() {
+            return Ok(None);
+        }
         let sample = self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
         let (from, to) = (if index > 0 { sample.times[index - 1] } else { 0.0 }, sample.times[index]);
         let next = sample.cloud.stride().map(|stride| sample.now + stride);
@@ -208,6 +292,9 @@ impl Propagator for MonteCarlo {
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+        if let Some(mapped) = &mut self.mapped {
+            return mapped.advance(index);
+        }
         let sample = self.sample.as_mut().ok_or_else(Failure::no_scenario)?;
         sample.advance_to(sample.times[index])?;
         sample.cloud.settle().map_err(|lost| lost.counted_from(sample.first))?;
@@ -215,27 +302,28 @@ impl Propagator for MonteCarlo {
     }
 
     fn write(&self, columns: &mut [f64]) {
-        if let Some(Sample { cloud, .. }) = &self.sample {
-            cloud.read_out(columns);
+        match (&self.sample, &self.mapped) {
+            (_, Some(mapped)) => mapped.write(columns),
+            (Some(Sample { cloud, .. }), None) => cloud.read_out(columns),
+            (None, None) => {}
         }
+    }
+
+    fn reduce(&self, grid: &Grid, critical_e: f64) -> Option<Result<SampleSums, TooFar>> {
+        self.mapped.as_ref().map(|mapped| mapped.reduce(grid, critical_e))
+    }
+
+    fn trajectories(&self) -> u64 {
+        self.mapped.as_ref().map_or(0, |mapped| mapped.orbits() as u64)
     }
 
     /// The curve is counted from the same orbits while they are propagated. It has an interval for independent draws, and for replicates
     /// whose spread is asked for.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
-        let sample = self.sample.as_ref().ok_or_else(Failure::no_scenario)?;
-        if times != sample.curve_times {
-            return Err(Failure::Refused("passages are asked for at other times than they were noted for".into()));
-        }
-        let points = sample.points.iter().map(|&point| usize::from(point));
         let independent = self.settings.draws == DrawsChoice::Independent;
-        let curve = match self.interval_of_replicates {
-            true => curve_of_groups(points, self.settings.replicates, times),
-            false => {
-                let curve = curve_of_points(points, times);
-                EmpiricalCurve { interval: curve.interval.filter(|_| independent), ..curve }
-            }
-        };
-        Ok(Passage::Counted { rows: Passage::rows(&curve), samples: sample.points.len() as u64, independent })
+        let (curve, samples) = self.curve(times)?;
+        let has_interval = independent || self.interval_of_replicates;
+        let curve = EmpiricalCurve { interval: curve.interval.filter(|_| has_interval), ..curve };
+        Ok(Passage::Counted { rows: Passage::rows(&curve), samples: samples as u64, independent })
     }
 }

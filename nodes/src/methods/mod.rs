@@ -8,6 +8,7 @@ pub mod dee;
 mod drawing;
 pub mod exact;
 pub mod gmm_ut;
+mod mapped_samples;
 pub mod mc;
 mod method;
 pub mod qmc;

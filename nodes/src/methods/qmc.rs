@@ -53,7 +53,8 @@ impl Method for Settings {
 
     fn propagator(self) -> QuasiMonteCarlo {
         let Self { samples, seed, replicates, accuracy, model } = self;
-        let settings = mc::Settings { samples, seed, replicates, accuracy, model, draws: DrawsChoice::Sobol };
+        let draws = DrawsChoice::Sobol;
+        let settings = mc::Settings { samples, seed, replicates, accuracy, model, draws, ..mc::Settings::default() };
         QuasiMonteCarlo(MonteCarlo::with_interval_of_replicates(settings))
     }
 

@@ -1,0 +1,168 @@
+//! What samples cost that move by a flow map, and what the map is made of, beside direct propagation.
+//!
+//! `cargo run --release -p phasecloud-density --example flow_map_cost -- --samples 10000000` prints one row per problem: orbits, cells and
+//! coefficients of the map, the estimate of its error and the largest error of 20,000 random starts, the share of samples
+//! that it leaves to direct propagation, and wall seconds: to make the map, to draw the samples and sort them into
+//! cells, to move all samples to all snapshots and reduce them there to bins and sums for the moments, to count their first
+//! passages; and to do the same directly with `--direct` samples, scaled. `--problem NAME` does one row only, `--threads` sets the threads.
+
+use std::error::Error;
+use std::f64::consts::PI;
+use std::time::Instant;
+
+use density::first_passage::curve_times;
+use density::first_passage::empirical::point;
+use density::flow::{Flow, Passages};
+use density::flow_map::{FlowMap, MappedOrbits, Settings};
+use density::grid::comparison_grids;
+use density::model::planar::Force;
+use density::orbits::Orbits;
+use density::problem::{InitialGaussian, Problem};
+use density::sample_sums::SampleSums;
+use density::sampling::{Draws, SamplingPlan};
+
+/// Starts at which the map is compared with orbits.
+const COMPARED: usize = 20_000;
+/// Times of a first-passage curve.
+const CURVE: usize = 65;
+
+fn problem(number: usize, times: Vec<f64>) -> Problem {
+    let (mean_phi, mean_e, delta_phi, delta_e) = match number {
+        1 => (2.2069, 0.145, PI / 8.0, 0.05),
+        2 => (0.5419, 0.095, PI / 40.0, 0.01),
+        _ => (0.3004, 0.23, PI / 32.0, 0.02),
+    };
+    let initial =
+        InitialGaussian { mean_phi, mean_e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e, correlation: 0.0 };
+    Problem { model: Force { radiation: 0.15, oblateness: 0.40921 }, initial, times, critical_e: 0.6 }
+}
+
+fn problems() -> Vec<(String, Problem)> {
+    let half_years = |count: u32| (0..count).map(|k| 0.5 * f64::from(k)).collect::<Vec<_>>();
+    let over_thirty = || vec![0.0, 5.0, 10.0, 20.0, 30.0];
+    let short = [(1, 5), (2, 7), (3, 5)].map(|(n, count)| (format!("scenario-{n}"), problem(n, half_years(count))));
+    let long = [1, 2, 3].map(|n| (format!("scenario-{n}-30yr"), problem(n, over_thirty())));
+    short.into_iter().chain(long).collect()
+}
+
+fn seconds<T>(work: impl FnOnce() -> T) -> (f64, T) {
+    let start = Instant::now();
+    let done = work();
+    (start.elapsed().as_secs_f64(), done)
+}
+
+fn row(name: &str, problem: &Problem, samples: usize, direct: usize) -> Result<(), Box<dyn Error>> {
+    let flow = Flow::new(problem.model);
+    let grids = comparison_grids(problem, &flow, 100, 100)?;
+    let settings = Settings {
+        smallest_share: 1000.0 / samples as f64,
+        most_orbits: (samples / 4).clamp(20_000, 1_000_000),
+        ..Settings::default()
+    };
+    let critical = problem.critical_e;
+    let made = seconds(|| FlowMap::new(flow, problem.initial.into(), &problem.times, Some(critical), &settings));
+    let (map_seconds, map) = made;
+    let map = match map {
+        Ok(map) => map,
+        Err(refused) => {
+            println!("{name}: {refused} ({map_seconds:.2} s)");
+            return Ok(());
+        }
+    };
+    let plan = SamplingPlan { draws: Draws::Independent, seed: 1, replicates: std::num::NonZeroUsize::MIN };
+    let polar = plan.polar(&problem.initial);
+    let off = largest_error(&map, problem, &polar)?;
+    let summary = *map.summary();
+    let (draw_seconds, mut orbits) =
+        seconds(|| MappedOrbits::new(map, 0..samples, Box::new(move |number| polar(number).into())));
+    let (move_seconds, reduced) = seconds(|| {
+        (0..problem.times.len())
+            .map(|index| {
+                orbits.advance_watching(index, critical)?;
+                Ok(orbits.reduce(&grids[index], critical)?)
+            })
+            .collect::<Result<Vec<_>, Box<dyn Error>>>()
+    });
+    reduced?;
+    let times = curve_times(problem.times[problem.times.len() - 1], CURVE);
+    let (passage_seconds, _) = seconds(|| orbits.passage_counts(&times));
+    let share = orbits.direct() as f64 / samples as f64;
+    let total = map_seconds + draw_seconds + move_seconds + passage_seconds;
+    let direct_seconds = directly(problem, &grids, direct)? * samples as f64 / direct as f64;
+    println!(
+        "| {name} | {} | {} | {} | {:.1e} | {off:.1e} | {share:.1e} | {map_seconds:.3} | {draw_seconds:.3} | {move_seconds:.3} | \
+         {passage_seconds:.3} | **{total:.2}** | {direct_seconds:.1} | {:.1} |",
+        summary.orbits,
+        summary.cells,
+        summary.coefficients,
+        summary.error,
+        direct_seconds / total
+    );
+    Ok(())
+}
+
+/// The largest error of a coordinate of a state among random starts.
+fn largest_error(
+    map: &FlowMap<Force, 2>,
+    problem: &Problem,
+    polar: &impl Fn(usize) -> (f64, f64),
+) -> Result<f64, Box<dyn Error>> {
+    let starts: Vec<[f64; 2]> = (0..COMPARED).map(|i| polar(i).into()).collect();
+    let (phi, e): (Vec<f64>, Vec<f64>) = starts.iter().map(|start| (start[0], start[1])).unzip();
+    let mut orbits = Orbits::from_polar(Flow::new(problem.model), &phi, &e);
+    let mut worst = 0.0f64;
+    for (index, &time) in problem.times.iter().enumerate() {
+        orbits.advance_to(time)?;
+        for (i, start) in starts.iter().enumerate() {
+            let Some(state) = map.state(start, index) else { continue };
+            worst = worst.max((state.x1 - orbits.x1()[i]).abs()).max((state.x2 - orbits.x2()[i]).abs());
+        }
+    }
+    Ok(worst)
+}
+
+/// Seconds that the same takes directly.
+fn directly(problem: &Problem, grids: &[density::Grid], samples: usize) -> Result<f64, Box<dyn Error>> {
+    let end = problem.times[problem.times.len() - 1];
+    let times = curve_times(end, CURVE);
+    let (taken, result) = seconds(|| -> Result<(), Box<dyn Error>> {
+        let plan = SamplingPlan { draws: Draws::Independent, seed: 1, replicates: std::num::NonZeroUsize::MIN };
+        let (x1, x2) = plan.draw(&problem.initial, samples);
+        let mut orbits = Orbits::new(Flow::new(problem.model), x1, x2);
+        let (mut phi, mut e) = (vec![0.0; samples], vec![0.0; samples]);
+        let mut passages = vec![u8::MAX; samples];
+        for (&time, grid) in problem.times.iter().zip(grids) {
+            let note = |passage| point(passage, &times) as u8;
+            let passages = Passages { passages: &mut passages, pending: u8::MAX, note: &note };
+            orbits.advance_watching(time, problem.critical_e, passages)?;
+            orbits.read_out(&mut phi, &mut e);
+            SampleSums::reduce(&phi, &e, grid, problem.critical_e)?;
+        }
+        Ok(())
+    });
+    result.map(|()| taken)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (mut samples, mut direct, mut only, mut threads) = (1_000_000, 100_000, None, 0);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(key) = arguments.next() {
+        let value = arguments.next().ok_or_else(|| format!("{key} needs a value"))?;
+        match key.as_str() {
+            "--samples" => samples = value.parse()?,
+            "--direct" => direct = value.parse()?,
+            "--problem" => only = Some(value),
+            "--threads" => threads = value.parse()?,
+            _ => return Err(format!("{key} is unknown; --samples, --direct, --problem and --threads are known").into()),
+        }
+    }
+    println!(
+        "| problem | orbits | cells | coefficients | estimate | error | directly | map, s | draw, s | move and reduce, s | passages, s \
+         | together, s | direct, s | ratio |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+    );
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    for (name, problem) in problems().iter().filter(|(name, _)| only.as_ref().is_none_or(|only| only == name)) {
+        pool.install(|| row(name, problem, samples, direct).map_err(|why| why.to_string()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,172 @@
+//! Rare events: the probability that an orbit of a cloud ever re-enters, or exceeds an eccentricity at a time, down to
+//! 1e-9, with an interval. Of a million independent samples one would see an event of 1e-6 once.
+//!
+//! Everything is done in the standardised coordinates `z` of the initial Gaussian, in which it is the standard normal
+//! distribution, cut where the variables end. The *margin* of a point is how far its orbit stays from the event; it is
+//! zero or less where the event happens. Two methods ask for margins alone and work for every [`Model`]:
+//!
+//! - [`importance`]: importance sampling. A pilot looks for all regions of the event, a mixture of Gaussians is fitted to
+//!   the probability in them, and independent draws from that mixture, weighted, give an unbiased estimate with a
+//!   standard error.
+//! - [`subset`]: subset simulation (Au & Beck, Prob. Eng. Mech. 16, 2001), as used by Romano, Losacco, Colombo & Di
+//!   Lizia (2020) for collisions and re-entries. It needs no pilot and gives a less accurate answer for the same number of orbits.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `margin` | the margins of points |
+//! | `proposal` | mixtures of Gaussians: their density, draws from them, and a fit to weighted points |
+//! | `importance`, `subset` | the two methods |
+
+mod importance;
+mod margin;
+mod proposal;
+mod subset;
+#[cfg(test)]
+mod tests;
+
+pub use importance::importance;
+pub use subset::subset;
+
+use crate::flow::Flow;
+use crate::gaussian::Gaussian;
+use crate::model::variable::Place;
+use crate::model::{Kind, Model};
+
+/// 97.5 % quantile of the standard normal distribution.
+const QUANTILE: f64 = 1.959_963_984_540_054;
+
+/// What happens to an orbit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// The re-entry variable reaches its critical value at some time up to the end.
+    Ever,
+    /// The re-entry variable is above its critical value at the end.
+    AtEnd,
+}
+
+/// What is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Question<M, const N: usize> {
+    /// The flow that moves the orbits.
+    pub flow: Flow<M>,
+    /// The cloud at the start: a Gaussian over the model's variables, cut to their ranges.
+    pub gaussian: Gaussian<N>,
+    /// The end \[yr\].
+    pub years: f64,
+    /// The critical value of the re-entry variable.
+    pub critical: f64,
+    /// The event.
+    pub event: Event,
+}
+
+/// An estimated probability.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answer {
+    /// The probability.
+    pub probability: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+    /// Its 95 % interval, symmetric in the logarithm, in which the estimate of a small probability is nearer to a normal variable.
+    pub interval: (f64, f64),
+    /// Number of orbits propagated.
+    pub orbits: usize,
+}
+
+impl Answer {
+    fn new(probability: f64, standard_error: f64, orbits: usize) -> Self {
+        let probability = probability.min(1.0);
+        let factor = (QUANTILE * standard_error / probability).exp();
+        let interval = (probability / factor, (probability * factor).min(1.0));
+        Self { probability, standard_error, interval, orbits }
+    }
+}
+
+/// Why there is no answer.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Refused {
+    /// No orbit of the pilot has the event.
+    #[error(
+        "none of {orbits} orbits up to {reach} standard deviations from the mean has the event; it is impossible, or rarer than can \
+         be found"
+    )]
+    NothingFound {
+        /// Number of orbits tried.
+        orbits: usize,
+        /// How far they reach.
+        reach: f64,
+    },
+    /// The estimate rests on too few orbits.
+    #[error(
+        "the estimate would rest on {effective:.0} orbits with the event, which is fewer than the {needed} that an interval needs; \
+         take more than {orbits} orbits"
+    )]
+    TooFew {
+        /// Effective number of orbits with the event.
+        effective: f64,
+        /// The least number.
+        needed: f64,
+        /// Number of orbits propagated.
+        orbits: usize,
+    },
+    /// The number of orbits asked for.
+    #[error("{orbits} orbits are too few to look for an event, at least {least} are needed")]
+    TooFewOrbits {
+        /// The number asked for.
+        orbits: usize,
+        /// The least number.
+        least: usize,
+    },
+    /// An orbit could not be followed.
+    #[error(
+        "the orbit that starts at {place} cannot be followed for {years} yr, so that nothing is known of its event"
+    )]
+    Lost {
+        /// Where it starts.
+        place: Place,
+        /// The end \[yr\].
+        years: f64,
+    },
+    /// The probability of the cloud itself is not known.
+    #[error(
+        "more than one variable of the initial Gaussian is cut ({first:.1e} and {second:.1e} of it), so that the probability of what \
+         is left is not known; make the cloud narrower, or use subset simulation"
+    )]
+    CutTwice {
+        /// The largest share that is cut.
+        first: f64,
+        /// The next.
+        second: f64,
+    },
+}
+
+impl<M: Model, const N: usize> Question<M, N> {
+    /// Whether the model's variables take the values at a point.
+    fn allows(&self, point: &[f64; N]) -> bool {
+        let values = self.gaussian.point(*point);
+        M::VARIABLES.iter().zip(&values).all(|(variable, &value)| variable.allows(value))
+    }
+
+    /// The share of the Gaussian that is within the ranges of the variables.
+    fn mass_inside(&self) -> Result<f64, Refused> {
+        const NEGLIGIBLE: f64 = 1e-4;
+        let mut cuts: Vec<f64> = (0..N)
+            .map(|k| match M::VARIABLES[k].kind {
+                Kind::Circle => 0.0,
+                Kind::Interval { low, high } => {
+                    let (mean, deviation) = (self.gaussian.mean[k], self.gaussian.deviation(k));
+                    normal_tail((mean - low) / deviation) + normal_tail((high - mean) / deviation)
+                }
+            })
+            .collect();
+        cuts.sort_by(|a, b| b.total_cmp(a));
+        match cuts[..] {
+            [first, second, ..] if second > NEGLIGIBLE => Err(Refused::CutTwice { first, second }),
+            _ => Ok(1.0 - cuts.iter().sum::<f64>()),
+        }
+    }
+}
+
+/// The probability that a standard normal variable exceeds `z`.
+fn normal_tail(z: f64) -> f64 {
+    0.5 * libm::erfc(z * std::f64::consts::FRAC_1_SQRT_2)
+}

@@ -1,0 +1,131 @@
+//! Both methods against a probability in closed form and against the exact tails in the plane.
+
+use super::*;
+use crate::exact::{Estimated, Exact, ExactSettings};
+use crate::first_passage::exact::exact_curve;
+use crate::model::planar::Force;
+use crate::model::sun_moon::SunMoon;
+use crate::model::vectorial::Vectorial;
+use crate::problem::Problem;
+use crate::problem::paper::scenario;
+
+/// Orbits of an estimate.
+const ORBITS: usize = 5000;
+
+fn question(problem: &Problem, critical: f64, event: Event) -> Question<Force, 2> {
+    let years = *problem.times.last().unwrap();
+    Question { flow: Flow::new(problem.model), gaussian: problem.initial.into(), years, critical, event }
+}
+
+fn exact(problem: &Problem, critical: f64, event: Event) -> Estimated {
+    let problem = Problem { critical_e: critical, ..problem.clone() };
+    let (flow, years) = (Flow::new(problem.model), *problem.times.last().unwrap());
+    match event {
+        Event::Ever => exact_curve(&problem, &flow, &[0.0, years]).unwrap()[1],
+        Event::AtEnd => {
+            Exact::new(&problem, &flow, ExactSettings::default()).probability_above(critical, years).unwrap()
+        }
+    }
+}
+
+/// Events of the paper's scenarios with probabilities from 4e-3 to 1e-9.
+const EVENTS: [(usize, f64, Event); 8] = [
+    (1, 0.8064, Event::Ever),
+    (1, 0.8086, Event::Ever),
+    (3, 0.4629, Event::Ever),
+    (3, 0.6, Event::Ever),
+    (1, 0.4643, Event::AtEnd),
+    (1, 0.54, Event::AtEnd),
+    (2, 0.4, Event::AtEnd),
+    (3, 0.6, Event::AtEnd),
+];
+
+#[test]
+fn importance_sampling_meets_the_exact_tails_within_its_own_standard_errors() {
+    for (number, critical, event) in EVENTS {
+        let problem = scenario(number);
+        let right = exact(&problem, critical, event);
+        let answer = importance(&question(&problem, critical, event), ORBITS, 1);
+        println!("scenario {number}, e {critical} {event:?}: {answer:?}, exact {right:?}");
+        let answer = answer.unwrap();
+        let off = (answer.probability - right.value).abs();
+        assert!(off < 4.0 * answer.standard_error + right.error, "{number} {critical} {event:?}");
+        assert!(answer.standard_error < 0.1 * answer.probability && answer.orbits <= ORBITS);
+    }
+}
+
+#[test]
+fn subset_simulation_meets_the_exact_tails_within_its_own_standard_errors() {
+    for (number, critical, event) in EVENTS {
+        let problem = scenario(number);
+        let right = exact(&problem, critical, event);
+        let answer = subset(&question(&problem, critical, event), 1000, 1).unwrap();
+        println!("scenario {number}, e {critical} {event:?}: {answer:?}, exact {:e}", right.value);
+        let deviations = (answer.probability / right.value).ln() * answer.probability / answer.standard_error;
+        assert!(deviations.abs() < 4.0, "{number} {critical} {event:?}: {deviations}");
+    }
+}
+
+/// Number of seeds: 40, or PHASECLOUD_SEEDS.
+fn seeds() -> u64 {
+    std::env::var("PHASECLOUD_SEEDS").ok().map_or(40, |text| text.parse().expect("a number"))
+}
+
+#[test]
+fn the_interval_of_importance_sampling_holds_the_exact_probability_in_95_of_100_seeds() {
+    let seeds = seeds();
+    // Four standard deviations of the count below its mean; at 200 seeds the count itself is to lie from 180 to 198.
+    let mean = 0.95 * seeds as f64;
+    let least = if seeds >= 200 { 0.9 * seeds as f64 } else { mean - 4.0 * (0.05 * mean).sqrt() };
+    for (number, critical, event) in [(1, 0.8086, Event::Ever), (1, 0.4643, Event::AtEnd), (3, 0.6, Event::Ever)] {
+        let problem = scenario(number);
+        let right = exact(&problem, critical, event).value;
+        let question = question(&problem, critical, event);
+        let (mut held, mut worst, mut squares) = (0, 0.0f64, 0.0);
+        for seed in 0..seeds {
+            let answer = importance(&question, ORBITS, seed).unwrap();
+            held += u32::from(answer.interval.0 <= right && right <= answer.interval.1);
+            worst = worst.max(answer.standard_error / answer.probability);
+            squares += (answer.probability / right - 1.0).powi(2);
+        }
+        let spread = (squares / seeds as f64).sqrt();
+        println!(
+            "scenario {number}, e {critical} {event:?}, {right:.3e}: {held} of {seeds}, largest standard error {worst:.3}, spread {spread:.4}"
+        );
+        assert!(f64::from(held) >= least, "{held} of {seeds}");
+        assert!(seeds < 200 || f64::from(held) <= 0.99 * seeds as f64, "{held} of {seeds}");
+        assert!(worst < 0.1, "a standard error of {worst}");
+    }
+}
+
+#[test]
+fn an_event_that_cannot_happen_is_refused_in_words() {
+    let refused = importance(&question(&scenario(1), 0.9, Event::Ever), ORBITS, 1).unwrap_err();
+    assert!(refused.to_string().contains("up to 7.5 standard deviations from the mean has the event"), "{refused}");
+    let few = importance(&question(&scenario(1), 0.8, Event::Ever), 100, 1).unwrap_err();
+    assert!(few.to_string().contains("at least 500 are needed"), "{few}");
+}
+
+#[test]
+fn the_answer_is_the_same_bytes_for_any_number_of_threads() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let question = question(&scenario(1), 0.8086, Event::Ever);
+        pool.install(|| (importance(&question, ORBITS, 7), subset(&question, 500, 7)))
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn a_probability_in_four_dimensions_is_that_in_closed_form() {
+    // Nothing moves in no time: the event is that the initial e exceeds a value.
+    let forces = SunMoon { force: scenario(1).model, sun: 0.0, moon: 0.0 };
+    let model = Vectorial { forces, obliquity: 0.4, sun_longitude: 1.0 };
+    let gaussian = Gaussian::independent([2.2, 0.145, 0.5, 1.0], [0.2, 0.025, 0.01, 0.02]);
+    let question = Question { flow: Flow::new(model), gaussian, years: 1e-9, critical: 0.27, event: Event::Ever };
+    let right = normal_tail(5.0);
+    let answer = importance(&question, 10_000, 1).unwrap();
+    println!("{answer:?}, exact {right:e}");
+    assert!((answer.probability - right).abs() < 4.0 * answer.standard_error);
+    assert!(answer.standard_error < 0.1 * right);
+}
