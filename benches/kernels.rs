@@ -3,12 +3,14 @@
 //! Every time is wall time on the given number of threads, for the cloud of the paper's launch file.
 
 use std::f64::consts::PI;
+use std::num::NonZeroUsize;
 use std::sync::LazyLock;
 
 use density::dynamics::{Force, State};
 use density::exact::{Exact, ExactSettings};
 use density::first_passage::times::first_passage_times;
 use density::flow::{Accuracy, Flow};
+use density::flow_map::{FlowMap, MappedOrbits, Settings as MapSettings};
 use density::grid::{Grid, comparison_grids};
 use density::mesh::delaunay::triangulate;
 use density::mesh::raster::PointGrid;
@@ -19,6 +21,8 @@ use density::model::vectorial::Vectorial;
 use density::model::{Model, ecliptic};
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
+use density::rare::{Event, Question, importance};
+use density::sampling::{Draws, SamplingPlan};
 use density::{binning, sampling};
 use divan::{Bencher, black_box};
 use rayon::ThreadPoolBuilder;
@@ -133,6 +137,35 @@ fn flow_vectorial_to_1e_12(bencher: Bencher, threads: usize) {
         problem().times.windows(2).for_each(|pair| flow.carry(&mut slices, pair[0], pair[1]).unwrap());
         columns
     });
+}
+
+/// A million samples to all snapshots by a flow map that is made for them, reduced there to bins and sums for the moments.
+#[divan::bench(args = THREADS)]
+fn mapped_1e6_all_snapshots(bencher: Bencher, threads: usize) {
+    const MAPPED: usize = 1_000_000;
+    let problem = problem();
+    let plan = SamplingPlan { draws: Draws::Independent, seed: 1, replicates: NonZeroUsize::MIN };
+    let settings = MapSettings { smallest_share: 1e-3, ..MapSettings::default() };
+    on_threads(bencher, threads, || {
+        let polar = plan.polar(&problem.initial);
+        let critical = problem.critical_e;
+        let map = FlowMap::new(flow(), problem.initial.into(), &problem.times, Some(critical), &settings).unwrap();
+        let mut orbits = MappedOrbits::new(map, 0..MAPPED, Box::new(move |number| polar(number).into()));
+        let reduced = |(index, grid): (usize, &Grid)| {
+            orbits.advance_watching(index, critical).unwrap();
+            orbits.reduce(grid, critical).unwrap()
+        };
+        GRIDS.iter().enumerate().map(reduced).collect::<Vec<_>>()
+    });
+}
+
+/// A probability of 1.5e-6 from 5,000 orbits.
+#[divan::bench(args = THREADS)]
+fn rare_event_from_5000_orbits(bencher: Bencher, threads: usize) {
+    let problem = problem();
+    let question =
+        Question { flow: flow(), gaussian: problem.initial.into(), years: 2.0, critical: 0.8086, event: Event::Ever };
+    on_threads(bencher, threads, || importance(&question, 5000, 1).unwrap());
 }
 
 #[divan::bench(args = THREADS)]

@@ -101,3 +101,32 @@ fn validate_prints_what_follows_from_a_scenario() {
         assert!(said.contains(words), "{words}: {said}");
     }
 }
+
+/// The paper's scenario 3: e reaches 0.6 with a probability of 4.6e-7 within two years.
+const RARE: &str = "name = \"rare\"\n[orbit]\nradiation = 0.15\noblateness = 0.40921\n[initial]\nphi = 0.3004\ne = 0.23\n\
+    delta_phi = 0.09817477042468103\ndelta_e = 0.02\n[times]\nend = 2.0\nstep = 0.5\n[disposal]\ncritical_e = 0.6\n";
+
+#[test]
+fn a_rare_event_is_estimated_with_an_interval_and_the_exact_probability_stands_beside_it() {
+    let bench = Bench::new();
+    let output = ask(&bench, RARE, &["--rare", "--json"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let answer: Value = serde_json::from_str(&text(&output.stdout)).unwrap();
+    for event in answer["rare"].as_array().unwrap() {
+        let exact = event["exact"]["probability"].as_f64().unwrap();
+        assert!((exact / 4.59e-7 - 1.0).abs() < 0.01, "{event}");
+        for (method, widest) in [("importance_sampling", 0.1), ("subset_simulation", 1.0)] {
+            let of = |key: &str| event[method][key].as_f64().unwrap();
+            let off = (of("probability") / exact).ln().abs() * of("probability") / of("standard_error");
+            assert!(off < 4.0 && of("standard_error") < widest * of("probability"), "{method}: {event}");
+            assert!(of("low") < of("probability") && of("probability") < of("high"), "{event}");
+        }
+    }
+    let output = ask(&bench, RARE, &["--rare", "100"]);
+    assert!(!output.status.success());
+    assert!(
+        text(&output.stdout).contains("100 orbits are too few to look for an event, at least 500"),
+        "{}",
+        text(&output.stdout)
+    );
+}

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p phasecloud-density --example flow_map_cost -- --samples 10000000` prints one row per problem: orbits, cells and
 //! coefficients of the map, the estimate of its error and the largest error of 20,000 random starts, the share of samples
-//! that it leaves to direct propagation, and wall seconds: to make the map, to draw the samples and sort them into
+//! that it leaves to direct propagation, and wall seconds, with CPU seconds of all threads in brackets behind the sum: to make the map, to draw the samples and sort them into
 //! cells, to move all samples to all snapshots and reduce them there to bins and sums for the moments, to count their first
 //! passages; and to do the same directly with `--direct` samples, scaled. `--problem NAME` does one row only, `--threads` sets the threads.
 
@@ -20,6 +20,7 @@ use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
 use density::sample_sums::SampleSums;
 use density::sampling::{Draws, SamplingPlan};
+use rustix::time::{ClockId, clock_gettime};
 
 /// Starts at which the map is compared with orbits.
 const COMPARED: usize = 20_000;
@@ -45,6 +46,12 @@ fn problems() -> Vec<(String, Problem)> {
     short.into_iter().chain(long).collect()
 }
 
+/// CPU seconds that the process has taken.
+fn cpu() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
 fn seconds<T>(work: impl FnOnce() -> T) -> (f64, T) {
     let start = Instant::now();
     let done = work();
@@ -59,7 +66,7 @@ fn row(name: &str, problem: &Problem, samples: usize, direct: usize) -> Result<(
         most_orbits: (samples / 4).clamp(20_000, 1_000_000),
         ..Settings::default()
     };
-    let critical = problem.critical_e;
+    let (critical, begun) = (problem.critical_e, cpu());
     let made = seconds(|| FlowMap::new(flow, problem.initial.into(), &problem.times, Some(critical), &settings));
     let (map_seconds, map) = made;
     let map = match map {
@@ -71,7 +78,9 @@ fn row(name: &str, problem: &Problem, samples: usize, direct: usize) -> Result<(
     };
     let plan = SamplingPlan { draws: Draws::Independent, seed: 1, replicates: std::num::NonZeroUsize::MIN };
     let polar = plan.polar(&problem.initial);
+    let map_cpu = cpu() - begun;
     let off = largest_error(&map, problem, &polar)?;
+    let begun = cpu();
     let summary = *map.summary();
     let (draw_seconds, mut orbits) =
         seconds(|| MappedOrbits::new(map, 0..samples, Box::new(move |number| polar(number).into())));
@@ -86,17 +95,21 @@ fn row(name: &str, problem: &Problem, samples: usize, direct: usize) -> Result<(
     reduced?;
     let times = curve_times(problem.times[problem.times.len() - 1], CURVE);
     let (passage_seconds, _) = seconds(|| orbits.passage_counts(&times));
+    let total_cpu = map_cpu + cpu() - begun;
     let share = orbits.direct() as f64 / samples as f64;
     let total = map_seconds + draw_seconds + move_seconds + passage_seconds;
-    let direct_seconds = directly(problem, &grids, direct)? * samples as f64 / direct as f64;
+    let begun = cpu();
+    let scale = samples as f64 / direct as f64;
+    let direct_seconds = directly(problem, &grids, direct)? * scale;
+    let direct_cpu = (cpu() - begun) * scale;
     println!(
         "| {name} | {} | {} | {} | {:.1e} | {off:.1e} | {share:.1e} | {map_seconds:.3} | {draw_seconds:.3} | {move_seconds:.3} | \
-         {passage_seconds:.3} | **{total:.2}** | {direct_seconds:.1} | {:.1} |",
+         {passage_seconds:.3} | **{total:.2}** ({total_cpu:.2}) | {direct_seconds:.1} ({direct_cpu:.1}) | {:.1} |",
         summary.orbits,
         summary.cells,
         summary.coefficients,
         summary.error,
-        direct_seconds / total
+        direct_cpu / total_cpu
     );
     Ok(())
 }
@@ -158,7 +171,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!(
         "| problem | orbits | cells | coefficients | estimate | error | directly | map, s | draw, s | move and reduce, s | passages, s \
-         | together, s | direct, s | ratio |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+         | together, s (CPU) | direct, s (CPU) | ratio of CPU |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
     );
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     for (name, problem) in problems().iter().filter(|(name, _)| only.as_ref().is_none_or(|only| only == name)) {

@@ -8,7 +8,9 @@ use std::f64::consts::{PI, TAU};
 
 /// The representative of `phi` in `[low, low + 2π)` \[rad\]; NaN stays NaN.
 pub fn fold(phi: f64, low: f64) -> f64 {
-    let folded = low + (phi - low).rem_euclid(TAU);
+    let offset = phi - low;
+    // The remainder of an angle within the turn is the angle itself, bit by bit.
+    let folded = low + if (0.0..TAU).contains(&offset) { offset } else { offset.rem_euclid(TAU) };
     if folded >= low + TAU { low } else { folded }
 }
 

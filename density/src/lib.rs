@@ -51,6 +51,7 @@ pub mod flow_map;
 pub mod gaussian;
 pub mod grid;
 pub mod in_space;
+pub mod lanes;
 pub mod mesh;
 pub mod mixture;
 pub mod model;

@@ -14,6 +14,7 @@ mod map;
 mod new;
 pub(crate) mod node;
 mod orbit;
+mod rare;
 mod replay;
 mod report;
 mod run;

@@ -150,11 +150,24 @@ pub(super) fn evaluate<const N: usize>(polynomials: &[Polynomial<N>], point: &[L
         for row in &polynomial.rows {
             let (these, others) = coefficients.split_at(usize::from(row[N - 1]));
             coefficients = others;
-            let mut inner = [0.0; LANES];
-            for (c, t) in these.iter().zip(&tables[N - 1]) {
+            // Two sums at a time, since one would wait for itself at every step.
+            let (mut inner, mut odd) = ([0.0; LANES], [0.0; LANES]);
+            let (pairs, last) = these.as_chunks::<2>();
+            let (table_pairs, _) = tables[N - 1].as_chunks::<2>();
+            for (c, t) in pairs.iter().zip(table_pairs) {
                 for l in 0..LANES {
-                    inner[l] = c.mul_add(t[l], inner[l]);
+                    inner[l] = c[0].mul_add(t[0][l], inner[l]);
+                    odd[l] = c[1].mul_add(t[1][l], odd[l]);
                 }
+            }
+            let next = &tables[N - 1][these.len().saturating_sub(1)];
+            for c in last {
+                for l in 0..LANES {
+                    inner[l] = c.mul_add(next[l], inner[l]);
+                }
+            }
+            for l in 0..LANES {
+                inner[l] += odd[l];
             }
             for axis in 0..N - 1 {
                 let t = &tables[axis][usize::from(row[axis]) % MOST_NODES];

@@ -175,13 +175,14 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
 
     /// The variables at a later snapshot.
     fn evaluate(&self, sorted: &Sorted<N>, index: usize, columns: &mut [&mut [f64]]) {
-        let mut values = vec![[0.0; LANES]; M::State::<f64>::COUNT];
+        let mut states = vec![[0.0; LANES]; M::State::<f64>::COUNT];
+        let mut variables = [[0.0; LANES]; N];
         let time = self.map.times[index];
         sorted.for_lanes(|cell, point, places| {
-            evaluate(self.map.states(cell, index), point, &mut values);
-            for (l, &place) in places.iter().enumerate() {
-                let read = self.map.flow.model.read_out(time, Coordinates::from_fn(|k| values[k][l]));
-                columns.iter_mut().enumerate().for_each(|(k, column)| column[place as usize] = read.component(k));
+            evaluate(self.map.states(cell, index), point, &mut states);
+            self.map.flow.model.read_out_lanes(time, &states, &mut variables);
+            for (column, values) in columns.iter_mut().zip(&variables) {
+                places.iter().zip(values).for_each(|(&place, &value)| column[place as usize] = value);
             }
         });
     }

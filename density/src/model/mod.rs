@@ -99,6 +99,15 @@ pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The variables of an orbit in this state at a time \[yr\]. Those on a circle are in `[0, 2π)`.
     fn read_out(&self, time: f64, state: Self::State<f64>) -> Self::Variables;
 
+    /// The variables of many orbits at a time \[yr\], one element per variable, from the coordinates of their states. The last
+    /// bits may differ from those of [`Model::read_out`].
+    fn read_out_lanes(&self, time: f64, states: &[Lanes], variables: &mut [Lanes]) {
+        for lane in 0..LANES {
+            let values = self.read_out(time, Coordinates::from_fn(|k| states[k][lane]));
+            variables.iter_mut().enumerate().for_each(|(k, variable)| variable[lane] = values.component(k));
+        }
+    }
+
     /// A smooth function of the state that falls as the re-entry variable grows; it measures how far the satellite is
     /// from re-entry.
     fn clearance<T: Quantity>(&self, state: Self::State<T>) -> T;

@@ -16,7 +16,8 @@ use std::fmt::Debug;
 use super::coordinates::Coordinates;
 use super::earth::SUN_MEAN_MOTION;
 use super::parameter::Parameter;
-use super::{Kind, Model, Quantity, Series, Task, Variable, acceleration};
+use super::{Kind, Lanes, Model, Quantity, Series, Task, Variable, acceleration};
+use crate::lanes::polar;
 
 /// The variables of every planar model: solar angle and eccentricity.
 pub const VARIABLES: [Variable; 2] = [
@@ -177,6 +178,11 @@ impl<M: PlanarHamiltonian> Model for M {
 
     fn read_out(&self, _: f64, state: State) -> [f64; 2] {
         [state.solar_angle(), state.eccentricity()]
+    }
+
+    fn read_out_lanes(&self, _: f64, states: &[Lanes], variables: &mut [Lanes]) {
+        let [angles, lengths] = variables else { return };
+        polar(&states[0], &states[1], angles, lengths);
     }
 
     /// `s`, which falls as the eccentricity grows.

@@ -14,6 +14,7 @@
 //! (`μ_20 = a_20 - a_10²` and so on, `a_jk = S_jk/n`; Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Chapter 3).
 
 mod branch;
+mod by_lanes;
 mod finish;
 #[cfg(test)]
 mod tests;
@@ -24,6 +25,10 @@ use rayon::prelude::*;
 
 use crate::angle::nearest;
 use crate::grid::{Axis, Grid};
+use crate::lanes::{LARGEST_ANGLE, sin_cos};
+use crate::model::{LANES, Lanes};
+
+use by_lanes::Accumulator;
 
 pub use finish::estimate;
 
@@ -130,8 +135,15 @@ impl SampleSums {
         let chunks = phi.par_chunks(CHUNK).zip(e.par_chunks(CHUNK));
         chunks
             .map(|(phi, e)| {
-                let mut sums = Self::empty(0);
-                phi.iter().zip(e).try_for_each(|(&phi, &e)| sums.take(&frame, phi, e, critical_e))?;
+                let (mut sums, mut accumulator) = (Self::empty(0), Accumulator::new());
+                let ((phi, last_phi), (e, last_e)) = (phi.as_chunks::<LANES>(), e.as_chunks::<LANES>());
+                for (phi, e) in phi.iter().zip(e) {
+                    if !accumulator.take(&frame, phi, e, critical_e) {
+                        sums.take_each(&frame, phi, e, critical_e)?;
+                    }
+                }
+                sums.take_each(&frame, last_phi, last_e, critical_e)?;
+                accumulator.add_to(&mut sums);
                 Ok(sums)
             })
             .try_reduce(
@@ -144,6 +156,11 @@ impl SampleSums {
             .map(|sums| Self { counts: grid.count(phi, e), ..sums })
     }
 
+    /// Adds samples one by one to all but the counts of the bins.
+    fn take_each(&mut self, frame: &Frame, phi: &[f64], e: &[f64], critical_e: f64) -> Result<(), TooFar> {
+        phi.iter().zip(e).try_for_each(|(&phi, &e)| self.take(frame, phi, e, critical_e))
+    }
+
     /// Adds a sample to all but the counts of the bins.
     fn take(&mut self, frame: &Frame, phi: f64, e: f64, critical_e: f64) -> Result<(), TooFar> {
         let offset = phi - frame.phi;
@@ -154,7 +171,9 @@ impl SampleSums {
         }
         self.samples += 1;
         self.above += u64::from(e > critical_e);
-        let (sin, cos) = phi.sin_cos();
+        // The same sine and cosine as of many samples side by side.
+        let is_usual = phi.abs() <= LARGEST_ANGLE;
+        let (sin, cos) = if is_usual { of_one(sin_cos(&[phi; LANES])) } else { phi.sin_cos() };
         let (s2, t2) = (s * s, t * t);
         let add = |sums: &mut [i128], terms: &[f64]| {
             sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += units(*term));
@@ -181,6 +200,10 @@ impl Sector {
         self.samples += other.samples;
         self.sums.iter_mut().zip(&other.sums).for_each(|(sum, term)| *sum += term);
     }
+}
+
+fn of_one((sines, cosines): (Lanes, Lanes)) -> (f64, f64) {
+    (sines[0], cosines[0])
 }
 
 /// The sector of an angle in `[-π, π)` from the grid's centre.

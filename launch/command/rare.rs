@@ -1,0 +1,164 @@
+//! `phasecloud ask --rare`: events so rare that the exact curve is not the only thing to rely on, by methods that know orbits alone.
+
+use std::process::ExitCode;
+
+use density::exact::{Estimated, Exact, ExactSettings};
+use density::first_passage::exact::exact_curve;
+use density::flow::Flow;
+use density::model::registry::Planar;
+use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::problem::Problem;
+use density::rare::{Answer, Event, Question, Refused, importance, subset};
+use density::uncertain::{UncertainProblem, UncertainTask};
+use nodes::files::plain_number::plain;
+use nodes::files::scenario_file::ScenarioFile;
+use serde_json::{Value, json};
+
+use crate::report::new_table;
+
+/// Levels that subset simulation takes for about 1e-6: a level gets the orbits over this number.
+const LEVELS: usize = 6;
+
+/// What is found of one event.
+struct Found {
+    event: Event,
+    by_importance: Result<Answer, Refused>,
+    by_subsets: Result<Answer, Refused>,
+    /// The exact probability, where there is one.
+    exact: Option<Estimated>,
+}
+
+/// Answers with so many orbits for each event and method.
+pub fn run(scenario: &ScenarioFile, orbits: usize, seed: u64, in_json: bool) -> ExitCode {
+    let found: Vec<Found> = [Event::Ever, Event::AtEnd].map(|event| find(scenario, event, orbits, seed)).into();
+    let is_answered = found.iter().any(|found| found.by_importance.is_ok() || found.by_subsets.is_ok());
+    if in_json {
+        say!(
+            "{}",
+            json!({"scenario": scenario.name, "rare": found.iter().map(|found| found.json(&scenario.problem)).collect::<Vec<_>>()})
+        );
+    } else {
+        print(scenario, &found);
+    }
+    if is_answered { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn find(scenario: &ScenarioFile, event: Event, orbits: usize, seed: u64) -> Found {
+    let problem = &scenario.problem;
+    let years = end(problem);
+    match scenario.uncertain() {
+        Some(problem) => problem.perform(OnLeaves { problem: &problem, event, orbits, seed }),
+        None => {
+            let (flow, gaussian) = (Flow::new(problem.model), problem.initial.into());
+            let question = Question { flow, gaussian, years, critical: problem.critical_e, event };
+            let exact = exact(problem, event);
+            by_orbits(&question, exact, (orbits, seed))
+        }
+    }
+}
+
+/// The question where the radiation parameter is uncertain.
+struct OnLeaves<'a> {
+    problem: &'a UncertainProblem,
+    event: Event,
+    orbits: usize,
+    seed: u64,
+}
+
+impl UncertainTask for OnLeaves<'_> {
+    type Output = Found;
+
+    fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Found {
+        let Self { problem, event, orbits, seed } = self;
+        let (years, critical) = (end(&problem.plane), problem.plane.critical_e);
+        let question = Question { flow: Flow::new(model), gaussian: problem.gaussian(), years, critical, event };
+        by_orbits(&question, None, (orbits, seed))
+    }
+}
+
+fn by_orbits<M: density::Model, const N: usize>(
+    question: &Question<M, N>,
+    exact: Option<Estimated>,
+    (orbits, seed): (usize, u64),
+) -> Found {
+    let by_importance = importance(question, orbits, seed);
+    Found { event: question.event, by_importance, by_subsets: subset(question, orbits / LEVELS, seed), exact }
+}
+
+/// The exact probability, if the model has one.
+fn exact(problem: &Problem<Planar>, event: Event) -> Option<Estimated> {
+    let (flow, years) = (Flow::new(problem.model), end(problem));
+    match event {
+        Event::Ever => exact_curve(problem, &flow, &[0.0, years]).ok().map(|curve| curve[1]),
+        Event::AtEnd => {
+            let exact = Exact::new(problem, &flow, ExactSettings::default());
+            exact.probability_above(problem.critical_e, years).ok()
+        }
+    }
+}
+
+fn end(problem: &Problem<Planar>) -> f64 {
+    problem.times.last().copied().unwrap_or(0.0)
+}
+
+fn words(event: Event, problem: &Problem<Planar>) -> String {
+    let (critical, years) = (plain(problem.critical_e), plain(end(problem)));
+    match event {
+        Event::Ever => format!("e reaches {critical} by {years} yr"),
+        Event::AtEnd => format!("e is above {critical} at {years} yr"),
+    }
+}
+
+fn print(scenario: &ScenarioFile, found: &[Found]) {
+    say!("{}\n", scenario.name);
+    let head = ["event", "method", "probability", "standard error", "95 % interval", "orbits"];
+    let mut table = new_table(head.map(str::to_owned).into(), 2);
+    let mut refusals = Vec::new();
+    for Found { event, by_importance, by_subsets, exact } in found {
+        let event = words(*event, &scenario.problem);
+        for (method, answer) in [("importance sampling", by_importance), ("subset simulation", by_subsets)] {
+            match answer {
+                Ok(Answer { probability, standard_error, interval: (low, high), orbits }) => table.add_row([
+                    event.clone(),
+                    method.into(),
+                    format!("{probability:.3e}"),
+                    format!("{standard_error:.1e}"),
+                    format!("{low:.3e} to {high:.3e}"),
+                    orbits.to_string(),
+                ]),
+                Err(refused) => {
+                    refusals.push(format!("{event}, {method}: {refused}"));
+                    let row = [event.as_str(), method, "no answer", "", "", ""];
+                    table.add_row(row.map(str::to_owned))
+                }
+            };
+        }
+        if let Some(Estimated { value, error }) = exact {
+            let row = [event.as_str(), "exact", &format!("{value:.3e}"), &format!("{error:.0e} (estimate)"), "", ""];
+            table.add_row(row.map(str::to_owned));
+        }
+    }
+    say!("{table}\n");
+    refusals.iter().for_each(|refusal| say!("{refusal}"));
+    say!("The model is the scenario's: in the plane, averaged over each revolution, without Earth's shadow.");
+}
+
+impl Found {
+    fn json(&self, problem: &Problem<Planar>) -> Value {
+        let Self { event, by_importance, by_subsets, exact } = self;
+        let answer = |answer: &Result<Answer, Refused>| match answer {
+            Ok(Answer { probability, standard_error, interval, orbits }) => json!({
+                "probability": probability, "standard_error": standard_error, "low": interval.0, "high": interval.1, "orbits": orbits
+            }),
+            Err(refused) => json!({"refused": refused.to_string()}),
+        };
+        json!({
+            "event": match event { Event::Ever => "ever", Event::AtEnd => "at-end" },
+            "critical_e": problem.critical_e,
+            "t_yr": end(problem),
+            "importance_sampling": answer(by_importance),
+            "subset_simulation": answer(by_subsets),
+            "exact": exact.map(|p| json!({"probability": p.value, "error_estimate": p.error})),
+        })
+    }
+}
