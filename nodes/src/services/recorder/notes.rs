@@ -15,12 +15,17 @@ use crate::services::reading::Reading;
 use crate::services::yardstick::Figure;
 use kit::space::Quantity;
 
-/// Error estimate of the moments of an exact density, in standard deviations, above which there is a note.
-const MOMENT_ERROR: f64 = 1e-6;
+/// Error estimate of the moments of an exact density, in standard deviations, above which there is a note: a hundredth of the 1 % to
+/// which verdicts judge the other methods by it.
+const MOMENT_ERROR: f64 = 1e-4;
 /// The same for the resultant vector.
-const CIRCULAR_ERROR: f64 = 1e-6;
-/// The same for the probability above the critical eccentricity.
-const PROBABILITY_ERROR: f64 = 1e-6;
+const CIRCULAR_ERROR: f64 = 1e-4;
+/// The same for the probability above the critical eccentricity, where that is not small.
+const PROBABILITY_ERROR: f64 = 1e-4;
+/// A small probability has a note if its error estimate is above this share of it, unless the estimate is at most [`LEAST_ERROR`].
+const RELATIVE_ERROR: f64 = 0.01;
+/// Error estimate of a probability that never causes a note.
+const LEAST_ERROR: f64 = 1e-6;
 /// The same for the L1 error of its joint density.
 const JOINT_ERROR: f64 = 1e-3;
 /// Mean relative error of the densities that characteristics carry along, above which there is a note.
@@ -153,7 +158,7 @@ fn of_estimates(reading: &Reading) -> Vec<String> {
         ),
         (
             probability,
-            PROBABILITY_ERROR,
+            largest_error(reading.value(Quantity::AboveCritical)),
             format!("in {}", space.in_words(Quantity::AboveCritical)),
             is_stated(&|q: &Quantity| *q == Quantity::AboveCritical),
         ),
@@ -169,6 +174,11 @@ fn of_estimates(reading: &Reading) -> Vec<String> {
     let withheld = withheld(reading);
     let withheld = (!withheld.is_empty()).then(|| format!("withheld: {}", listed(&withheld)));
     large.into_iter().chain(withheld).collect()
+}
+
+/// The largest error estimate of a probability that causes no note.
+fn largest_error(probability: f64) -> f64 {
+    (RELATIVE_ERROR * probability).max(LEAST_ERROR).min(PROBABILITY_ERROR)
 }
 
 /// The figures that a snapshot withholds, each with the error estimate that was reached.
@@ -302,6 +312,13 @@ mod tests {
     fn exact(moments: [f64; 6], mass_on_grid: f64, diagnostics: [f64; 4]) -> Reading {
         let diagnostic = diagnostic::NUMERICAL;
         reading(moments, DensityHeader { mass_on_grid, diagnostics, diagnostic, ..DensityHeader::default() })
+    }
+
+    #[test]
+    fn an_estimate_that_nobody_would_care_for_causes_no_warning_and_one_of_the_size_of_a_small_probability_does() {
+        let estimates = |probability| [2e-5, 2e-5, probability, 1e-5];
+        let with = |above, error| of_density(&exact([0.5, 0.5, 0.5, 0.5, 0.5, above], 1.0, estimates(error))).len();
+        assert_eq!([with(0.5, 2e-5), with(0.5, 2e-4), with(1e-4, 2e-5), with(1e-9, 1e-6)], [0, 1, 1, 0]);
     }
 
     #[test]
