@@ -7,8 +7,8 @@
 //! x_0 = m,   x_{±i} = m ± sqrt(n + zeta) S_i,   i = 1 .. n,   S S^T = P
 //! ```
 //!
-//! and the initial Gaussian is split into components along one column of its square root (Eq. 15). Only planar models
-//! have more: lattices, a cut at `e = 0`, and bin averages of the density in closed form.
+//! and the initial Gaussian is split into components along one column of its square root (Eq. 15); [`super::adaptive`] splits it
+//! where the flow needs that. Only planar models have lattices, and a cut at `e = 0`.
 
 use super::MixtureError;
 use super::library::Library;
@@ -95,24 +95,41 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
     ) -> Result<Self, MixtureError> {
         unscented.check_in(N)?;
         let is_inside = |point: &[f64; N]| M::VARIABLES.iter().zip(point).all(|(variable, &x)| variable.allows(x));
-        let (mut weights, mut columns) = (Vec::new(), vec![Vec::new(); M::State::<f64>::COUNT]);
+        let mut components = Vec::new();
         for (&mean, &weight) in library.means.iter().zip(&library.weights) {
             let centre = initial.point(std::array::from_fn(|k| if k == along { mean } else { 0.0 }));
             let points = sigma_points(&unscented, &initial.narrowed(centre, along, library.sigma));
-            if !points.iter().all(is_inside) {
-                continue;
+            if points.iter().all(is_inside) {
+                components.push((weight, points));
             }
+        }
+        let total: f64 = components.iter().map(|(weight, _)| weight).sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return Err(MixtureError::NothingInside);
+        }
+        let components = components.into_iter().map(|(weight, points)| (weight / total, points));
+        Ok(Self::of_components(flow, unscented, components))
+    }
+
+    /// From the weights and the sigma points of all components at `t = 0`.
+    pub(super) fn of_components(
+        flow: Flow<M>,
+        unscented: Unscented,
+        components: impl Iterator<Item = (f64, Vec<[f64; N]>)>,
+    ) -> Self {
+        let (mut weights, mut columns) = (Vec::new(), vec![Vec::new(); M::State::<f64>::COUNT]);
+        for (weight, points) in components {
             weights.push(weight);
             for state in points.iter().map(|&point| flow.model.state(0.0, point)) {
                 columns.iter_mut().enumerate().for_each(|(k, column)| column.push(state.component(k)));
             }
         }
-        let total: f64 = weights.iter().sum();
-        if !(total > 0.0 && total.is_finite()) {
-            return Err(MixtureError::NothingInside);
-        }
-        weights.iter_mut().for_each(|weight| *weight /= total);
-        Ok(Self { flow, unscented, weights, columns, now: 0.0 })
+        Self { flow, unscented, weights, columns, now: 0.0 }
+    }
+
+    /// Number of components.
+    pub fn components(&self) -> usize {
+        self.weights.len()
     }
 
     /// Moves the sigma points to `time` \[yr\].

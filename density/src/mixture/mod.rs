@@ -24,6 +24,8 @@
 //! | [`merge`] | fewer components with the same mean and covariance |
 //! | [`moments`], [`bins`] | the results of a mixture: moments, and bin averages of its density |
 //! | [`any_model`] | the transform and the mixture over the variables of a model that is not planar |
+//! | [`adaptive`] | the same, split where the flow is not linear |
+//! | `pieces`, `curvature`, `part` | its parts, how far the flow over a part is from linear and in which direction, and how far it may be |
 //!
 //! # What the paper's form can do and what it cannot
 //! [`MixtureSettings::paper`] is the method of Table 3: 39 components split along `e` (the text says along `phi`, but the
@@ -57,8 +59,10 @@
 
 use crate::flow::Escaped;
 
+pub mod adaptive;
 pub mod any_model;
 pub mod bins;
+mod curvature;
 pub mod direction;
 pub mod lattice;
 pub mod library;
@@ -66,6 +70,8 @@ pub mod linearity;
 pub mod merge;
 pub mod moments;
 mod normal;
+mod part;
+mod pieces;
 mod pilot;
 pub mod plan;
 pub mod propagator;
