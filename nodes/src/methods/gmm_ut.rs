@@ -1,13 +1,15 @@
 //! GMM-UT: a Gaussian mixture whose components are moved by the unscented transform (Sect. 3.3).
 
+mod course;
+
+use density::mixture::adaptive::Fineness;
 use density::mixture::library::{self, Variance};
-use density::mixture::merge::merge;
 use density::mixture::plan::{Adaptive, LEAST_POINTS};
 use density::mixture::split::Direction;
 use density::mixture::unscented::Unscented;
-use density::mixture::{self, Mixture, Split};
-use density::model::registry::Planar;
-use messages::content::{self, Content};
+use density::mixture::{self, Split};
+use density::uncertain::UncertainProblem;
+use messages::content::{self, Content, Kind};
 use serde::{Deserialize, Serialize};
 
 use crate::files::input::{Mode, positive_option};
@@ -17,6 +19,11 @@ use crate::methods::{Method, Misfit};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::{Form, Passage, Propagator};
+
+use course::{Course, InPlane, Uncertain};
+
+/// With a third variable a mixture may have this many times the components that `sigma_points` allows in the plane.
+const LAYERS: usize = 12;
 
 /// How the initial Gaussian is split.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -51,7 +58,7 @@ pub struct Settings {
     /// Whether the library of a split that is not adaptive keeps the variance exactly; false unless set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep_variance: Option<bool>,
-    /// Most sigma points of an adaptive split.
+    /// Most sigma points of an adaptive split; where the radiation parameter is uncertain, a twelfth of its most components.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub sigma_points: Option<usize>,
     /// Most components that are published; if there are more, they are merged, which keeps mean and covariance
@@ -185,8 +192,12 @@ impl Method for Settings {
         &mut self.accuracy
     }
 
-    fn most_numbers(&self, _: (usize, usize), _: usize) -> usize {
-        self.most_components().saturating_mul(6)
+    fn most_numbers(&self, _: (usize, usize), variables: usize) -> usize {
+        let components = match variables > 2 {
+            true => LAYERS.saturating_mul(self.most_components()),
+            false => self.most_components(),
+        };
+        components.saturating_mul(content::Mixture::column_count(variables))
     }
 
     fn rows_to_share(&self) -> Result<usize, String> {
@@ -198,16 +209,8 @@ impl Method for Settings {
 #[derive(Debug)]
 pub struct GaussianMixture {
     settings: Settings,
-    course: Option<Course>,
-}
-
-/// The mixture of the scenario under way.
-#[derive(Debug)]
-struct Course {
-    propagator: mixture::MixturePropagator<Planar>,
-    times: Vec<f64>,
-    mixture: Option<Mixture>,
-    disagreement: f64,
+    /// The mixture of the scenario under way.
+    course: Option<Box<dyn Course>>,
 }
 
 impl GaussianMixture {
@@ -216,42 +219,51 @@ impl GaussianMixture {
         Self { settings, course: None }
     }
 
-    fn mixture(&self) -> Option<&Mixture> {
-        self.course.as_ref()?.mixture.as_ref()
+    /// The mixture of a scenario.
+    fn plan(&self, assignment: &Assignment) -> Result<Box<dyn Course>, Failure> {
+        let Settings { accuracy, merge_to, .. } = self.settings;
+        if let Some(uncertain) = &assignment.uncertain {
+            return self.plan_with_uncertainty(&uncertain.problem);
+        }
+        let problem = &assignment.plane()?.problem;
+        let flow = AccuracySetting::flow(accuracy, problem.model);
+        let propagator = mixture::MixturePropagator::new(problem, &flow, &self.settings.for_mixture())?;
+        let times = problem.times.clone();
+        Ok(Box::new(InPlane { propagator, times, merge_to, mixture: None, disagreement: f64::NAN }))
+    }
+
+    /// The mixture of a problem with an uncertain radiation parameter.
+    fn plan_with_uncertainty(&self, problem: &UncertainProblem) -> Result<Box<dyn Course>, Failure> {
+        let Settings { accuracy, merge_to, mode, .. } = self.settings;
+        if self.settings.split() != SplitChoice::Adaptive || merge_to.is_some() || mode != Mode::Corrected {
+            let why = "where the radiation parameter is uncertain, gmm-ut takes split = \"adaptive\" in mode = \"corrected\" without \
+                       merge_to alone";
+            return Err(Failure::Refused(why.into()));
+        }
+        let components = LAYERS.saturating_mul(self.settings.sigma_points());
+        let fineness = Fineness { components, ..Fineness::default() };
+        let (accuracy, unscented) = (accuracy.unwrap_or_default().0, self.settings.for_mixture().unscented);
+        problem.perform(Uncertain { problem, accuracy, unscented, fineness })
     }
 }
 
 impl Propagator for GaussianMixture {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let problem = &assignment.plane()?.problem;
-        let flow = AccuracySetting::flow(self.settings.accuracy, problem.model);
-        let propagator = mixture::MixturePropagator::new(problem, &flow, &self.settings.for_mixture())?;
-        let form = Form::whole(content::Mixture::UNJUDGED, propagator.components());
-        self.course = Some(Course { propagator, times: problem.times.clone(), mixture: None, disagreement: f64::NAN });
-        Ok(form)
+        let course = self.course.insert(self.plan(assignment)?);
+        Ok(Form::whole(content::Mixture::UNJUDGED, course.most_components()))
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let course = self.course.as_mut().ok_or_else(Failure::no_scenario)?;
-        course.propagator.advance_to(course.times[index])?;
-        let mut mixture = course.propagator.mixture();
-        course.disagreement = mixture.disagreement(); // of the components as propagated
-        if let Some(most) = self.settings.merge_to {
-            mixture.components = merge(&mixture.components, most)?;
-        }
-        let rows = mixture.components.len();
-        course.mixture = Some(mixture);
-        Ok(rows)
+        self.course.as_mut().ok_or_else(Failure::no_scenario)?.advance(index)
     }
 
     fn content(&self, planned: Content) -> Content {
-        let judged = |course: &Course| content::Mixture { disagreement: course.disagreement }.into();
+        let judged = |course: &Box<dyn Course>| content::Mixture { disagreement: course.disagreement() }.into();
         self.course.as_ref().map_or(planned, judged)
     }
 
-    /// The five sigma points of each component; those that neighbours share are counted for each.
     fn trajectories(&self) -> u64 {
-        self.course.as_ref().map_or(0, |course| 5 * course.propagator.components() as u64)
+        self.course.as_ref().map_or(0, |course| course.trajectories())
     }
 
     fn first_passage(&mut self, _times: &[f64]) -> Result<Passage, Failure> {
@@ -260,9 +272,8 @@ impl Propagator for GaussianMixture {
     }
 
     fn write(&self, columns: &mut [f64]) {
-        let Some(mixture) = self.mixture() else { return };
-        for (row, component) in mixture.components.iter().enumerate() {
-            content::Mixture::write_row(columns, row, component.to_array());
+        if let Some(course) = &self.course {
+            course.write(columns);
         }
     }
 }

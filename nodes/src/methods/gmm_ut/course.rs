@@ -1,0 +1,137 @@
+//! A mixture on its way through a scenario: in the plane, or over the variables of any model.
+
+use std::fmt::Debug;
+
+use density::flow::{Accuracy, Flow};
+use density::mixture::adaptive::{AdaptiveMixture, Fineness};
+use density::mixture::any_model::Component;
+use density::mixture::merge::merge;
+use density::mixture::unscented::Unscented;
+use density::mixture::{Mixture, MixturePropagator};
+use density::model::Model;
+use density::model::registry::Planar;
+use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::uncertain::{UncertainProblem, UncertainTask};
+use messages::content;
+
+use kit::failure::Failure;
+
+/// A mixture on its way.
+pub(super) trait Course: Debug {
+    /// Moves the mixture to snapshot `index` and returns the number of its components there.
+    fn advance(&mut self, index: usize) -> Result<usize, Failure>;
+
+    /// How far the flow over a component is from linear; NaN before the first snapshot.
+    fn disagreement(&self) -> f64;
+
+    /// The most components of a snapshot.
+    fn most_components(&self) -> usize;
+
+    /// Number of orbits propagated.
+    fn trajectories(&self) -> u64;
+
+    /// Writes the components of the present snapshot.
+    fn write(&self, columns: &mut [f64]);
+}
+
+/// A mixture in the plane.
+#[derive(Debug)]
+pub(super) struct InPlane {
+    pub propagator: MixturePropagator<Planar>,
+    pub times: Vec<f64>,
+    /// The most components that are published.
+    pub merge_to: Option<usize>,
+    pub mixture: Option<Mixture>,
+    pub disagreement: f64,
+}
+
+impl Course for InPlane {
+    fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+        self.propagator.advance_to(self.times[index])?;
+        let mut mixture = self.propagator.mixture();
+        self.disagreement = mixture.disagreement(); // of the components as propagated
+        if let Some(most) = self.merge_to {
+            mixture.components = merge(&mixture.components, most)?;
+        }
+        Ok(self.mixture.insert(mixture).components.len())
+    }
+
+    fn disagreement(&self) -> f64 {
+        self.disagreement
+    }
+
+    fn most_components(&self) -> usize {
+        self.propagator.components()
+    }
+
+    /// The five sigma points of each component; those that neighbours share are counted for each.
+    fn trajectories(&self) -> u64 {
+        5 * self.propagator.components() as u64
+    }
+
+    fn write(&self, columns: &mut [f64]) {
+        let Some(mixture) = &self.mixture else { return };
+        for (row, component) in mixture.components.iter().enumerate() {
+            content::Mixture::write_row(columns, row, component.to_array());
+        }
+    }
+}
+
+/// A mixture over the variables of any model.
+#[derive(Debug)]
+struct OverVariables<M, const N: usize> {
+    mixture: AdaptiveMixture<M, N>,
+    times: Vec<f64>,
+    components: Vec<Component<N>>,
+    disagreement: f64,
+}
+
+impl<M: Model<Variables = [f64; N]>, const N: usize> Course for OverVariables<M, N> {
+    fn advance(&mut self, index: usize) -> Result<usize, Failure> {
+        self.mixture.advance_to(self.times[index])?;
+        self.components = self.mixture.mixture();
+        self.disagreement = self.mixture.disagreement(index);
+        Ok(self.components.len())
+    }
+
+    fn disagreement(&self) -> f64 {
+        self.disagreement
+    }
+
+    fn most_components(&self) -> usize {
+        self.mixture.components()
+    }
+
+    fn trajectories(&self) -> u64 {
+        self.mixture.trajectories() as u64
+    }
+
+    /// The weight, the means, and the upper triangle of the covariance, row by row.
+    fn write(&self, columns: &mut [f64]) {
+        let rows = self.components.len();
+        for (row, Component { weight, mean, covariance }) in self.components.iter().enumerate() {
+            let upper = (0..N).flat_map(|a| covariance[a][a..].iter());
+            let numbers = [weight].into_iter().chain(mean).chain(upper);
+            numbers.enumerate().for_each(|(column, &number)| columns[column * rows + row] = number);
+        }
+    }
+}
+
+/// Plans the mixture of a problem with an uncertain radiation parameter.
+pub(super) struct Uncertain<'a> {
+    pub problem: &'a UncertainProblem,
+    pub accuracy: Accuracy,
+    pub unscented: Unscented,
+    pub fineness: Fineness,
+}
+
+impl UncertainTask for Uncertain<'_> {
+    type Output = Result<Box<dyn Course>, Failure>;
+
+    fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output {
+        let Self { problem, accuracy, unscented, fineness } = self;
+        let times = problem.plane.times.clone();
+        let mixture = AdaptiveMixture::new(Flow { model, accuracy }, &problem.gaussian(), &times, unscented, fineness)?;
+        Ok(Box::new(OverVariables { mixture, times, components: Vec::new(), disagreement: f64::NAN }))
+    }
+}
