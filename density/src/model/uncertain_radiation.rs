@@ -195,8 +195,7 @@ mod tests {
 
     #[test]
     fn orbits_side_by_side_are_the_same_bytes_as_one_by_one_with_their_parameters() {
-        let starts: Vec<[f64; 3]> =
-            (0..40).map(|k| f64::from(k)).map(|k| [0.15 * k, 0.1 + 0.01 * k, 0.01 * k]).collect();
+        let starts: Vec<[f64; 3]> = (0..40).map(f64::from).map(|k| [0.15 * k, 0.1 + 0.01 * k, 0.01 * k]).collect();
         for (oblateness, years) in [(0.40921, 2.0), (0.40921, -1.0), (0.0, 0.5)] {
             let force = |radiation| Force { radiation, oblateness };
             let together = UncertainRadiation::<Linear>::new(force(0.0).into());

@@ -258,8 +258,8 @@ impl Propagator for GaussianMixture {
     }
 
     fn content(&self, planned: Content) -> Content {
-        let judged = |course: &Box<dyn Course>| content::Mixture { disagreement: course.disagreement() }.into();
-        self.course.as_ref().map_or(planned, judged)
+        let judged = |course: &dyn Course| content::Mixture { disagreement: course.disagreement() }.into();
+        self.course.as_deref().map_or(planned, judged)
     }
 
     fn trajectories(&self) -> u64 {

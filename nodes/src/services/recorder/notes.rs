@@ -178,7 +178,7 @@ fn of_estimates(reading: &Reading) -> Vec<String> {
 
 /// The largest error estimate of a probability that causes no note.
 fn largest_error(probability: f64) -> f64 {
-    (RELATIVE_ERROR * probability).max(LEAST_ERROR).min(PROBABILITY_ERROR)
+    (RELATIVE_ERROR * probability).clamp(LEAST_ERROR, PROBABILITY_ERROR)
 }
 
 /// The figures that a snapshot withholds, each with the error estimate that was reached.
