@@ -5,10 +5,10 @@
 //! distribution, cut where the variables end. The *margin* of a point is how far its orbit stays from the event; it is
 //! zero or less where the event happens. Two methods ask for margins alone and work for every [`Model`]:
 //!
-//! - [`importance`]: importance sampling. A pilot looks for all regions of the event, a mixture of Gaussians is fitted to
+//! - [`mod@importance`]: importance sampling. A pilot looks for all regions of the event, a mixture of Gaussians is fitted to
 //!   the probability in them, and independent draws from that mixture, weighted, give an unbiased estimate with a
 //!   standard error.
-//! - [`subset`]: subset simulation (Au & Beck, Prob. Eng. Mech. 16, 2001), as used by Romano, Losacco, Colombo & Di
+//! - [`mod@subset`]: subset simulation (Au & Beck, Prob. Eng. Mech. 16, 2001), as used by Romano, Losacco, Colombo & Di
 //!   Lizia (2020) for collisions and re-entries. It needs no pilot and gives a less accurate answer for the same number of orbits.
 //!
 //! | file | idea |

@@ -65,7 +65,7 @@ fn every_mistake_is_told_with_line_and_key() {
             "sample = 10",
             7,
             "propagator.sample",
-            "is unknown, did you mean `samples`? There may be `samples`, `seed`, `draws`, `replicates`, `accuracy` \
+            "is unknown, did you mean `samples`? There may be `samples`, `seed`, `draws`, `replicates`, `through`, `map_error`, `accuracy`, `model` \
              (settings of mc); `label`, `node`, `command`, `shards`, `reduce`, `hosts`, `most_seconds` (of every case)",
         ),
         (
@@ -100,7 +100,7 @@ fn every_mistake_is_told_with_line_and_key() {
         ),
         ("[\"s.toml\"]", "\"s.toml\"", 2, "scenarios", "\"s.toml\" is not allowed, it must be a list"),
         ("[\"s.toml\"]", "[1]", 2, "scenarios", "1 is not allowed, it must be text, in quotation marks"),
-        ("node = \"mc\"", "node = \"nc\"", 6, "propagator.node", "one of mc, dee, gmm-ut, exact"),
+        ("node = \"mc\"", "node = \"nc\"", 6, "propagator.node", "one of mc, qmc, dee, gmm-ut, exact"),
         ("label = \"mine\"", "label = \"mc\"", 9, "propagator.label", "labels must differ"),
         ("label = \"mine\"", "label = \"../mine\"", 9, "propagator.label", "letters, digits"),
         ("label = \"mine\"", "label = \"recorder\"", 9, "propagator.label", "own processes"),
