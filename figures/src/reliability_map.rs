@@ -139,10 +139,16 @@ impl Map {
             let before = (position.floor() as usize).min(values.len().saturating_sub(2));
             values[before] + (position - before as f64) * (values[before + 1] - values[before])
         };
-        let lines = found.iter().flat_map(|line| line.geometry().0.iter());
-        Ok(lines
-            .map(|line| line.0.iter().map(|point| (at(&self.x.values, point.x), at(&y.values, point.y))).collect())
-            .collect())
+        // The library closes lines along the border, outside the middles of the cells.
+        let is_inside = |x: f64, cells: usize| (0.5 - 1e-9..=cells as f64 - 0.5 + 1e-9).contains(&x);
+        let mut lines: Vec<Vec<Point>> = Vec::new();
+        for line in found.iter().flat_map(|line| line.geometry().0.iter()) {
+            let parts = line.0.split(|point| !(is_inside(point.x, width) && is_inside(point.y, height)));
+            for part in parts.filter(|part| part.len() > 1) {
+                lines.push(part.iter().map(|point| (at(&self.x.values, point.x), at(&y.values, point.y))).collect());
+            }
+        }
+        Ok(lines)
     }
 
     fn curve(&self, area: &Area<'_>) -> Result<(), DrawError> {

@@ -2,7 +2,7 @@
 //!
 //! Each start of a quasi-random sample is followed with many radiation parameters; where it passes the critical eccentricity with one and not with the next, the
 //! border is found by halving. The probability of re-entry for an uncertain parameter is then the mean, over the starts, of the probability of the parameters with
-//! which they pass: smooth in everything, so that a thousand starts are enough for an error below 1e-3. Independent replicates of the sample show the error.
+//! which they pass: smooth in everything, so that two thousand starts are enough for an error below 1e-3. Independent replicates of the sample show the error.
 
 use std::num::NonZeroUsize;
 
@@ -21,7 +21,7 @@ use crate::uncertain::{Distribution, UncertainProblem};
 /// Independent samples of starts.
 const REPLICATES: usize = 8;
 /// Starts of each.
-const STARTS: usize = 128;
+const STARTS: usize = 256;
 /// Distance of the parameters of a start, as a factor. A start that re-enters only with parameters between two of them is seen by others, whose
 /// parameters lie elsewhere.
 const FACTOR: f64 = 1.12;

@@ -315,6 +315,6 @@ mod tests {
     fn where_clouds_are_propagated_a_model_in_space_is_refused_in_words() {
         let error = super::super::check(&InputFile::from_text(Path::new("s.toml"), GOOD)).unwrap_err();
         assert_eq!((error.line, error.key.as_str()), (3, "model.name"));
-        assert!(error.to_string().contains("only `phasecloud orbit`"), "{error}");
+        assert!(error.to_string().contains("which this command cannot do yet"), "{error}");
     }
 }
