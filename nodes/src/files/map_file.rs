@@ -49,7 +49,7 @@ pub struct MapFile {
     pub quantity: Quantity,
     /// What is shown of it.
     pub shown: Shown,
-    /// Which error is aimed at, in the unit of what is shown.
+    /// Which error is aimed at: of the figures from which a point follows, and of the interpolation between points.
     pub tolerance: f64,
     /// The keys along the axes: the horizontal one first, which is the first in the file.
     pub axes: Vec<String>,
