@@ -6,13 +6,11 @@
 mod common;
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use common::browser::{self, Killed, WATCHDOG, chromium};
 use common::{Bench, text};
-
-/// Far longer than a healthy machine needs; only ends a test that would hang.
-const WATCHDOG: Duration = Duration::from_secs(180);
 
 const CASES: &str = r#"
 [[propagator]]
@@ -64,38 +62,11 @@ addEventListener("load", () => {
 });
 </script>"#;
 
-/// The browser, or `None` after printing that there is none.
-fn chromium() -> Option<&'static str> {
-    let answers = |name: &&&str| {
-        let output = Command::new(name).arg("--version").stdin(Stdio::null()).output();
-        output.is_ok_and(|output| output.status.success())
-    };
-    let found = ["chromium", "chromium-browser", "google-chrome"].iter().find(answers).copied();
-    if found.is_none() {
-        let is_required = std::env::var_os("PHASECLOUD_REQUIRE_CHROMIUM").is_some_and(|value| value == "1");
-        assert!(!is_required, "no Chromium");
-        println!("skipped: no Chromium");
-    }
-    found
-}
-
-/// Ends a browser that a failed test would leave behind.
-struct Killed(Child);
-
-impl Drop for Killed {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 /// Opens a page without a window; the browser's output goes to `printed` in the bench.
 fn browse(bench: &Bench, chromium: &str, page: &Path, arguments: &[String]) -> String {
     let printed = bench.path("printed.txt");
     let mut command = Command::new(chromium);
-    // The page is our own and the browser may run as root, where it has no sandbox.
-    command.args(["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--no-first-run"]);
-    command.arg(format!("--user-data-dir={}", bench.path("browser").display())).args(arguments);
+    command.args(browser::arguments(&bench.path("browser"))).args(arguments);
     command.arg(format!("file://{}", page.display())).stdin(Stdio::null()).stderr(Stdio::null());
     let mut browser = Killed(command.stdout(std::fs::File::create(&printed).unwrap()).spawn().unwrap());
     let started = Instant::now();

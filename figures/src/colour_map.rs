@@ -63,6 +63,11 @@ impl Scale {
     }
 }
 
+/// The colours of a scale from its lower to its upper end, three bytes per colour, in base64.
+pub fn colours(scale: Scale) -> String {
+    STANDARD.encode((0..SHADES).flat_map(|shade| scale.colour(shade)).collect::<Vec<u8>>())
+}
+
 /// The picture of an array over `(phi, e)`, `phi` outermost, as the address of an image. `phi` runs to the right and
 /// `e` upwards.
 ///

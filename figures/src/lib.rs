@@ -14,6 +14,7 @@ pub mod densities;
 pub mod draw_error;
 pub mod drawings;
 pub mod elements;
+pub mod explorer;
 pub mod figure;
 pub mod hamiltonian;
 pub mod labels;

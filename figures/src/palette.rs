@@ -104,6 +104,11 @@ impl Ink {
         hex(self.rgb())
     }
 
+    /// The colours on white and on a dark page as a style sheet writes them.
+    pub fn on_light_and_dark(self) -> [String; 2] {
+        self.colours().map(hex)
+    }
+
     /// The colour of the palette with these components on white; `Ink::Text` if there is none.
     pub fn from_rgb(rgb: (u8, u8, u8)) -> Self {
         match COLOURS.iter().position(|[light, _]| *light == rgb) {

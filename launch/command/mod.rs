@@ -16,7 +16,7 @@ pub(crate) mod node;
 mod orbit;
 mod rare;
 mod replay;
-mod report;
+pub mod report;
 mod run;
 mod serve;
 mod submit;

@@ -77,6 +77,11 @@ impl View {
     }
 
     /// What is shown.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// What is shown, to be changed.
     pub fn model_mut(&mut self) -> &mut Model {
         &mut self.model
     }

@@ -7,6 +7,7 @@ pub mod echo;
 pub mod hz;
 pub mod topics;
 pub mod watch;
+mod web;
 
 use std::process::ExitCode;
 use std::time::Duration;

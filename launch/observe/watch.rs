@@ -13,12 +13,14 @@ use messages::report::{Event, Report};
 use messages::text::unpack;
 use messages::topic::{Roster, Scenario, Status};
 use messages::wait::Signals;
+use serde_json::json;
 
+use super::web::{self, Feed, Server};
 use super::{End, INTERRUPTED, TICK};
 use crate::domain::attach::{self, LiveRun, Target};
 use crate::domain::{self};
 use crate::live::model::{Model, Stage};
-use crate::live::{View, json};
+use crate::live::{View, json as lines};
 use crate::record::manifest::{self, Recorded};
 use crate::report;
 use crate::shown::Shown;
@@ -30,32 +32,63 @@ const TIDYING: Duration = Duration::from_secs(10);
 
 /// Arguments of `phasecloud watch`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  phasecloud run launch/paper.toml --quiet & phasecloud watch")]
+#[command(
+    after_help = "Examples:\n  phasecloud run launch/paper.toml --quiet & phasecloud watch\n  phasecloud watch --web"
+)]
 pub struct WatchArguments {
     #[command(flatten)]
     pub target: Target,
+    /// Also serve a page on this machine that shows the run: its progress, and the report of the cases that have arrived
+    #[arg(long)]
+    pub web: bool,
+    /// The port of the page [default: any free one]
+    #[arg(long, requires = "web", default_value_t = 0, hide_default_value = true)]
+    pub port: u16,
     #[command(flatten)]
     pub shown: Shown,
 }
 
-/// Watches a run until it ends, and prints its results.
+/// Watches a run until it ends, and prints its results. A page stays until the user ends it.
 pub fn run(arguments: &WatchArguments) -> ExitCode {
-    let run = match attach::find(&arguments.target) {
-        Ok(run) => run,
+    let found = attach::find(&arguments.target)
+        .and_then(|run| Ok((run, arguments.web.then(|| Server::start(arguments.port)).transpose()?)));
+    let (run, server) = match found {
+        Ok(found) => found,
         Err(problem) => return super::fail(&problem, crate::exit::BAD_INPUT),
     };
-    match watch(&run, arguments.shown) {
-        Ok(End::Over) => conclude(&run, arguments.shown),
+    match watch(&run, arguments.shown, server.as_ref()) {
+        Ok(End::Over) => {
+            let code = conclude(&run, arguments.shown);
+            if let Some(server) = &server {
+                keep(&run, server);
+            }
+            code
+        }
         outcome => super::exit(Ok(outcome)),
     }
 }
 
-fn watch(run: &LiveRun, shown: Shown) -> Result<End, PortError> {
+/// Serves the report of the whole run until the user has seen enough.
+fn keep(run: &LiveRun, server: &Server) {
+    let report = run.notice.as_ref().and_then(|notice| web::page(&notice.results).ok());
+    report.into_iter().for_each(|page| server.set_report(page));
+    server.set_state(json!({"title": run.title(), "over": true}));
+    remark!("the report stays at {} until this is ended with Ctrl-C", server.address());
+    if let Ok(signals) = Signals::catch(&[]) {
+        while !signals.stop_requested() && signals.wait(&[], TICK).is_ok() {}
+    }
+}
+
+fn watch(run: &LiveRun, shown: Shown, server: Option<&Server>) -> Result<End, PortError> {
     let signals = Signals::catch(&[]).map_err(|e| PortError::new("catch", "signals", &e))?;
     let observer = Observer::enter(&run.place, "watch")?;
     let scenarios: Inlet<Scenario> = observer.inlet()?;
     let rosters: Inlet<Roster> = observer.inlet()?;
     let reports: Inlet<Status> = observer.inlet()?;
+    let mut feed = server.map(|server| Feed::open(&observer, server, run.title())).transpose()?;
+    if let Some(server) = server {
+        remark!("{} is shown at {}", run.title(), server.address());
+    }
     let attached = Instant::now();
     let mut stages: Vec<Stage> = Vec::new();
     let mut view: Option<View> = None;
@@ -91,10 +124,14 @@ fn watch(run: &LiveRun, shown: Shown) -> Result<End, PortError> {
             }
             view.refresh();
         }
+        if let Some(feed) = &mut feed {
+            feed.update(view.as_ref().map(View::model))?;
+        }
         if signals.stop_requested() {
             return Ok(End::Stopped);
         }
         if over {
+            drop(feed);
             drop((scenarios, rosters, reports, observer));
             domain::remove_remains(&run.place);
             return Ok(End::Over);
@@ -125,7 +162,7 @@ fn conclude(run: &LiveRun, shown: Shown) -> ExitCode {
 
 fn print(Recorded { launch, failures, incomplete }: &Recorded, results: &Path, exit_code: u8, shown: Shown) {
     if shown.json {
-        json::result(exit_code, results, failures, incomplete.as_deref());
+        lines::result(exit_code, results, failures, incomplete.as_deref());
     } else if !shown.quiet {
         report::print(launch, results);
         say!("\nResults: {}", results.display());

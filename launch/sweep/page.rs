@@ -5,7 +5,7 @@ use std::path::Path;
 use figures::report::PAGE;
 use maud::{DOCTYPE, Markup, html};
 
-use super::table::{NUMBERS, Row, TABLE};
+use super::table::{Row, TABLE, columns};
 
 /// Most rows that the page shows; the table has all.
 const MOST_ROWS: usize = 2000;
@@ -52,7 +52,7 @@ fn page(keys: &[&str], rows: &[Row], combinations: usize) -> Markup {
                     @else if scenarios.len() == combinations { "Every case ran to its end." }
                 }
                 p {
-                    "Moments and the probability of e being above its critical value are those at the last time of each scenario; \
+                    "Moments and the probability of being above the critical value are those at the last time of each scenario; \
                      the probability of ever having reached it is that by then. "
                     a href=(TABLE) { (TABLE) } " has the same numbers in full."
                 }
@@ -66,6 +66,7 @@ fn page(keys: &[&str], rows: &[Row], combinations: usize) -> Markup {
 }
 
 fn table(keys: &[&str], rows: &[Row]) -> Markup {
+    let columns = columns(rows);
     html! {
         div.table tabindex="0" role="region" aria-label="All scenarios" {
             table {
@@ -73,7 +74,7 @@ fn table(keys: &[&str], rows: &[Row]) -> Markup {
                     th.words scope="col" { "scenario" }
                     @for key in keys { th scope="col" { (key) } }
                     th.words scope="col" { "method" }
-                    @for name in NUMBERS { th scope="col" { (name) } }
+                    @for name in &columns { th scope="col" { (name) } }
                 } }
                 tbody { @for row in rows.iter().take(MOST_ROWS) { tr {
                     th scope="row" {
@@ -82,12 +83,12 @@ fn table(keys: &[&str], rows: &[Row]) -> Markup {
                     }
                     @for value in &row.values { td { (value) } }
                     td.words { (row.method) }
-                    @if row.has_numbers() { @for number in row.numbers { td { (short(number)) } } }
-                    @else { td.words.problem colspan=(NUMBERS.len()) { (row.problem) } }
+                    @if row.has_numbers() { @for column in &columns { td { (short(row.number(column))) } } }
+                    @else { td.words.problem colspan=(columns.len().max(1)) { (row.problem) } }
                 }
                 @if row.has_numbers() && !row.problem.is_empty() { tr {
                     td {}
-                    td.words.problem colspan=(keys.len() + 1 + NUMBERS.len()) { (row.method) ": " (row.problem) }
+                    td.words.problem colspan=(keys.len() + 1 + columns.len()) { (row.method) ": " (row.problem) }
                 } } } }
             }
         }
@@ -114,7 +115,7 @@ mod tests {
             scenario: format!("s-{index}"),
             method: "mc".into(),
             values: vec![0.125],
-            numbers: [if index == 1 { f64::NAN } else { 0.25 }; NUMBERS.len()],
+            numbers: if index == 1 { Vec::new() } else { vec![("mean_e".into(), 0.25)] },
             folder: format!("00000{index}-s-{index}"),
             problem: problem.into(),
         };

@@ -1,6 +1,7 @@
 //! A fresh folder and a fresh place for shared memory for every test, and the program under test.
 #![allow(dead_code, missing_docs, reason = "each test file uses its own part")]
 
+pub mod browser;
 pub mod examples;
 pub mod processes;
 pub mod service;

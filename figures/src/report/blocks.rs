@@ -2,8 +2,10 @@
 
 use maud::{Markup, html};
 
-use super::{Drawn, run, tables};
+use super::{Drawn, DrawnScene, run, tables};
 use crate::atlas::Group;
+use crate::explorer;
+use crate::scene::Scene;
 use crate::words::reentry;
 
 /// A part of the report under a heading.
@@ -27,12 +29,15 @@ pub fn of(drawn: &Drawn<'_>, place: &str) -> Vec<Block> {
         chapter("run", "What was run", run::what_was_run(results)),
         section("scenarios", "Scenarios", run::scenarios(drawn)),
     ];
-    for (scene, groups) in &drawn.scenes {
+    for DrawnScene { scene, further, groups } in &drawn.scenes {
         let key = |part: &str| format!("{}-{part}", scene.name);
         let critical = format!("Critical {}", reentry(scene.description).0);
         let has_passages = scene.methods.iter().any(|method| !method.passage.is_empty());
+        let pairs: Vec<&Scene<'_>> = [scene].into_iter().chain(further).collect();
+        let explorer = explorer::of_scenario(&pairs, &format!("{place}{}", key("explorer")));
         blocks.extend([
             chapter(&key("results"), &format!("Results of {}", scene.name), html! {}),
+            section(&key("explore"), "Explore", explorer),
             section(&key("moments"), "Moments", tables::moments(scene)),
             section(&key("probabilities"), &critical, tables::probabilities(scene, has_passages)),
             section(&key("distances"), "Distances of the densities", tables::distances(scene)),

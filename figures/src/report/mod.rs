@@ -1,5 +1,6 @@
 //! The report: one page that loads nothing from elsewhere, and the figures as files beside it.
 
+mod answer;
 mod blocks;
 mod numbers;
 mod page;
@@ -35,8 +36,17 @@ pub struct Subject {
 struct Drawn<'a> {
     name: &'a str,
     results: &'a Results,
-    scenes: Vec<(Scene<'a>, Vec<Group>)>,
+    scenes: Vec<DrawnScene<'a>>,
     across: Group,
+}
+
+/// A scenario with all its figures.
+struct DrawnScene<'a> {
+    /// The scenario in its first pair of variables.
+    scene: Scene<'a>,
+    /// The same in its other pairs.
+    further: Vec<Scene<'a>>,
+    groups: Vec<Group>,
 }
 
 impl<'a> Drawn<'a> {
@@ -46,16 +56,17 @@ impl<'a> Drawn<'a> {
         let scenes: Vec<Scene<'a>> = subject.scenarios.iter().map(|scenario| scene(scenario, 0)).collect();
         let across = atlas::of_run(&scenes);
         let scenes = scenes.into_par_iter().zip(&subject.scenarios).map(|(main, scenario)| {
+            let further: Vec<Scene<'a>> =
+                (1..scenario.description.pairs().count()).map(|pair| scene(scenario, pair)).collect();
             let mut groups = atlas::of_scene(&main);
-            let others = 1..scenario.description.pairs().count();
-            groups.extend(others.flat_map(|pair| atlas::of_pair(&scene(scenario, pair))));
-            (main, groups)
+            groups.extend(further.iter().flat_map(atlas::of_pair));
+            DrawnScene { scene: main, further, groups }
         });
         Self { name: &subject.name, results, scenes: scenes.collect(), across }
     }
 
     fn groups(&self) -> impl Iterator<Item = &Group> {
-        self.scenes.iter().flat_map(|(_, groups)| groups).chain([&self.across])
+        self.scenes.iter().flat_map(|drawn| &drawn.groups).chain([&self.across])
     }
 }
 

@@ -4,6 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::Drawn;
 use super::blocks::{self, Block};
+use crate::explorer;
 use crate::palette::dark_rules;
 use crate::words::named;
 use results::notes::listed;
@@ -13,7 +14,7 @@ const STYLE: &str = include_str!("style.css");
 /// The page of one run.
 pub fn of_one(drawn: &Drawn<'_>) -> Markup {
     let blocks = blocks::of(drawn, "");
-    let names: Vec<&str> = drawn.scenes.iter().map(|(scene, _)| scene.name).collect();
+    let names: Vec<&str> = drawn.scenes.iter().map(|drawn| drawn.scene.name).collect();
     let body = html! {
         @for block in &blocks { section id=(block.key) { (heading(block)) (block.content) } }
     };
@@ -50,7 +51,7 @@ pub fn of_several(runs: &[Drawn<'_>]) -> Markup {
 
 /// The variables of all scenarios: `solar angle φ and eccentricity e`.
 fn variables_of(runs: &[Drawn<'_>]) -> String {
-    let scenes = runs.iter().flat_map(|run| &run.scenes).flat_map(|(scene, _)| &scene.description.variables);
+    let scenes = runs.iter().flat_map(|run| &run.scenes).flat_map(|drawn| &drawn.scene.description.variables);
     let mut names: Vec<String> = Vec::new();
     for name in scenes.map(named) {
         if !names.contains(&name) {
@@ -91,7 +92,7 @@ fn page(title: &str, class: &str, variables: &str, blocks: &[&Block], body: &Mar
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }
-                style { (PreEscaped(STYLE)) "@media screen and (prefers-color-scheme:dark){" (dark_rules()) "}" }
+                style { (PreEscaped(STYLE)) (PreEscaped(explorer::STYLE)) "@media screen and (prefers-color-scheme:dark){" (dark_rules()) "}" }
             }
             body class=(class) {
                 header {
@@ -113,6 +114,7 @@ fn page(title: &str, class: &str, variables: &str, blocks: &[&Block], body: &Mar
                 footer { p { "References: Sun, Colombo, Trisolini & Li (2022), "
                     cite { "Comparison of continuity equation and Gaussian mixture model for long-term density propagation using semi-analytical methods" }
                     ". The figures are in the folder figures, the numbers in the tables beside this page." } }
+                script { (PreEscaped(explorer::SCRIPT)) }
             }
         }
     }

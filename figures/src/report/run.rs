@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::Drawn;
 use super::numbers::{count, seconds, small};
+use super::{Drawn, DrawnScene, answer};
 use crate::drawings::accuracy::{worst_distance, worst_moment};
 use crate::scene::Scene;
 use crate::words::glyph;
@@ -14,11 +14,12 @@ use results::rows::of_scenario;
 /// An overview of the cases, and the most accurate of them.
 pub fn summary(drawn: &Drawn<'_>) -> Markup {
     let manifest = &drawn.results.manifest;
-    let scenarios: Vec<&str> = drawn.scenes.iter().map(|(scene, _)| scene.name).collect();
-    let first = drawn.scenes.first().map(|(scene, _)| scene.description);
+    let scenarios: Vec<&str> = drawn.scenes.iter().map(|drawn| drawn.scene.name).collect();
+    let first = drawn.scenes.first().map(|drawn| drawn.scene.description);
     let variables = first.map_or(Vec::new(), |first| first.variables.iter().map(|v| glyph(&v.symbol)).collect());
     let variables = variables.join(", ");
     html! {
+        @for DrawnScene { scene, .. } in &drawn.scenes { (answer::of(scene)) }
         @for group in of_severity(drawn, Severity::Fallback) {
             p.warning { "In " (group.first.scenario) ": " (group.when()) (group.first.text()) "." }
         }
@@ -37,7 +38,7 @@ pub fn summary(drawn: &Drawn<'_>) -> Markup {
         @for (label, why) in &manifest.failures {
             p.warning { "The case " b { (label) } " failed and was left out: " (why) "." }
         }
-        @for (scene, _) in &drawn.scenes {
+        @for DrawnScene { scene, .. } in &drawn.scenes {
             div.table tabindex="0" role="region" aria-label={ "Cases at a glance, " (scene.name) } {
                 table {
                     caption { "Cases at a glance, " (scene.name) ": largest relative error of the means and standard deviations after t = 0, \
@@ -160,7 +161,7 @@ pub fn what_was_run(results: &Results) -> Markup {
 
 /// The scenarios with their parameters.
 pub fn scenarios(drawn: &Drawn<'_>) -> Markup {
-    let columns: Vec<Vec<Stated>> = drawn.scenes.iter().map(|(scene, _)| stated(scene)).collect();
+    let columns: Vec<Vec<Stated>> = drawn.scenes.iter().map(|drawn| stated(&drawn.scene)).collect();
     let mut rows: Vec<(&str, &str)> = Vec::new();
     for (name, unit, _) in columns.iter().flatten() {
         if !rows.contains(&(name, unit)) {
@@ -177,7 +178,7 @@ pub fn scenarios(drawn: &Drawn<'_>) -> Markup {
         div.table tabindex="0" role="region" aria-label="Scenarios" {
             table.words {
                 caption { "The scenarios: force, initial Gaussian, snapshots, disposal." }
-                thead { tr { th scope="col" { "parameter" } th scope="col" { "unit" } @for (scene, _) in &drawn.scenes { th scope="col" { (scene.name) } } } }
+                thead { tr { th scope="col" { "parameter" } th scope="col" { "unit" } @for DrawnScene { scene, .. } in &drawn.scenes { th scope="col" { (scene.name) } } } }
                 tbody { @for row in &rows { tr {
                     th scope="row" { (row.0) } td { (if row.1.is_empty() { "–" } else { row.1 }) }
                     @for column in &columns { td { (value(column, row)) } }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use messages::layout::{RosterEntry, RosterHeader};
 use messages::port::Inlet;
 use messages::text::unpack;
 use messages::topic::Roster as RosterTopic;
@@ -29,23 +30,30 @@ pub struct Roster {
 }
 
 impl Roster {
+    /// The roster that a message states.
+    pub fn new(header: &RosterHeader, items: &[RosterEntry]) -> Self {
+        let mut ranked: Vec<_> = items.iter().filter(|entry| entry.reference > 0).collect();
+        ranked.sort_by_key(|entry| entry.reference);
+        let baseline = items.iter().find(|entry| entry.baseline != 0);
+        let split = items.iter().filter(|entry| entry.shards > 0);
+        let failed = items.iter().filter(|entry| entry.failed != 0);
+        Self {
+            scenario: header.scenario,
+            references: ranked.into_iter().map(|entry| unpack(&entry.label)).collect(),
+            baseline: baseline.map_or(String::new(), |entry| unpack(&entry.label)),
+            shards: split.map(|entry| (unpack(&entry.label), entry.shards)).collect(),
+            reasons: failed.map(|entry| (unpack(&entry.label), unpack(&entry.reason))).collect(),
+            cases: items.iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect(),
+        }
+    }
+
     /// Receives the rosters that the launcher has sent since the last call.
     ///
     /// # Errors
     /// [`Failure::Port`] if the topic cannot be read.
     pub fn update(&mut self, session: &Session, inlet: &Inlet<RosterTopic>) -> Result<(), Failure> {
         while let Some(message) = receive(session, inlet)? {
-            self.scenario = message.header().scenario;
-            let mut ranked: Vec<_> = message.items().iter().filter(|entry| entry.reference > 0).collect();
-            ranked.sort_by_key(|entry| entry.reference);
-            self.references = ranked.into_iter().map(|entry| unpack(&entry.label)).collect();
-            let baseline = message.items().iter().find(|entry| entry.baseline != 0);
-            self.baseline = baseline.map_or(String::new(), |entry| unpack(&entry.label));
-            let entries = message.items().iter().filter(|entry| entry.shards > 0);
-            self.shards = entries.map(|entry| (unpack(&entry.label), entry.shards)).collect();
-            let failed = message.items().iter().filter(|entry| entry.failed != 0);
-            self.reasons = failed.map(|entry| (unpack(&entry.label), unpack(&entry.reason))).collect();
-            self.cases = message.items().iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect();
+            *self = Self::new(message.header(), message.items());
         }
         Ok(())
     }

@@ -14,6 +14,7 @@ mod judgement;
 mod notes;
 mod passages;
 mod rows;
+mod so_far;
 mod tables;
 mod tape;
 mod verdicts;
@@ -35,6 +36,7 @@ use kit::failure::Failure;
 use kit::newest::Newest;
 use kit::screen::{receive, refuse};
 use kit::session::Session;
+pub use so_far::SoFar;
 pub(crate) use tables::write;
 use tape::Tape;
 

@@ -38,7 +38,7 @@ pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path, toler
 
 /// The text of the scenario's file. If no file can ask for the scenario's model, the text states the fields of the
 /// message.
-fn scenario_text(assignment: &Assignment) -> String {
+pub(super) fn scenario_text(assignment: &Assignment) -> String {
     let said = &assignment.said;
     if let Some(plane) = &assignment.plane {
         return scenario_file::to_text(&said.name, &plane.problem, None);
@@ -59,7 +59,13 @@ fn scenario_text(assignment: &Assignment) -> String {
     )
 }
 
-fn write_tables(recording: &Recording, roster: &Roster, folder: &Path, tolerance: f64) -> Result<(), FolderError> {
+/// Writes all tables, the densities and the description of a scenario into a folder.
+pub(super) fn write_tables(
+    recording: &Recording,
+    roster: &Roster,
+    folder: &Path,
+    tolerance: f64,
+) -> Result<(), FolderError> {
     let mut tables = Tables::create(folder, &recording.assignment.space)?;
     tables.write(recording, roster, tolerance)?;
     tables.finish()?;
