@@ -6,6 +6,7 @@
 //! | `step_size` | how far a series reaches |
 //! | `accuracy` | how accurately orbits are propagated |
 //! | [`equations`], `from_equations` | the series of a model, made from the model's equations of motion |
+//! | `runge_kutta`, `dormand_prince` | steps of models whose equations are not smooth, in the place of a series |
 //! | `threshold` | first passages, read off the series |
 //! | `approach` | how near orbits come to re-entry |
 //! | `record` | orbits kept step by step |
@@ -13,10 +14,12 @@
 
 mod accuracy;
 mod approach;
+mod dormand_prince;
 pub mod equations;
 mod from_equations;
 mod in_plane;
 pub(crate) mod record;
+mod runge_kutta;
 mod step_size;
 mod taylor;
 mod threshold;
@@ -27,6 +30,7 @@ use threshold::Threshold;
 
 pub use accuracy::Accuracy;
 pub use from_equations::FromEquations;
+pub use runge_kutta::{Edged, RungeKutta};
 pub use taylor::Loss;
 pub use threshold::Passages;
 

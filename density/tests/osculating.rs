@@ -120,7 +120,7 @@ fn averaging_errors(factor: f64) -> (f64, f64) {
     let averaged = Flow::new(Vectorial { forces, obliquity, sun_longitude });
     let flow = Flow::new(Osculating { forces, ..whole });
     let mean = |time: f64, state: State| -> [f64; 6] {
-        let MeanOrbit { vectors: Vectors { e, h }, .. } = mean_orbit(&flow, time, state).unwrap();
+        let MeanOrbit { vectors: Vectors { e, h }, .. } = mean_orbit(&flow, &flow.model, time, state).unwrap();
         [e[0], e[1], e[2], h[0], h[1], h[2]]
     };
     let start = whole.state(0.0, [2.2, 0.3, 0.4, 1.0, 0.5, 2.5]);
@@ -143,7 +143,8 @@ fn without_forces_the_mean_orbit_is_the_orbit_itself() {
     let model = Osculating { forces, ..satellite() };
     let start = model.state(0.0, [2.2, 0.7, 0.4, 1.0, 0.5, 2.5]);
     let later = Flow::new(model).carry_one(start, 0.0, 0.01).unwrap();
-    let MeanOrbit { vectors: Vectors { e, h }, semi_major_axis } = mean_orbit(&Flow::new(model), 0.01, later).unwrap();
+    let MeanOrbit { vectors: Vectors { e, h }, semi_major_axis } =
+        mean_orbit(&Flow::new(model), &model, 0.01, later).unwrap();
     assert!(apart([e[0], e[1], e[2], h[0], h[1], h[2]], vectors(start).0) < 1e-12);
     assert!((semi_major_axis - 2.5).abs() < 1e-12);
 }

@@ -1,6 +1,7 @@
 //! The problem of a scenario in space as its message states it, and the statement of a problem for a message.
 
 use density::grid::Axis;
+use density::in_space::acting::SHADOW;
 use density::in_space::models::SpaceModel;
 use density::in_space::{InitialInSpace, PAIRS, REENTRY, SpaceProblem, VARIABLES};
 use density::problem::STRONGEST_CORRELATION;
@@ -22,6 +23,8 @@ pub fn described(name: &str, problem: &SpaceProblem, axes: &[Vec<Axis>]) -> Desc
     let (mean, covariance) = problem.moments();
     let parameter =
         |(name, symbol, value): (&str, &str, f64)| Parameter { name: name.into(), symbol: symbol.into(), value };
+    let shadow = problem.shadow.then_some((SHADOW, SHADOW, 1.0));
+    let altitude = problem.reentry_altitude.map(|altitude| (REENTRY_ALTITUDE, "h", altitude));
     let upper = (0..mean.len()).flat_map(|a| covariance[a][a..].to_vec()).collect();
     let bins: Option<Vec<usize>> = axes.first().map(|axes| axes.iter().map(|axis| axis.bins).collect());
     let projections = bins.map_or(Vec::new(), |bins| projections(&bins));
@@ -36,7 +39,7 @@ pub fn described(name: &str, problem: &SpaceProblem, axes: &[Vec<Axis>]) -> Desc
         scenarios: 0,
         name: name.into(),
         model: problem.model.name().into(),
-        parameters: problem.model.parameters().into_iter().map(parameter).collect(),
+        parameters: problem.model.parameters().into_iter().chain(shadow).chain(altitude).map(parameter).collect(),
         variables: problem.variables().iter().map(variable).collect(),
         reentry: REENTRY,
         critical: problem.critical_e,
@@ -52,10 +55,15 @@ pub fn described(name: &str, problem: &SpaceProblem, axes: &[Vec<Axis>]) -> Desc
 /// # Errors
 /// What is wrong, by the key that a scenario file has for it.
 pub fn problem(said: &Description) -> Option<Result<SpaceProblem, String>> {
-    let given: Vec<(&str, f64)> = said.parameters.iter().map(|given| (given.name.as_str(), given.value)).collect();
-    let model = SpaceModel::by_name(&said.model, &given)?;
+    let given = said.parameters.iter().map(|given| (given.name.as_str(), given.value));
+    let of_model: Vec<(&str, f64)> = given.filter(|(name, _)| ![SHADOW, REENTRY_ALTITUDE].contains(name)).collect();
+    let model = SpaceModel::by_name(&said.model, &of_model)?;
     Some(model.map_err(|error| error.to_string()).and_then(|model| with_model(said, model)))
 }
+
+/// Parameters of a scenario that are none of the model's: whether the Earth has a shadow (1 if so), and the height of the pericentre at re-entry
+/// \[Earth radii\].
+const REENTRY_ALTITUDE: &str = "reentry_altitude";
 
 fn with_model(said: &Description, model: SpaceModel) -> Result<SpaceProblem, String> {
     let count = VARIABLES.len();
@@ -84,7 +92,15 @@ fn with_model(said: &Description, model: SpaceModel) -> Result<SpaceProblem, Str
     };
     let mean = std::array::from_fn(|k| said.mean[k]);
     let initial = InitialInSpace { mean, sigma, correlation: PAIRS.map(of_pair) };
-    let problem = SpaceProblem { model, initial, spread, times, critical_e: said.critical };
+    let stated = |name: &str| said.parameters.iter().find(|given| given.name == name).map(|given| given.value);
+    let shadow = match stated(SHADOW) {
+        None | Some(0.0) => false,
+        Some(1.0) => true,
+        Some(other) => return Err(format!("parameters: {SHADOW} is {other}, it must be 0 or 1")),
+    };
+    let reentry_altitude = stated(REENTRY_ALTITUDE);
+    let critical_e = said.critical;
+    let problem = SpaceProblem { model, initial, spread, times, critical_e, shadow, reentry_altitude };
     let problem = problem.checked().map_err(|error| error.to_string())?;
     let ours: Vec<_> = problem.variables().iter().map(variable).collect();
     match (&said.variables, said.reentry) == (&ours, REENTRY) {
@@ -128,9 +144,25 @@ mod tests {
         }
     }
 
+    /// The message of a problem, on the axes of the example.
+    fn described_by(problem: SpaceProblem) -> (messages::scenario::ScenarioHeader, Vec<f64>) {
+        let axes = pilot::axes(&example::problem(), &[10, 8, 6, 5]).unwrap();
+        Assignment::in_space(7, "in-space", (0, 1), problem, axes).to_parts().unwrap()
+    }
+
+    #[test]
+    fn the_shadow_and_the_height_of_reentry_survive_the_way_through_a_message() {
+        for (shadow, reentry_altitude) in [(true, None), (false, Some(0.0188)), (true, Some(0.0188))] {
+            let (header, items) = described_by(SpaceProblem { shadow, reentry_altitude, ..example::problem() });
+            let read = Assignment::from_parts(&header, &items).unwrap().in_space.unwrap();
+            assert_eq!((read.shadow, read.reentry_altitude), (shadow, reentry_altitude));
+        }
+    }
+
     #[test]
     fn a_message_in_space_that_cannot_be_right_is_refused() {
-        let (header, items) = assignment(example::problem()).to_parts().unwrap();
+        let shadowed = SpaceProblem { shadow: true, reentry_altitude: Some(0.02), ..example::problem() };
+        let (header, items) = described_by(shadowed);
         let refused = |change: fn(&mut messages::scenario::ScenarioHeader, &mut Vec<f64>), words: &str| {
             let (mut header, mut items) = (header, items.clone());
             change(&mut header, &mut items);
@@ -140,6 +172,7 @@ mod tests {
         refused(|header, _| header.parameter_count = 3, "no value for its parameter moon");
         refused(|header, _| header.variables[2].low = -1.0, "not those of the model");
         refused(|header, _| header.reentry = 0, "not those of the model");
+        refused(|header, _| header.parameters[7].value = 2.0, "shadow is 2, it must be 0 or 1");
         refused(|_, items| items[1] = 1.5, "initial.e: 1.5 is not allowed");
         refused(|_, items| items[5 + 4] = 1e-3, "independent of all other variables");
         refused(|_, items| items[4] = 0.2, "the mean of the radiation parameter is 0.2");

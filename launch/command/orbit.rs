@@ -11,6 +11,7 @@ use density::model::osculating::mean::{MeanOrbit, mean_orbit};
 use density::model::osculating::{self, Osculating};
 use density::model::plane::{self, State as InPlane};
 use density::model::registry::Planar;
+use density::model::shadow::{ShadowedOsculating, ShadowedVectorial};
 use density::model::vectorial::{self, Vectorial};
 use density::model::{Model, Variable, earth};
 use nodes::files::input::{InputError, InputFile};
@@ -108,6 +109,16 @@ fn print(scenario: &AnyScenario, times: &[f64], osculating: bool) -> Result<(), 
             })
         }
         AnyScenario::InSpace(scenario) => match scenario.model {
+            ModelInSpace::Vectorial(model, [phi, e, i, node]) if scenario.shadow => {
+                let semi_major_axis = scenario.semi_major_axis.unwrap_or(f64::NAN);
+                let model = ShadowedVectorial { model, semi_major_axis, reentry_radius: None };
+                head(&vectorial::VARIABLES);
+                follow(model, [phi, e, i, node, semi_major_axis], times, |model: &ShadowedVectorial, time, state| {
+                    let (variables, [e1, e2, e3, h1, h2, h3, _]) = (model.read_out(time, state), state);
+                    row(time, &variables[..4], Vectors { e: [e1, e2, e3], h: [h1, h2, h3] }, Some(variables[4]));
+                    Ok(())
+                })
+            }
             ModelInSpace::Vectorial(model, start) => {
                 head(&vectorial::VARIABLES);
                 follow(model, start, times, |model: &Vectorial, time, state| {
@@ -116,28 +127,39 @@ fn print(scenario: &AnyScenario, times: &[f64], osculating: bool) -> Result<(), 
                     Ok(())
                 })
             }
-            ModelInSpace::Osculating(model, start, anomaly) if osculating => {
-                let start = with_place(model, start, anomaly);
-                head(&osculating::VARIABLES[..5]);
-                follow(model, start, times, |model: &Osculating, time, state| {
-                    let [x, y, z, vx, vy, vz] = state;
-                    let Motion { vectors, .. } = Motion::of([x, y, z], [vx, vy, vz]);
-                    let variables = model.read_out(time, state);
-                    row(time, &variables[..5], vectors, Some(variables[5]));
-                    Ok(())
-                })
-            }
             ModelInSpace::Osculating(model, start, anomaly) => {
                 let start = with_place(model, start, anomaly);
-                head(&vectorial::VARIABLES);
-                follow(model, start, times, |model: &Osculating, time, state| {
-                    let MeanOrbit { vectors, semi_major_axis } = mean_orbit(&Flow::new(*model), time, state)?;
-                    row(time, &of_mean(model, time, vectors), vectors, Some(semi_major_axis));
-                    Ok(())
-                })
+                if scenario.shadow {
+                    let shadowed = ShadowedOsculating { model, has_shadow: true, reentry_radius: None };
+                    return unaveraged(shadowed, &model, start, times, osculating);
+                }
+                unaveraged(model, &model, start, times, osculating)
             }
         },
     }
+}
+
+/// Prints an unaveraged orbit: its osculating elements, or means over a revolution.
+fn unaveraged<M: Model<State<f64> = osculating::State, Variables = [f64; 6]>>(
+    model: M,
+    nominal: &Osculating,
+    start: [f64; 6],
+    times: &[f64],
+    osculating: bool,
+) -> Result<(), Escaped> {
+    head(if osculating { &osculating::VARIABLES[..5] } else { &vectorial::VARIABLES });
+    follow(model, start, times, |model: &M, time, state| {
+        if osculating {
+            let [x, y, z, vx, vy, vz] = state;
+            let Motion { vectors, .. } = Motion::of([x, y, z], [vx, vy, vz]);
+            let variables = model.read_out(time, state);
+            row(time, &variables[..5], vectors, Some(variables[5]));
+        } else {
+            let MeanOrbit { vectors, semi_major_axis } = mean_orbit(&Flow::new(*model), nominal, time, state)?;
+            row(time, &of_mean(nominal, time, vectors), vectors, Some(semi_major_axis));
+        }
+        Ok(())
+    })
 }
 
 /// Whether it is not said where on its ellipse the satellite is at first.

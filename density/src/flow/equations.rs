@@ -222,4 +222,11 @@ impl Quantity for Term<'_> {
             }
         }
     }
+
+    fn number(self) -> f64 {
+        match self.0 {
+            Content::Number(number) => number,
+            Content::Recorded(..) => f64::NAN,
+        }
+    }
 }

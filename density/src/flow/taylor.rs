@@ -101,12 +101,12 @@ fn advance<const P: usize, M: Model, W: Watch>(
     let mut lost = Vec::new();
     while crew.at_work > 0 {
         series.expand(W::SEES_CLEARANCE);
-        let lengths = crew.take_steps(&radii(&series), reach);
+        let lengths = crew.take_steps(series.shorten(crew.planned(&radii(&series), reach)));
         watch.see(&series, &lengths, &crew);
         series.move_on(&crew.directed(&lengths));
         for (lane, &length) in lengths.iter().enumerate() {
             let is_inside = series.is_inside(lane);
-            if crew.left[lane] > 0.0 && is_inside && !crew.is_stuck(lane, length) {
+            if crew.left[lane] > 0.0 && is_inside && !crew.is_stuck(lane, length, series.may_creep(lane)) {
                 continue;
             }
             let Some(orbit) = crew.orbit[lane] else { continue };
@@ -189,24 +189,34 @@ impl Crew {
             (self.orbit[lane], self.left[lane]) = (None, 0.0);
             self.at_work -= 1;
             series.start(lane, Coordinates::from_fn(|_| 0.0), batch.from);
+            series.head_for(lane, 0.0);
             return 0;
         };
         (self.orbit[lane], self.steps[lane]) = (Some(next), MOST_STEPS + MOST_STEPS_A_YEAR * years.abs());
         (self.sign[lane], self.left[lane]) = (years.signum(), SUN_MEAN_MOTION * years.abs());
         series.start(lane, state, batch.from);
+        series.head_for(lane, years);
         1
     }
 
     /// The length of each lane's step, from the radius of its series and the time left.
     #[inline(always)]
-    fn take_steps(&mut self, radii: &Lanes, reach: f64) -> Lanes {
+    fn planned(&self, radii: &Lanes, reach: f64) -> Lanes {
         let mut step = [0.0; LANES];
         for l in 0..LANES {
             step[l] = (reach * radii[l]).min(self.left[l]);
-            self.left[l] -= step[l];
-            self.steps[l] -= 1.0;
         }
         step
+    }
+
+    /// Takes steps of these lengths, and returns them.
+    #[inline(always)]
+    fn take_steps(&mut self, steps: Lanes) -> Lanes {
+        for ((left, rest), step) in self.left.iter_mut().zip(&mut self.steps).zip(&steps) {
+            *left -= step;
+            *rest -= 1.0;
+        }
+        steps
     }
 
     /// The steps of these lengths, negative in lanes that run backwards.
@@ -223,7 +233,7 @@ impl Crew {
     /// left would not take it to the end. So an orbit that turns a thousand times too fast is noticed at its first
     /// step, not after minutes.
     #[inline(always)]
-    fn is_stuck(&self, lane: usize, step: f64) -> bool {
-        self.left[lane] > HASTE * step * self.steps[lane]
+    fn is_stuck(&self, lane: usize, step: f64, may_creep: bool) -> bool {
+        self.left[lane] > HASTE * step * self.steps[lane] && !(may_creep && self.steps[lane] > 0.0)
     }
 }

@@ -6,14 +6,16 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::draws::{Distributed, Start};
-use super::mean_cloud::MeanCloud;
+use super::mean_cloud::{MeanCloud, Unaveraged};
 use super::models::{Simplification, SpaceModel};
 use super::{SpaceProblem, SpaceProblemError, VARIABLES, wrong};
 use crate::flow::{Accuracy, Flow, Passages};
 use crate::model::Model;
-use crate::model::irradiated::WithRadiation;
+use crate::model::irradiated::{Irradiated, WithRadiation};
 use crate::model::osculating::Osculating;
+use crate::model::shadow::{ShadowedOsculating, ShadowedVectorial};
 use crate::model::uncertain_radiation::{Linear, Logarithmic, UncertainRadiation};
+use crate::model::vectorial::Vectorial;
 use crate::orbits::{LostOrbit, Orbits};
 use crate::sampling::SamplingPlan;
 
@@ -72,6 +74,32 @@ impl<M: Model> Cloud for InPlane<M> {
     }
 }
 
+/// Orbits of a model whose variables are others than the cloud's, or in another order.
+#[derive(Debug)]
+struct Renamed<M> {
+    orbits: Orbits<M>,
+    /// The model's variable that each of the cloud's is, if it is one.
+    of_cloud: Vec<Option<usize>>,
+}
+
+impl<M: Model> Cloud for Renamed<M> {
+    fn advance_watching(&mut self, time: f64, critical: f64, passages: Passages<'_, u8>) -> Result<(), LostOrbit> {
+        self.orbits.advance_watching(time, critical, passages)
+    }
+
+    fn read_out(&self, columns: &mut [f64]) {
+        let length = self.orbits.len().max(1);
+        let mut own = vec![0.0; length * M::VARIABLES.len()];
+        self.orbits.read_out_columns(&mut own.chunks_exact_mut(length).collect::<Vec<_>>());
+        for (column, of_cloud) in columns.chunks_exact_mut(length).zip(&self.of_cloud) {
+            match of_cloud {
+                Some(k) => column.copy_from_slice(&own[k * length..(k + 1) * length]),
+                None => column.fill(f64::NAN),
+            }
+        }
+    }
+}
+
 /// What a case does with a problem in space.
 #[derive(Debug, Clone, Copy)]
 pub struct Sampled<'a> {
@@ -94,15 +122,59 @@ impl Sampled<'_> {
         let draw = Distributed::of(self.problem)?.draw(&self.plan);
         let starts: Vec<Start> = range.into_par_iter().map(draw).collect();
         match (self.simplification, self.problem.model) {
+            (Some(Simplification::Planar), _) if self.problem.shadow => self.shadowed(true, &starts),
             (Some(Simplification::Planar), _) => Ok(self.in_plane(&starts)),
+            (Some(Simplification::Vectorial), _) | (None, SpaceModel::Vectorial { .. }) if self.problem.shadow => {
+                self.shadowed(false, &starts)
+            }
             (Some(Simplification::Vectorial), _) | (None, SpaceModel::Vectorial { .. }) => Ok(self.averaged(&starts)),
-            (_, SpaceModel::Osculating { model, mean_anomaly }) => Ok(self.unaveraged(model, mean_anomaly, &starts)),
+            (_, SpaceModel::Osculating { model, mean_anomaly }) => {
+                let (has_shadow, reentry_radius) = (self.problem.shadow, self.problem.reentry_radius());
+                match (has_shadow, reentry_radius) {
+                    (false, None) => Ok(self.unaveraged(model, &model, mean_anomaly, &starts)),
+                    _ => {
+                        let shadowed = ShadowedOsculating { model, has_shadow, reentry_radius };
+                        Ok(self.unaveraged(shadowed, &model, mean_anomaly, &starts))
+                    }
+                }
+            }
             (Some(Simplification::Osculating), SpaceModel::Vectorial { .. }) => {
                 let problem =
                     "\"osculating\" needs a scenario of that model: an averaged one does not say where the Moon is";
                 Err(wrong("model", problem.into()))
             }
         }
+    }
+
+    /// Averaged orbits with the shadow; in the plane if so, where the orbit and the Sun stay in the equator.
+    fn shadowed(&self, is_in_plane: bool, starts: &[Start]) -> Result<Box<dyn Cloud>, SpaceProblemError> {
+        let of_space = self.problem.model.averaged_with_shadow(self.problem.reentry_radius());
+        let model = of_space.ok_or_else(|| wrong("model.forces", "\"shadow\" needs the semi-major axis".into()))?;
+        let zero = || vec![0.0; starts.len()];
+        let [phi, e, inclination, node] = [0, 1, 2, 3].map(|k| variable(starts, k));
+        let axis = vec![model.semi_major_axis; starts.len()];
+        let mut of_cloud = vec![Some(0), Some(1), Some(2), Some(3)];
+        let (model, columns) = if is_in_plane {
+            (of_cloud[2], of_cloud[3]) = (None, None);
+            let in_equator = Vectorial { obliquity: 0.0, sun_longitude: 0.0, ..model.model };
+            (ShadowedVectorial { model: in_equator, ..model }, [phi, e, zero(), zero(), axis])
+        } else {
+            (model, [phi, e, inclination, node, axis])
+        };
+        if self.problem.spread.is_some() {
+            of_cloud.push(Some(columns.len()));
+        }
+        Ok(match (self.problem.spread.is_some(), self.problem.is_logarithmic()) {
+            (false, _) => Box::new(Renamed { orbits: self.orbits(model, &columns), of_cloud }),
+            (_, false) => {
+                let model = WithRadiation::<_, Linear>::new(model);
+                Box::new(Renamed { orbits: self.orbits(model, &with_radiation(&columns, starts)), of_cloud })
+            }
+            (_, true) => {
+                let model = WithRadiation::<_, Logarithmic>::new(model);
+                Box::new(Renamed { orbits: self.orbits(model, &with_radiation(&columns, starts)), of_cloud })
+            }
+        })
     }
 
     fn in_plane(&self, starts: &[Start]) -> Box<dyn Cloud> {
@@ -136,9 +208,15 @@ impl Sampled<'_> {
         }
     }
 
-    fn unaveraged(&self, model: Osculating, mean_anomaly: Option<f64>, starts: &[Start]) -> Box<dyn Cloud> {
+    fn unaveraged<M: Unaveraged + Irradiated<Linear> + Irradiated<Logarithmic>>(
+        &self,
+        model: M,
+        nominal: &Osculating,
+        mean_anomaly: Option<f64>,
+        starts: &[Start],
+    ) -> Box<dyn Cloud> {
         let anomalies = starts.iter().map(|start| mean_anomaly.unwrap_or(start.mean_anomaly)).collect();
-        let axes = vec![model.semi_major_axis; starts.len()];
+        let axes = vec![nominal.semi_major_axis; starts.len()];
         let variables = [0, 1, 2, 3].map(|k| variable(starts, k)).into_iter();
         let columns: Vec<Vec<f64>> = variables.chain([anomalies, axes]).collect();
         let accuracy = self.accuracy;

@@ -11,7 +11,6 @@ use super::models::{Simplification, SpaceModel};
 use super::{REENTRY, SpaceProblem, SpaceProblemError, VARIABLES};
 use crate::angle::nearest;
 use crate::flow::{Accuracy, Passages};
-use crate::model::sun_moon::SunMoon;
 use crate::orbits::LostOrbit;
 use crate::projected::{Question, of_samples};
 use crate::sampling::{Draws, SamplingPlan, group};
@@ -31,13 +30,6 @@ pub struct Variant {
     pub without: Option<&'static str>,
 }
 
-/// The forces whose parameters are not 0.
-pub fn forces(problem: &SpaceProblem) -> Vec<&'static str> {
-    let SunMoon { force, sun, moon } = problem.model.forces();
-    let all = [("srp", force.radiation), ("j2", force.oblateness), ("sun", sun), ("moon", moon)];
-    all.into_iter().filter(|(_, value)| *value != 0.0).map(|(name, _)| name).collect()
-}
-
 /// The variants that are compared, each with the one that it simplifies.
 pub fn comparisons(problem: &SpaceProblem) -> Vec<(Variant, Variant)> {
     let model = |simplification| Variant { simplification, without: None };
@@ -48,7 +40,7 @@ pub fn comparisons(problem: &SpaceProblem) -> Vec<(Variant, Variant)> {
     };
     let planar = model(Some(Simplification::Planar));
     let models = if averaged == own { vec![(own, planar)] } else { vec![(own, averaged), (own, planar)] };
-    let lacking = forces(problem).into_iter().map(|force| (averaged, Variant { without: Some(force), ..averaged }));
+    let lacking = problem.acting().into_iter().map(|force| (averaged, Variant { without: Some(force), ..averaged }));
     models.into_iter().chain(lacking).collect()
 }
 
@@ -92,9 +84,7 @@ pub fn figures(
     seed: u64,
     progress: &dyn Fn(f64),
 ) -> Result<Vec<Figures>, Trouble> {
-    let problem = SpaceProblem { model: without(problem.model, variant.without), ..problem.clone() };
-    let problem =
-        if problem.model.forces().force.radiation == 0.0 { SpaceProblem { spread: None, ..problem } } else { problem };
+    let problem = variant.without.map_or_else(|| problem.clone(), |force| problem.without(force));
     let total = orbits * REPLICATES;
     let plan = SamplingPlan {
         draws: Draws::Sobol,
@@ -128,22 +118,6 @@ pub fn figures(
         all.push(Figures { whole: of((0..total).collect()), replicates });
     }
     Ok(all)
-}
-
-/// The model without a force.
-fn without(mut model: SpaceModel, force: Option<&str>) -> SpaceModel {
-    let forces = match &mut model {
-        SpaceModel::Vectorial { model, .. } => &mut model.forces,
-        SpaceModel::Osculating { model, .. } => &mut model.forces,
-    };
-    match force {
-        Some("srp") => forces.force.radiation = 0.0,
-        Some("j2") => forces.force.oblateness = 0.0,
-        Some("sun") => forces.sun = 0.0,
-        Some("moon") => forces.moon = 0.0,
-        _ => {}
-    }
-    model
 }
 
 /// The figures of some orbits.

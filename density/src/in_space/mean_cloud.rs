@@ -13,6 +13,7 @@ use crate::model::elements::Elements;
 use crate::model::irradiated::WithRadiation;
 use crate::model::osculating::Osculating;
 use crate::model::osculating::mean::mean_vectors;
+use crate::model::shadow::ShadowedOsculating;
 use crate::model::uncertain_radiation::Scale;
 use crate::model::{Coordinates, Model, irradiated::Irradiated};
 use crate::orbits::{LostOrbit, Orbits};
@@ -29,12 +30,15 @@ impl Unaveraged for Osculating {
     }
 }
 
-impl<S: Scale> Unaveraged for WithRadiation<Osculating, S>
-where
-    Osculating: Irradiated<S>,
-{
+impl Unaveraged for ShadowedOsculating {
     fn nominal(&self) -> &Osculating {
         &self.model
+    }
+}
+
+impl<S: Scale, M: Unaveraged + Irradiated<S>> Unaveraged for WithRadiation<M, S> {
+    fn nominal(&self) -> &Osculating {
+        self.model.nominal()
     }
 }
 

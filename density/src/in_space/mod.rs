@@ -18,12 +18,14 @@
 //! |---|---|
 //! | here | the problem |
 //! | [`models`] | the model of a problem by name and parameters, and the simpler models that a case may take in its place |
+//! | [`acting`] | the forces that act |
 //! | [`draws`] | the orbits of a cloud by their numbers |
 //! | [`cloud`] | orbits of any model, on their way |
 //! | [`mean_cloud`] | unaveraged orbits, read out as averages over a revolution |
 //! | [`fidelity`] | how far simpler models move the figures of a cloud |
 //! | [`pilot`] | the axes on which clouds are compared |
 
+pub mod acting;
 pub mod cloud;
 pub mod draws;
 pub mod fidelity;
@@ -77,6 +79,11 @@ pub struct SpaceProblem {
     pub times: Vec<f64>,
     /// Eccentricity at which the satellite re-enters.
     pub critical_e: f64,
+    /// Whether the Earth has a shadow.
+    pub shadow: bool,
+    /// Height of the pericentre above the equator at which the satellite re-enters whatever its semi-major axis is then \[Earth radii\]; where there is
+    /// none, it re-enters at the critical eccentricity. With a constant semi-major axis the two say the same.
+    pub reentry_altitude: Option<f64>,
 }
 
 /// What is wrong with a problem in space.
@@ -111,11 +118,31 @@ impl SpaceProblem {
         self.initial.check()?;
         self.check_spread()?;
         check_times(&self.times).map_err(|error| wrong("times.at", error.problem()))?;
+        self.check_shadow()?;
+        if let Some(altitude) = self.reentry_altitude.filter(|altitude| !(-1.0..100.0).contains(altitude)) {
+            return Err(refused("disposal.altitude", altitude, "above the Earth's centre and below the orbit"));
+        }
         let critical = self.critical_e;
         match critical > 0.0 && critical < 1.0 {
             true => Ok(self),
             false => Err(refused("disposal.critical_e", critical, "between 0 and 1, both excluded")),
         }
+    }
+
+    fn check_shadow(&self) -> Result<(), SpaceProblemError> {
+        const KEY: &str = "model.forces";
+        match (self.shadow, self.model.axis(), self.model.forces().force.radiation) {
+            (true, None, _) => {
+                Err(wrong(KEY, "\"shadow\" needs the semi-major axis, with which the satellite passes it".into()))
+            }
+            (true, _, 0.0) => Err(wrong(KEY, "\"shadow\" has no effect: there is no radiation pressure".into())),
+            _ => Ok(()),
+        }
+    }
+
+    /// Height of the pericentre above the Earth's centre at which the satellite re-enters \[Earth radii\], if not at a critical eccentricity.
+    pub fn reentry_radius(&self) -> Option<f64> {
+        self.reentry_altitude.map(|altitude| 1.0 + altitude)
     }
 
     fn check_spread(&self) -> Result<(), SpaceProblemError> {
@@ -262,6 +289,8 @@ pub mod example {
             spread: Some(Spread { relative: 0.05, distribution: Distribution::Gaussian }),
             times: vec![0.0, 0.5, 1.0],
             critical_e: 0.6,
+            shadow: false,
+            reentry_altitude: None,
         }
     }
 }
@@ -292,6 +321,11 @@ mod tests {
         );
         refused(|p| p.spread = p.spread.map(|s| Spread { relative: 2.0, ..s }), "initial.sigma_radiation", "at most 1");
         refused(|p| p.critical_e = 0.0, "disposal.critical_e", "between 0 and 1");
+        refused(
+            |p| (p.shadow, p.model) = (true, SpaceModel::Vectorial { model: p.model.averaged(), axis: None }),
+            "model.forces",
+            "\"shadow\" needs the semi-major axis",
+        );
         refused(|p| p.times = vec![0.0, 0.0], "times.at", "times must ascend");
     }
 }

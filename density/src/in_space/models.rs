@@ -5,6 +5,7 @@ use crate::model::osculating::Osculating;
 use crate::model::parameter::Parameter;
 use crate::model::planar::{Force, OBLATENESS, RADIATION};
 use crate::model::registry::Planar;
+use crate::model::shadow::ShadowedVectorial;
 use crate::model::sun_moon::{MOON, SUN, SunMoon};
 use crate::model::vectorial::Vectorial;
 
@@ -94,6 +95,20 @@ impl SpaceModel {
         match self.forces() {
             SunMoon { force, sun: 0.0, moon: 0.0 } => force.into(),
             forces => forces.into(),
+        }
+    }
+
+    /// The averaged model with the Earth's shadow; `None` if the semi-major axis is not known.
+    pub fn averaged_with_shadow(&self, reentry_radius: Option<f64>) -> Option<ShadowedVectorial> {
+        let model = self.averaged();
+        self.axis().map(|semi_major_axis| ShadowedVectorial { model, semi_major_axis, reentry_radius })
+    }
+
+    /// The parameters, to be changed.
+    pub(super) fn forces_mut(&mut self) -> &mut SunMoon {
+        match self {
+            Self::Vectorial { model, .. } => &mut model.forces,
+            Self::Osculating { model, .. } => &mut model.forces,
         }
     }
 

@@ -7,9 +7,10 @@ use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 
 use crate::angle::{Circular, nearest};
-use crate::flow::Flow;
+use crate::flow::{Accuracy, Flow};
 use crate::grid::Axis;
 use crate::model::irradiated::WithRadiation;
+use crate::model::shadow::ShadowedVectorial;
 use crate::model::uncertain_radiation::{Linear, Logarithmic};
 use crate::model::{Coordinates, Kind, Model, Variable};
 use crate::orbits::{LostOrbit, Orbits};
@@ -30,17 +31,53 @@ const LEAST: f64 = 1e-6;
 /// # Errors
 /// [`LostOrbit`] if no pilot orbit can be followed to a snapshot.
 pub fn axes(problem: &SpaceProblem, bins: &[usize]) -> Result<Vec<Vec<Axis>>, LostOrbit> {
-    let (points, weights) = shells(problem);
+    if let Some(model) = problem.model.averaged_with_shadow(None).filter(|_| problem.shadow) {
+        return shadowed_axes(model, problem, bins);
+    }
+    let (points, weights) = shells(problem, DIRECTIONS);
     let model = problem.model.averaged();
     match (problem.spread.is_some(), problem.is_logarithmic()) {
-        (false, _) => follow(model, problem, &points, &weights, bins),
-        (_, false) => follow(WithRadiation::<_, Linear>::new(model), problem, &points, &weights, bins),
-        (_, true) => follow(WithRadiation::<_, Logarithmic>::new(model), problem, &points, &weights, bins),
+        (false, _) => follow(model, problem, &points, &weights, (bins, Accuracy::Fine)),
+        (_, false) => {
+            follow(WithRadiation::<_, Linear>::new(model), problem, &points, &weights, (bins, Accuracy::Fine))
+        }
+        (_, true) => {
+            follow(WithRadiation::<_, Logarithmic>::new(model), problem, &points, &weights, (bins, Accuracy::Fine))
+        }
     }
 }
 
+/// The axes of a cloud that passes the Earth's shadow. An orbit takes a thousand times as long, so that there are fewer of them.
+fn shadowed_axes(
+    model: ShadowedVectorial,
+    problem: &SpaceProblem,
+    bins: &[usize],
+) -> Result<Vec<Vec<Axis>>, LostOrbit> {
+    /// Place of the semi-major axis among the variables; it is none of the cloud's.
+    const AXIS: usize = 4;
+    let (mut points, weights) = shells(problem, DIRECTIONS / 8);
+    points.insert(AXIS, vec![model.semi_major_axis; weights.len()]);
+    let mut bins = bins.to_vec();
+    bins.insert(AXIS.min(bins.len()), 0);
+    let all = match (problem.spread.is_some(), problem.is_logarithmic()) {
+        (false, _) => follow(model, problem, &points, &weights, (&bins, Accuracy::Medium)),
+        (_, false) => {
+            follow(WithRadiation::<_, Linear>::new(model), problem, &points, &weights, (&bins, Accuracy::Medium))
+        }
+        (_, true) => {
+            follow(WithRadiation::<_, Logarithmic>::new(model), problem, &points, &weights, (&bins, Accuracy::Medium))
+        }
+    };
+    all.map(|mut all| {
+        for axes in &mut all {
+            axes.remove(AXIS);
+        }
+        all
+    })
+}
+
 /// The pilot orbits' variables at `t = 0`, one column each, and their shares of the probability.
-fn shells(problem: &SpaceProblem) -> (Vec<Vec<f64>>, Vec<f64>) {
+fn shells(problem: &SpaceProblem, directions: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
     const DIMENSIONS: usize = 5;
     let plan = SamplingPlan { draws: Draws::Sobol, seed: 1, replicates: NonZeroUsize::MIN };
     let shares = plan.shares::<DIMENSIONS>();
@@ -48,8 +85,8 @@ fn shells(problem: &SpaceProblem) -> (Vec<Vec<f64>>, Vec<f64>) {
     let used = if radiation.is_some() { DIMENSIONS } else { DIMENSIONS - 1 };
     let gaussian = problem.initial.gaussian().ok();
     let (mut columns, mut weights) = (vec![Vec::new(); used], Vec::new());
-    for (shell, direction) in (1..=SHELLS).flat_map(|shell| (0..DIRECTIONS).map(move |k| (shell, k))) {
-        let normal = shares(direction + DIRECTIONS * (shell - 1)).map(normal_quantile_of_tail);
+    for (shell, direction) in (1..=SHELLS).flat_map(|shell| (0..directions).map(move |k| (shell, k))) {
+        let normal = shares(direction + directions * (shell - 1)).map(normal_quantile_of_tail);
         let length = normal[..used].iter().map(|z| z * z).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
         let radius = REACH * shell as f64 / SHELLS as f64;
         let [a, b, c, d, last] = normal.map(|z| z / length * radius);
@@ -70,14 +107,15 @@ fn follow<M: Model>(
     problem: &SpaceProblem,
     points: &[Vec<f64>],
     weights: &[f64],
-    bins: &[usize],
+    (bins, accuracy): (&[usize], Accuracy),
 ) -> Result<Vec<Vec<Axis>>, LostOrbit> {
-    let start = || Orbits::from_variables(Flow::new(model), &points.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    let flow = Flow { model, accuracy };
+    let start = || Orbits::from_variables(flow, &points.iter().map(Vec::as_slice).collect::<Vec<_>>());
     let mut columns = start().columns().to_vec();
     let (mut now, mut all) = (0.0, Vec::new());
     for &time in &problem.times {
         let mut slices: Vec<&mut [f64]> = columns.iter_mut().map(Vec::as_mut_slice).collect();
-        Flow::new(model).carry_where_possible(&mut slices, now, time);
+        flow.carry_where_possible(&mut slices, now, time);
         now = time;
         let there: Vec<(M::Variables, f64)> = (0..weights.len())
             .filter(|&i| !columns[0][i].is_nan())
@@ -115,7 +153,7 @@ mod tests {
     use super::super::cloud::Sampled;
     use super::super::example;
     use super::*;
-    use crate::flow::{Accuracy, Passages};
+    use crate::flow::Passages;
 
     /// The share of a sample that lies on every axis, at the last snapshot.
     fn share_inside(problem: &SpaceProblem) -> f64 {

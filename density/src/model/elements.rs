@@ -7,6 +7,7 @@
 
 use std::f64::consts::TAU;
 
+use super::quantity::Quantity;
 use super::vector::{Vector, cross, dot, length, plus, times};
 
 /// Shape and orientation of an orbit.
@@ -68,10 +69,11 @@ fn frame(inclination: f64, node: f64) -> (Vector<f64>, Vector<f64>, Vector<f64>)
 
 /// Axes in the orbit's plane from which the longitude of pericentre counts: those of the equator, turned into the plane about the
 /// line of nodes (the equinoctial axes; Broucke & Cefola, Celest. Mech. 5, 1972).
-fn equinoctial_axes(h: Vector<f64>) -> (Vector<f64>, Vector<f64>) {
-    let [x, y, z] = times(h, 1.0 / length(h));
-    let share = 1.0 / (1.0 + z);
-    ([1.0 - x * x * share, -x * y * share, -x], [-x * y * share, 1.0 - y * y * share, -y])
+pub(super) fn equinoctial_axes<T: Quantity>(h: Vector<T>) -> (Vector<T>, Vector<T>) {
+    let [x, y, z] = times(h, T::from(1.0) / dot(h, h).sqrt());
+    let share = T::from(1.0) / (z + 1.0);
+    let xy = -(x * y * share);
+    ([-(x * x * share) + 1.0, xy, -x], [xy, -(y * y * share) + 1.0, -y])
 }
 
 /// An angle in `[0, 2π)`.

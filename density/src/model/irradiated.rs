@@ -125,8 +125,23 @@ impl<S: Scale, M: Irradiated<S>, const P: usize> Series<P> for IrradiatedSeries<
     }
 
     #[inline(always)]
+    fn head_for(&mut self, lane: usize, years: f64) {
+        self.series.head_for(lane, years);
+    }
+
+    #[inline(always)]
     fn expand(&mut self, with_clearance: bool) {
         self.series.expand(with_clearance);
+    }
+
+    #[inline(always)]
+    fn shorten(&mut self, planned: Lanes) -> Lanes {
+        self.series.shorten(planned)
+    }
+
+    #[inline(always)]
+    fn may_creep(&self, lane: usize) -> bool {
+        self.series.may_creep(lane)
     }
 
     #[inline(always)]

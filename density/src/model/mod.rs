@@ -33,6 +33,7 @@
 //! | [`uncertain_radiation`] | a planar model whose radiation parameter is a variable of the orbit |
 //! | [`vectorial`] | the same in space, with the obliquity of the ecliptic |
 //! | [`osculating`] | the same in space without any average |
+//! | [`shadow`] | the same with the Earth's shadow |
 //! | [`irradiated`] | a model in space whose radiation parameter is a variable of the orbit |
 //! | [`vector`] | vectors in space |
 //! | `part` | arithmetic on Taylor coefficients, for recurrences written by hand |
@@ -54,6 +55,7 @@ pub mod planar_series;
 pub mod plane;
 pub mod quantity;
 pub mod registry;
+pub mod shadow;
 pub mod sun_moon;
 pub mod uncertain_radiation;
 pub mod variable;
@@ -175,8 +177,25 @@ pub trait Series<const P: usize> {
     /// Puts an orbit into a lane, at a time \[yr\].
     fn start(&mut self, lane: usize, state: <Self::Model as Model>::State<f64>, time: f64);
 
+    /// Says for how many years the orbit that was put into a lane will be moved, backwards if negative.
+    #[inline(always)]
+    fn head_for(&mut self, _lane: usize, _years: f64) {}
+
     /// Computes all coefficients from those of order 0; those of the clearance only if asked for.
     fn expand(&mut self, with_clearance: bool);
+
+    /// The steps that may be taken where steps of these lengths are planned \[1/n_sun\]: shorter ones where something ends the series that its
+    /// coefficients do not show, such as the edge of a shadow.
+    #[inline(always)]
+    fn shorten(&mut self, planned: Lanes) -> Lanes {
+        planned
+    }
+
+    /// Whether a lane's steps may be tiny for a while, because its orbit is at such an edge, without being stuck.
+    #[inline(always)]
+    fn may_creep(&self, _lane: usize) -> bool {
+        false
+    }
 
     /// Moves each lane by its step \[1/n_sun\], backwards if negative.
     fn move_on(&mut self, steps: &Lanes);

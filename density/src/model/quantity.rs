@@ -28,6 +28,9 @@ pub trait Quantity:
 
     /// Sine and cosine of an angle \[rad\].
     fn sin_cos(self) -> (Self, Self);
+
+    /// The number by itself; NaN where no numbers are known, but operations are recorded.
+    fn number(self) -> f64;
 }
 
 impl Quantity for f64 {
@@ -44,6 +47,11 @@ impl Quantity for f64 {
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
         f64::sin_cos(self)
+    }
+
+    #[inline]
+    fn number(self) -> f64 {
+        self
     }
 }
 
@@ -137,6 +145,10 @@ impl Quantity for Dual {
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.value.sin_cos();
         (Self::new(sin, cos * self.derivative), Self::new(cos, -sin * self.derivative))
+    }
+
+    fn number(self) -> f64 {
+        self.value
     }
 }
 

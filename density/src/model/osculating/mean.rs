@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use super::kepler::Motion;
-use super::{Osculating, State, halves};
+use super::{Osculating, halves};
 use crate::flow::{Escaped, Flow};
-use crate::model::Model;
 use crate::model::earth::SUN_MEAN_MOTION;
 use crate::model::elements::Vectors;
 use crate::model::vector::{Vector, plus, times};
+use crate::model::{Coordinates, Model};
 
 /// Number of instants of a revolution. What oscillates within it is a smooth function of the place on the ellipse, so that the mean of
 /// equally spaced instants converges like `(e/(1 + sqrt(1 - e²)))^INSTANTS`.
@@ -23,21 +23,28 @@ pub struct MeanOrbit {
     pub semi_major_axis: f64,
 }
 
-/// The mean orbit over one revolution centred on a time \[yr\], at which the satellite is in the given state.
+/// The mean orbit over one revolution centred on a time \[yr\], at which the satellite is in the given state. The first six coordinates of the
+/// flow's states are those of the unaveraged model `nominal`.
 ///
 /// # Errors
 /// [`Escaped`] if the satellite cannot be followed.
-pub fn mean_orbit(flow: &Flow<Osculating>, time: f64, state: State) -> Result<MeanOrbit, Escaped> {
-    let (position, velocity) = halves(state);
-    let axis = Motion::of(position, velocity).axis;
-    let period = TAU * axis.powf(1.5) / (SUN_MEAN_MOTION * flow.model.pace());
+pub fn mean_orbit<M: Model>(
+    flow: &Flow<M>,
+    nominal: &Osculating,
+    time: f64,
+    state: M::State<f64>,
+) -> Result<MeanOrbit, Escaped> {
+    let motion = |state: &M::State<f64>| {
+        let (position, velocity) = halves(std::array::from_fn(|k| state.component(k)));
+        Motion::of(position, velocity)
+    };
+    let period = TAU * motion(&state).axis.powf(1.5) / (SUN_MEAN_MOTION * nominal.pace());
     let step = period / f64::from(INSTANTS);
     let (mut at, mut state) = (time - 0.5 * period + 0.5 * step, state);
     state = flow.carry_one(state, time, at)?;
     let mut sums: (Vector<f64>, Vector<f64>, f64) = ([0.0; 3], [0.0; 3], 0.0);
     for k in 0..INSTANTS {
-        let (position, velocity) = halves(state);
-        let Motion { axis, vectors, .. } = Motion::of(position, velocity);
+        let Motion { axis, vectors, .. } = motion(&state);
         sums = (plus(sums.0, vectors.e), plus(sums.1, vectors.h), sums.2 + axis);
         if k + 1 < INSTANTS {
             state = flow.carry_one(state, at, at + step)?;
@@ -46,7 +53,7 @@ pub fn mean_orbit(flow: &Flow<Osculating>, time: f64, state: State) -> Result<Me
     }
     let share = 1.0 / f64::from(INSTANTS);
     let vectors = Vectors { e: times(sums.0, share), h: times(sums.1, share) };
-    Ok(MeanOrbit { vectors, semi_major_axis: sums.2 * share * flow.model.semi_major_axis })
+    Ok(MeanOrbit { vectors, semi_major_axis: sums.2 * share * nominal.semi_major_axis })
 }
 
 /// Means of the eccentricity and angular momentum vectors of many orbits, each over one revolution centred on a time \[yr\]. The first six

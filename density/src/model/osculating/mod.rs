@@ -94,7 +94,7 @@ impl Osculating {
     }
 
     /// Nominal mean motion of the satellite, in units of the Sun's.
-    fn pace(&self) -> f64 {
+    pub(super) fn pace(&self) -> f64 {
         earth::mean_motion(self.semi_major_axis) * earth::YEAR / SUN_MEAN_MOTION
     }
 
@@ -137,11 +137,16 @@ impl Osculating {
     }
 
     /// Time derivative of the state \[1/yr\] with another radiation parameter.
-    fn rate_with<T: Quantity>(&self, radiation: T, time: T, state: State<T>) -> State<T> {
+    pub(super) fn rate_with<T: Quantity>(&self, radiation: T, time: T, state: State<T>) -> State<T> {
         let (position, velocity) = halves(state);
         let acceleration = self.acceleration(radiation, time, position);
         let mean_motion = SUN_MEAN_MOTION * self.pace();
         std::array::from_fn(|k| if k < 3 { velocity[k] } else { acceleration[k - 3] } * mean_motion)
+    }
+
+    /// Longitude of the Sun at a time \[yr\].
+    pub(super) fn longitude_of_sun(&self, time: f64) -> f64 {
+        time * SUN_MEAN_MOTION + self.sun_longitude
     }
 
     /// Acceleration by everything, with this radiation parameter, in units of the nominal mean motion and semi-major axis.
@@ -183,8 +188,17 @@ impl<S: Scale> Irradiated<S> for Osculating {
     }
 }
 
+/// A function that is above 0 where the osculating pericentre is above a height over the Earth's centre, in nominal semi-major axes: `h² - ρ (2 - ρ/a)`. An
+/// ellipse whose pericentre is at `ρ = a (1 - e)` has `h² = a (1 - e²) = ρ (2 - ρ/a)`.
+pub(super) fn above_pericentre<T: Quantity>(state: State<T>, radius: f64) -> T {
+    let (position, velocity) = halves(state);
+    let h = cross(position, velocity);
+    let inverse_axis = T::from(2.0) / dot(position, position).sqrt() - dot(velocity, velocity);
+    dot(h, h) + inverse_axis * (radius * radius) - 2.0 * radius
+}
+
 /// Position and velocity of a state.
-fn halves<T: Copy>([x, y, z, vx, vy, vz]: State<T>) -> (Vector<T>, Vector<T>) {
+pub(super) fn halves<T: Copy>([x, y, z, vx, vy, vz]: State<T>) -> (Vector<T>, Vector<T>) {
     ([x, y, z], [vx, vy, vz])
 }
 

@@ -28,6 +28,8 @@ pub struct OsculatingSeries<const P: usize> {
     time: Lanes,
     state: [Aligned<P>; 6],
     clearance: Aligned<P>,
+    /// Height of the pericentre above the Earth's centre of which the clearance is, if not of the eccentricity, in nominal semi-major axes.
+    reentry_radius: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -267,6 +269,12 @@ impl<const P: usize> OsculatingSeries<P> {
         self.blocks[lane / WIDTH].pressure[lane % WIDTH] = self.model.pressure_of(radiation);
     }
 
+    /// Lets the clearance be that of the pericentre's height ([`super::above_pericentre`]).
+    #[inline(always)]
+    pub(in crate::model) fn watch_height(&mut self, reentry_radius: Option<f64>) {
+        self.reentry_radius = reentry_radius;
+    }
+
     #[inline(always)]
     fn state_of(&self, lane: usize) -> State {
         std::array::from_fn(|k| self.state[k].0[0][lane])
@@ -288,7 +296,8 @@ impl<const P: usize> Series<P> for OsculatingSeries<P> {
         };
         let zero = Aligned([[0.0; LANES]; P]);
         let blocks = [Block { pressure: [model.pressure(); WIDTH], ..Block::AT_REST }; LANES / WIDTH];
-        Self { model: *model, constants, blocks, time: [0.0; LANES], state: [zero; 6], clearance: zero }
+        let (time, state) = ([0.0; LANES], [zero; 6]);
+        Self { model: *model, constants, blocks, time, state, clearance: zero, reentry_radius: None }
     }
 
     #[inline(always)]
@@ -315,7 +324,7 @@ impl<const P: usize> Series<P> for OsculatingSeries<P> {
                 (0..P).for_each(|n| coordinate.0[n][first..first + WIDTH].copy_from_slice(&own[n]));
             }
             if with_clearance {
-                let clearance = clearance(block);
+                let clearance = clearance(block, self.reentry_radius);
                 (0..P).for_each(|n| self.clearance.0[n][first..first + WIDTH].copy_from_slice(&clearance[n]));
             }
         }
@@ -360,9 +369,9 @@ impl<const P: usize> Series<P> for OsculatingSeries<P> {
     }
 }
 
-/// `1 - e² = |r × v|² (2/r - v²)` of some lanes.
+/// `1 - e² = |r × v|² (2/r - v²)` of some lanes, or what [`super::above_pericentre`] says of a height.
 #[inline(always)]
-fn clearance<const P: usize>(block: &Block<P>) -> Coefficients<P> {
+fn clearance<const P: usize>(block: &Block<P>, reentry_radius: Option<f64>) -> Coefficients<P> {
     let Block { position, velocity, r2, r_3, .. } = block;
     let product = |a: &Coefficients<P>, b: &Coefficients<P>, n: usize| {
         let mut sum: Part = [0.0; WIDTH];
@@ -382,7 +391,13 @@ fn clearance<const P: usize>(block: &Block<P>) -> Coefficients<P> {
         energy[n] = each(|l| 2.0 * inverse[l] - speed[0][l] - speed[1][l] - speed[2][l]);
         let squares = [0, 1, 2].map(|k| product(&momentum[k], &momentum[k], n));
         square[n] = each(|l| squares[0][l] + squares[1][l] + squares[2][l]);
-        clearance[n] = product(&square, &energy, n);
+        clearance[n] = match reentry_radius {
+            None => product(&square, &energy, n),
+            Some(radius) => {
+                let constant = if n == 0 { -2.0 * radius } else { 0.0 };
+                each(|l| radius * radius * energy[n][l] + square[n][l] + constant)
+            }
+        };
     }
     clearance
 }

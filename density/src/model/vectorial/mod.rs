@@ -80,7 +80,7 @@ pub fn vectors<T: Copy>([e1, e2, e3, h1, h2, h3]: State<T>) -> (Vector<T>, Vecto
 
 impl Vectorial {
     /// Longitude of the Sun at a time \[yr\].
-    fn longitude<T: Quantity>(&self, time: T) -> T {
+    pub(super) fn longitude<T: Quantity>(&self, time: T) -> T {
         time * SUN_MEAN_MOTION + self.sun_longitude
     }
 
@@ -96,17 +96,27 @@ impl Vectorial {
     /// `in_plane`, the coefficient of `e × h` in `e'`.
     fn rate_with<T: Quantity>(&self, radiation: T, time: T, state: State<T>) -> State<T> {
         let SunMoon { force, sun, moon } = self.forces;
+        self.rate_of([radiation, T::from(force.oblateness), T::from(sun), T::from(moon)], time, state)
+    }
+
+    /// Time derivative of the state \[1/yr\] with these parameters `C`, `W`, `A` and `B`.
+    pub(super) fn rate_of<T: Quantity>(
+        &self,
+        [radiation, oblateness, sun, moon]: [T; 4],
+        time: T,
+        state: State<T>,
+    ) -> State<T> {
         let (e, h) = vectors(state);
         let to_sun = ecliptic::direction(self.longitude(time).sin_cos(), self.obliquity);
         let pole = ecliptic::pole(self.obliquity).map(T::from);
         let h2 = dot(h, h);
         let inverse5 = T::from(1.0) / (h2 * h2 * h2.sqrt());
         let turning = h[2] * inverse5;
-        let in_plane = (inverse5 - h[2] * turning * 5.0 / h2) * (0.5 * force.oblateness) + (4.0 * sun - 2.0 * moon);
+        let in_plane = (inverse5 - h[2] * turning * 5.0 / h2) * (oblateness * 0.5) + (sun * 4.0 - moon * 2.0);
         let by_e =
-            plus(times(to_sun, dot(e, to_sun) * (10.0 * sun) + radiation), times(pole, dot(e, pole) * (-5.0 * moon)));
-        let mut by_h = plus(times(to_sun, dot(h, to_sun) * (-2.0 * sun)), times(pole, dot(h, pole) * moon));
-        by_h[2] = by_h[2] + turning * force.oblateness;
+            plus(times(to_sun, dot(e, to_sun) * (sun * 10.0) + radiation), times(pole, dot(e, pole) * (moon * -5.0)));
+        let mut by_h = plus(times(to_sun, dot(h, to_sun) * (sun * -2.0)), times(pole, dot(h, pole) * moon));
+        by_h[2] = by_h[2] + turning * oblateness;
         let e_rate = plus(cross(e, plus(by_h, times(h, in_plane))), cross(h, by_e));
         let h_rate = plus(cross(h, by_h), cross(e, by_e));
         std::array::from_fn(|k| if k < 3 { e_rate[k] } else { h_rate[k - 3] } * SUN_MEAN_MOTION)

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use super::{ScenarioFile, ScenarioInSpace, check, in_space, model_name, orbit, text_in_space, to_text};
+use super::{
+    ScenarioFile, ScenarioInSpace, check, in_space, model_name, orbit, shadowed_plane, text_in_space, to_text,
+};
 use crate::files::file_kind::FileKind;
 use crate::files::input::{InputError, InputFile};
 
@@ -80,6 +82,9 @@ pub fn check_any(file: &InputFile) -> Result<AnyScenario, InputError> {
     file.expect(FileKind::Scenario)?;
     if model_name::is_in_space(file)? {
         return in_space::check(file, false).map(AnyScenario::InSpace);
+    }
+    if model_name::is_shadowed_plane(file)? {
+        return shadowed_plane::check(file).map(AnyScenario::InSpace);
     }
     let scenario = check(file)?;
     let raw: super::Raw = file.parse()?;

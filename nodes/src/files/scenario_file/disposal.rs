@@ -42,6 +42,12 @@ impl Disposal {
         }
     }
 
+    /// The height of the pericentre above the equator at which the satellite re-enters \[Earth radii\], if the table gives that.
+    pub(super) fn reentry_altitude(&self, file: &InputFile) -> Result<Option<f64>, InputError> {
+        let height = |altitude| Ok(measure::read(file, altitude, Dimension::Height)? * 1_000.0 / earth::RADIUS);
+        self.altitude.as_ref().map(height).transpose()
+    }
+
     /// The line and key of what is wrong with it.
     pub(super) fn locate(table: &Spanned<Self>, file: &InputFile, problem: &str) -> InputError {
         let Self { critical_e, altitude } = table.get_ref();

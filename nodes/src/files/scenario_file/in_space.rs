@@ -37,6 +37,8 @@ pub struct ScenarioInSpace {
     pub times: Vec<f64>,
     /// Eccentricity at which the satellite re-enters, if the file gives it.
     pub critical_e: Option<f64>,
+    /// Whether the satellite passes the Earth's shadow.
+    pub shadow: bool,
     /// The cloud about the orbit, if the file says how well it is known and when it re-enters.
     pub cloud: Option<Box<SpaceProblem>>,
 }
@@ -49,8 +51,9 @@ impl ScenarioInSpace {
             SpaceModel::Vectorial { model, .. } => ModelInSpace::Vectorial(model, mean),
             SpaceModel::Osculating { model, mean_anomaly } => ModelInSpace::Osculating(model, mean, mean_anomaly),
         };
-        let (times, critical_e) = (cloud.times.clone(), Some(cloud.critical_e));
-        Self { name, model, semi_major_axis: cloud.model.axis(), times, critical_e, cloud: Some(Box::new(cloud)) }
+        let (times, critical_e, shadow) = (cloud.times.clone(), Some(cloud.critical_e), cloud.shadow);
+        let semi_major_axis = cloud.model.axis();
+        Self { name, model, semi_major_axis, times, critical_e, shadow, cloud: Some(Box::new(cloud)) }
     }
 }
 
@@ -112,7 +115,12 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
     check_name(file, &raw.name)?;
     let is_osculating = raw.model.name.as_ref().is_some_and(|name| name.get_ref() == OSCULATING);
     let axis = orbit::semi_major_axis(file, &raw.orbit)?;
-    let forces = forces(file, &raw, axis)?;
+    let forces = forces(file, Some(&raw.model), &raw.orbit, axis)?;
+    let shadow = orbit::has_shadow(Some(&raw.model));
+    if shadow && (axis.is_none() || forces.force.radiation == 0.0) {
+        let problem = "\"shadow\" needs radiation pressure, which it takes away, and semi_major_axis (or altitude) in [orbit], which it changes";
+        return Err(file.error_in_whole("model.forces", problem));
+    }
     let obliquity = match &raw.model.obliquity {
         Some(obliquity) => angle(file, obliquity, -FRAC_PI_2, FRAC_PI_2, "between -90 and 90 degrees")?,
         None => OBLIQUITY_DEGREES.to_radians(),
@@ -148,6 +156,7 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
         semi_major_axis: axis,
         times,
         critical_e,
+        shadow,
         cloud: None,
     };
     if has_cloud {
@@ -168,8 +177,18 @@ fn cloud(file: &InputFile, raw: &Raw, scenario: &ScenarioInSpace) -> Result<Spac
     };
     let start = raw.initial.get_ref();
     let initial = start.gaussian(file, &raw.initial, mean)?;
-    let problem =
-        SpaceProblem { model, initial, spread: start.spread(file)?, times: scenario.times.clone(), critical_e };
+    // With a constant semi-major axis the height says no more than the critical eccentricity.
+    let may_vary = scenario.shadow || matches!(model, SpaceModel::Osculating { .. });
+    let altitude = raw.disposal.as_ref().filter(|_| may_vary).map(|table| table.get_ref().reentry_altitude(file));
+    let problem = SpaceProblem {
+        model,
+        initial,
+        spread: start.spread(file)?,
+        times: scenario.times.clone(),
+        critical_e,
+        shadow: scenario.shadow,
+        reentry_altitude: altitude.transpose()?.flatten(),
+    };
     problem.checked().map_err(|SpaceProblemError { key, problem }| match key.split_once('.') {
         Some(("initial", key)) => Start::locate(&raw.initial, file, key, &problem),
         Some(("orbit", key)) => Orbit::locate(&raw.orbit, file, key, &problem),
@@ -178,15 +197,20 @@ fn cloud(file: &InputFile, raw: &Raw, scenario: &ScenarioInSpace) -> Result<Spac
 }
 
 /// The parameters of the forces that act; those of the others are 0.
-fn forces(file: &InputFile, raw: &Raw, axis: Option<f64>) -> Result<SunMoon, InputError> {
-    let table = raw.orbit.get_ref();
+pub(super) fn forces(
+    file: &InputFile,
+    model: Option<&Model>,
+    orbit: &Spanned<Orbit>,
+    axis: Option<f64>,
+) -> Result<SunMoon, InputError> {
+    let table = orbit.get_ref();
     let (Some(axis), Some(radiation), None) = (axis, table.value("radiation"), table.value("area_to_mass")) else {
-        let planar = orbit::read(file, Some(&raw.model), &raw.orbit)?;
+        let planar = orbit::read(file, model, orbit)?;
         let value = |name: &str| planar.value(name).unwrap_or(0.0);
         let force = Force { radiation: value("radiation"), oblateness: value("oblateness") };
         return Ok(SunMoon { force, sun: value("sun"), moon: value("moon") });
     };
-    let acting = orbit::forces(file, Some(&raw.model))?;
+    let acting = orbit::forces(file, model)?;
     if !acting.contains(&density::model::planar::RADIATION.force) {
         return Err(file.error(radiation, &orbit::no_such_force(&density::model::planar::RADIATION)));
     }
@@ -197,7 +221,7 @@ fn forces(file: &InputFile, raw: &Raw, axis: Option<f64>) -> Result<SunMoon, Inp
     }
     let radiation = measure::read(file, radiation, Dimension::Number)?;
     let Force { oblateness, .. } = Force::from_orbit(axis, 0.0, 0.0)
-        .map_err(|error| Orbit::locate(&raw.orbit, file, "semi_major_axis", &in_words(&error)))?;
+        .map_err(|error| Orbit::locate(orbit, file, "semi_major_axis", &in_words(&error)))?;
     let SunMoon { force, sun, moon } = SunMoon::at(axis, Force { radiation, oblateness });
     let acts = |force: &str, value: f64| if acting.contains(&force) { value } else { 0.0 };
     let force = Force { oblateness: acts("j2", force.oblateness), ..force };

@@ -27,6 +27,7 @@ mod initial;
 mod measure;
 mod model_name;
 mod orbit;
+mod shadowed_plane;
 mod start;
 mod text_in_space;
 mod times;

@@ -1,5 +1,6 @@
 //! Which model a scenario file names.
 
+use density::in_space::acting::SHADOW;
 use density::in_space::models::{OSCULATING, PLANAR as IN_PLANE, VECTORIAL};
 use serde::Deserialize;
 use toml::Spanned;
@@ -15,6 +16,18 @@ struct File {
 #[derive(Debug, Deserialize)]
 struct Table {
     name: Option<Spanned<String>>,
+    forces: Option<Spanned<Vec<Spanned<String>>>>,
+}
+
+/// Where the forces name the Earth's shadow, if they do.
+fn shadow(file: &InputFile) -> Result<Option<Spanned<String>>, InputError> {
+    let forces = file.parse::<File>()?.model.and_then(|model| model.forces);
+    Ok(forces.and_then(|forces| forces.into_inner().into_iter().find(|force| force.get_ref() == SHADOW)))
+}
+
+/// Whether the file describes an orbit in the plane that passes the Earth's shadow.
+pub(super) fn is_shadowed_plane(file: &InputFile) -> Result<bool, InputError> {
+    Ok(!is_in_space(file)? && shadow(file)?.is_some())
 }
 
 /// The name that the file gives, if it gives one.
@@ -46,6 +59,13 @@ pub(super) fn expect_plane(file: &InputFile) -> Result<(), InputError> {
             );
             Err(file.error(&name, &problem))
         }
-        _ => Ok(()),
+        _ => match shadow(file)? {
+            Some(force) => {
+                let problem = "\"shadow\" takes the Hamiltonian from the planar model, which this command needs; leave it out (`run`, `serve`, `submit`, \
+                               `orbit`, `fidelity` and `validate` take it)";
+                Err(file.error(&force, problem))
+            }
+            None => Ok(()),
+        },
     }
 }

@@ -1,5 +1,6 @@
 //! The forces on the satellite, as a scenario file gives them, and the parameters of the model in which they act.
 
+use density::in_space::acting::SHADOW;
 use density::model::earth;
 use density::model::parameter::Parameter;
 use density::model::registry::{self, DEFAULT_FORCES, ModelError, Planar};
@@ -112,10 +113,16 @@ pub(super) fn semi_major_axis(file: &InputFile, orbit: &Spanned<Orbit>) -> Resul
     }
 }
 
-/// The forces that act.
+/// Whether the forces name the Earth's shadow.
+pub(super) fn has_shadow(model: Option<&Model>) -> bool {
+    let forces = model.and_then(|model| model.forces.as_ref());
+    forces.is_some_and(|forces| forces.get_ref().iter().any(|force| force.get_ref() == SHADOW))
+}
+
+/// The forces that act, without the shadow.
 pub(super) fn forces<'a>(file: &InputFile, model: Option<&'a Model>) -> Result<Vec<&'a str>, InputError> {
     let Some(Model { forces: Some(forces), .. }) = model else { return Ok(DEFAULT_FORCES.to_vec()) };
-    let known = registry::forces();
+    let known: Vec<&str> = registry::forces().into_iter().chain([SHADOW]).collect();
     let mut acting: Vec<&str> = Vec::new();
     for force in forces.get_ref() {
         let name = force.get_ref().as_str();
@@ -127,6 +134,7 @@ pub(super) fn forces<'a>(file: &InputFile, model: Option<&'a Model>) -> Result<V
         }
         acting.push(name);
     }
+    acting.retain(|force| *force != SHADOW);
     match acting.is_empty() {
         true => Err(file.error(forces, &format!("names no force, there are {}", quoted(&known)))),
         false => Ok(acting),

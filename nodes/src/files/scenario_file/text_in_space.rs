@@ -1,5 +1,6 @@
 //! The text of a scenario file in space.
 
+use density::in_space::acting::SHADOW;
 use density::in_space::models::SpaceModel;
 use density::in_space::{InitialInSpace, PAIR_NAMES, SpaceProblem};
 use density::model::planar::Force;
@@ -9,9 +10,14 @@ use density::uncertain::{Distribution, Spread};
 
 /// The text of a scenario file that states a problem in space.
 pub fn to_text(name: &str, problem: &SpaceProblem) -> String {
-    let SpaceProblem { model, initial, spread, times, critical_e } = problem;
+    let SpaceProblem { model, initial, spread, times, critical_e, shadow, reentry_altitude } = problem;
     let Vectorial { obliquity, sun_longitude, forces } = model.averaged();
-    let (forces, orbit) = orbit(forces, model.axis());
+    let (mut forces, orbit) = orbit(forces, model.axis());
+    forces.extend(shadow.then_some(SHADOW));
+    let disposal = match reentry_altitude {
+        Some(altitude) => format!("altitude = \"{altitude:?} R_E\""),
+        None => format!("critical_e = {critical_e:?}"),
+    };
     let (epoch, anomaly) = match model {
         SpaceModel::Osculating { model, mean_anomaly } if model.forces.moon != 0.0 => {
             (format!("moon_longitude = {:?}\n", model.moon_longitude), *mean_anomaly)
@@ -22,8 +28,7 @@ pub fn to_text(name: &str, problem: &SpaceProblem) -> String {
     let anomaly = anomaly.map_or(String::new(), |anomaly| format!("mean_anomaly = {anomaly:?}\n"));
     format!(
         "name = \"{name}\"\n\n[model]\nname = \"{}\"\nforces = {forces:?}\nobliquity = {obliquity:?}\n\n[epoch]\nsun_longitude = \
-         {sun_longitude:?}\n{epoch}\n[orbit]\n{orbit}\n[initial]\n{}{anomaly}{}{}\n[times]\nat = {times:?}\n\n[disposal]\ncritical_e = \
-         {critical_e:?}\n",
+         {sun_longitude:?}\n{epoch}\n[orbit]\n{orbit}\n[initial]\n{}{anomaly}{}{}\n[times]\nat = {times:?}\n\n[disposal]\n{disposal}\n",
         model.name(),
         variables(initial),
         radiation(*spread),
