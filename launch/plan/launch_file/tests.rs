@@ -65,7 +65,7 @@ fn every_mistake_is_told_with_line_and_key() {
             "sample = 10",
             7,
             "propagator.sample",
-            "is unknown, did you mean `samples`? There may be `samples`, `seed`, `draws`, `replicates`, `through`, `map_error`, `accuracy`, `model` \
+            "is unknown, did you mean `samples`? There may be `samples`, `seed`, `draws`, `replicates`, `through`, `map_error`, `accuracy`, `model`, `forces` \
              (settings of mc); `label`, `node`, `command`, `shards`, `reduce`, `hosts`, `most_seconds` (of every case)",
         ),
         (

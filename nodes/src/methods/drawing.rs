@@ -3,6 +3,8 @@
 use std::ops::Range;
 
 use density::flow::{Accuracy, Flow};
+use density::in_space::SpaceProblem;
+use density::in_space::acting::SHADOW;
 use density::in_space::cloud::{Cloud, Sampled};
 use density::in_space::draws::{Distributed, Start};
 use density::in_space::models::Simplification;
@@ -14,6 +16,8 @@ use density::uncertain::{UncertainProblem, UncertainTask};
 use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
 use serde::{Deserialize, Serialize};
+
+use crate::methods::Misfit;
 
 /// The model in which a case moves its orbits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,12 +41,83 @@ impl From<ModelChoice> for Simplification {
     }
 }
 
+/// A force, or the Earth's shadow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Force {
+    /// Solar radiation pressure.
+    Srp,
+    /// Earth's oblateness.
+    J2,
+    /// The Sun's gravity.
+    Sun,
+    /// The Moon's gravity.
+    Moon,
+    /// The Earth's shadow.
+    Shadow,
+}
+
+impl Force {
+    /// Its name.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Srp => "srp",
+            Self::J2 => "j2",
+            Self::Sun => "sun",
+            Self::Moon => "moon",
+            Self::Shadow => SHADOW,
+        }
+    }
+}
+
+/// The forces of a case that has its own.
+pub type Forces = Vec<Force>;
+
+/// Checks the forces that a case names.
+///
+/// # Errors
+/// What is wrong with the list.
+pub(super) fn check_forces(forces: Option<&Forces>) -> Result<(), Misfit> {
+    let Some(forces) = forces else { return Ok(()) };
+    let twice = forces.iter().enumerate().find(|(k, force)| forces[..*k].contains(force));
+    match twice {
+        _ if forces.iter().all(|force| *force == Force::Shadow) => Err(Misfit::new(
+            "forces",
+            "names no force, there are \"srp\", \"j2\", \"sun\", \"moon\", and \"shadow\" beside \"srp\"",
+        )),
+        Some((_, force)) => {
+            let problem = format!("\"{}\" stands in the list for the second time, leave it out", force.name());
+            Err(Misfit::new("forces", problem))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The problem with these of its forces alone.
+fn with_only(problem: &SpaceProblem, forces: &Forces) -> Result<SpaceProblem, Failure> {
+    let names: Vec<&str> = forces.iter().map(|force| force.name()).collect();
+    let acting = problem.acting();
+    if let Some(other) = names.iter().find(|name| !acting.contains(name)) {
+        let acting = acting.join(", ");
+        return Err(Failure::Refused(format!(
+            "forces: \"{other}\" does not act in the scenario, in which there are {acting}"
+        )));
+    }
+    if problem.spread.is_some() && !forces.contains(&Force::Srp) {
+        let why = "forces: without \"srp\" the radiation parameter, a variable of the cloud, would have no effect; name it, or ask phasecloud fidelity";
+        return Err(Failure::Refused(why.into()));
+    }
+    Ok(problem.with_only(&names))
+}
+
 /// Which orbits are drawn, and how they are moved.
 #[derive(Debug, Clone)]
 pub(super) struct Drawing {
     pub(super) plan: SamplingPlan,
     /// The model, if not the scenario's.
     pub(super) simplification: Option<Simplification>,
+    /// The forces, if not all of the scenario's.
+    pub(super) forces: Option<Forces>,
     pub(super) accuracy: Accuracy,
     /// The numbers of the orbits.
     pub(super) range: Range<usize>,
@@ -51,10 +126,15 @@ pub(super) struct Drawing {
 impl Drawing {
     /// The orbits.
     pub(super) fn cloud(self, assignment: &Assignment) -> Result<Box<dyn Cloud>, Failure> {
-        let Self { plan, simplification, accuracy, range } = self;
+        let Self { plan, simplification, forces, accuracy, range } = self;
         if let Some(problem) = &assignment.in_space {
-            let sampled = Sampled { problem, simplification, plan, accuracy };
+            let problem = forces.as_ref().map_or_else(|| Ok(problem.clone()), |forces| with_only(problem, forces))?;
+            let sampled = Sampled { problem: &problem, simplification, plan, accuracy };
             return sampled.cloud(range).map_err(|why| Failure::Refused(why.to_string()));
+        }
+        if forces.is_some() {
+            let why = "forces: a case may have forces of its own where the scenario's model is \"vectorial\" or \"osculating\"; leave it out";
+            return Err(Failure::Refused(why.into()));
         }
         if let Some(other) = simplification.filter(|model| *model != Simplification::Planar) {
             let (own, other) = (&assignment.said.model, other.name());

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::files::input::{natural, positive};
 use crate::files::toml_words::{choice, choice_option};
 use crate::methods::accuracy::AccuracySetting;
-use crate::methods::drawing::{Drawing, ModelChoice};
+use crate::methods::drawing::{Drawing, Forces, ModelChoice, check_forces};
 use crate::methods::mapped_samples::{Case, MappedSamples};
 use crate::methods::{Method, Misfit};
 use kit::assignment::Assignment;
@@ -79,6 +79,9 @@ pub struct Settings {
     /// The model in which orbits move, if not in the scenario's: a simpler one.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "choice_option")]
     pub model: Option<ModelChoice>,
+    /// The forces that act, if not all of the scenario's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forces: Option<Forces>,
 }
 
 impl Default for Settings {
@@ -92,6 +95,7 @@ impl Default for Settings {
             map_error: None,
             accuracy: None,
             model: None,
+            forces: None,
         }
     }
 }
@@ -130,13 +134,15 @@ impl Method for Settings {
             let problem = format!("{samples} is not enough for replicates = {replicates}, it must be at least {least}");
             return Err(Misfit::new("samples", problem));
         }
-        match (self.through, self.map_error, self.model) {
+        check_forces(self.forces.as_ref())?;
+        let is_own = self.model.is_some() || self.forces.is_some();
+        match (self.through, self.map_error, is_own) {
             (Through::Orbits, Some(_), _) => Err(Misfit::no_effect("map_error", "unless through = \"flow-map\"")),
             (_, Some(error), _) if !(1e-11..=1e-3).contains(&error) => {
                 Err(Misfit::new("map_error", format!("{error} is not allowed, it must be between 1e-11 and 1e-3")))
             }
-            (Through::FlowMap, _, Some(_)) => Err(Misfit::no_effect(
-                "model",
+            (Through::FlowMap, _, true) => Err(Misfit::no_effect(
+                if self.model.is_some() { "model" } else { "forces" },
                 "beside through = \"flow-map\", which is for planar scenarios in their own model",
             )),
             _ => Ok(()),
@@ -270,6 +276,7 @@ impl Propagator for MonteCarlo {
         let drawing = Drawing {
             plan: self.settings.plan(),
             simplification: self.settings.model.map(Into::into),
+            forces: self.settings.forces.clone(),
             accuracy: accuracy.unwrap_or_default().0,
             range,
         };

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::files::input::{natural, positive};
 use crate::files::toml_words::choice_option;
 use crate::methods::accuracy::AccuracySetting;
-use crate::methods::drawing::ModelChoice;
+use crate::methods::drawing::{Forces, ModelChoice, check_forces};
 use crate::methods::mc::{self, DrawsChoice, MonteCarlo};
 use crate::methods::{Method, Misfit};
 
@@ -36,11 +36,14 @@ pub struct Settings {
     /// The model in which orbits move, if not in the scenario's: a simpler one.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "choice_option")]
     pub model: Option<ModelChoice>,
+    /// The forces that act, if not all of the scenario's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forces: Option<Forces>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 65_536, seed: 1, replicates: 16, accuracy: None, model: None }
+        Self { samples: 65_536, seed: 1, replicates: 16, accuracy: None, model: None, forces: None }
     }
 }
 
@@ -52,13 +55,15 @@ impl Method for Settings {
     type Propagator = QuasiMonteCarlo;
 
     fn propagator(self) -> QuasiMonteCarlo {
-        let Self { samples, seed, replicates, accuracy, model } = self;
+        let Self { samples, seed, replicates, accuracy, model, forces } = self;
         let draws = DrawsChoice::Sobol;
-        let settings = mc::Settings { samples, seed, replicates, accuracy, model, draws, ..mc::Settings::default() };
+        let settings =
+            mc::Settings { samples, seed, replicates, accuracy, model, forces, draws, ..mc::Settings::default() };
         QuasiMonteCarlo(MonteCarlo::with_interval_of_replicates(settings))
     }
 
     fn check(&self) -> Result<(), Misfit> {
+        check_forces(self.forces.as_ref())?;
         let Self { samples, replicates, .. } = *self;
         if replicates < FEWEST {
             let problem =
