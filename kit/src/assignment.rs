@@ -128,10 +128,11 @@ impl Assignment {
                 let why = "the scenario's radiation parameter is uncertain, which this does not take into account";
                 return Failure::Refused(why.into());
             }
+            let has_shadow = self.in_space.as_ref().is_some_and(|problem| problem.shadow);
+            let shadow = if has_shadow { " with the Earth's shadow" } else { "" };
+            let (model, others) = (&self.said.model, models());
             Failure::Refused(format!(
-                "the scenario's model is \"{}\", this is for the model {} alone",
-                self.said.model,
-                models()
+                "the scenario's model is \"{model}\"{shadow}, this is for the model {others} alone"
             ))
         })
     }

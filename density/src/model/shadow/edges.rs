@@ -115,14 +115,15 @@ impl Ellipse {
         (first, second)
     }
 
-    /// The extrema of the distance from the axis, in ascending order.
-    pub fn extrema(&self) -> ([f64; MOST_EXTREMA], usize) {
+    /// The extrema of the distance from the axis on the night side, in ascending order, and perhaps some next to it.
+    fn extrema(&self) -> ([f64; MOST_EXTREMA], usize) {
         let longitude = |k: usize| TAU * k as f64 / PLACES as f64;
         let slopes = CIRCLE.map(|place| self.slopes(place).0);
         let (mut found, mut count) = ([0.0; MOST_EXTREMA], 0);
         for k in 0..PLACES {
             let next = slopes[(k + 1) % PLACES];
-            if (slopes[k] < 0.0) != (next < 0.0) && count < MOST_EXTREMA {
+            let is_night = [k, (k + 1) % PLACES].iter().any(|&k| at(self.toward, CIRCLE[k]) < 0.0);
+            if is_night && (slopes[k] < 0.0) != (next < 0.0) && count < MOST_EXTREMA {
                 found[count] = zero(|f| self.slopes(sin_cos(f)), longitude(k), longitude(k + 1), slopes[k], next);
                 count += 1;
             }
