@@ -68,6 +68,7 @@ pub mod standard_errors;
 pub mod trust;
 pub mod uncertain;
 pub mod variable_moments;
+mod wrapped;
 
 /// Older names of the paper's planar model, used by the other crates.
 pub mod dynamics {

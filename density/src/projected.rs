@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::angle::{Circular, nearest};
 use crate::grid::Axis;
+use crate::wrapped::BeyondCut;
 
 pub use samples::of_samples;
 
@@ -94,7 +95,7 @@ pub struct Component {
 const PIECE: usize = 2048;
 
 /// Reads out a Gaussian mixture. Weights need not sum to 1. The mean vector of an angle is that of normals wrapped round the circle (Mardia
-/// & Jupp, *Directional Statistics*, 2000, Eq. 3.5.60). Components are not cut at the bounds of their variables.
+/// & Jupp, *Directional Statistics*, 2000, Eq. 3.5.60), and what lies beyond the cut of its circle counts at the other end. Components are not cut at the bounds of their variables.
 pub fn of_mixture(components: &[Component], question: &Question<'_>) -> Cloud {
     let count = question.circles.len();
     let total: f64 = components.iter().map(|component| component.weight).sum();
@@ -110,14 +111,28 @@ pub fn of_mixture(components: &[Component], question: &Question<'_>) -> Cloud {
         })
         .collect();
     let on_branch = |k: usize, value: f64| circular[k].map_or(value, |circular| nearest(value, circular.mean));
-    let mean: Vec<f64> = (0..count).map(|k| weighted(&|component| on_branch(k, component.mean[k]))).collect();
+    let beyond = |k: usize, component: &Component| -> Option<BeyondCut> {
+        let middle = circular[k]?.mean;
+        Some(BeyondCut::new(on_branch(k, component.mean[k]) - middle, component.covariance[k][k].sqrt()))
+    };
+    let mean_of = |k: usize, component: &Component| {
+        on_branch(k, component.mean[k]) + beyond(k, component).map_or(0.0, |beyond| beyond.mean())
+    };
+    let mean: Vec<f64> = (0..count).map(|k| weighted(&|component| mean_of(k, component))).collect();
     let off = |k: usize, component: &Component| on_branch(k, component.mean[k]) - mean[k];
-    let covariance = (0..count)
-        .map(|a| {
-            let of = |b: usize| weighted(&|c| c.covariance[a][b] + off(a, c) * off(b, c));
-            (0..count).map(of).collect()
-        })
-        .collect();
+    let product = |a: usize, b: usize, component: &Component| {
+        let plain = component.covariance[a][b] + off(a, component) * off(b, component);
+        if a == b {
+            return plain + beyond(a, component).map_or(0.0, |beyond| beyond.square(off(a, component)));
+        }
+        let across = |angle: usize, other: usize| {
+            let slope = component.covariance[angle][other] / component.covariance[angle][angle];
+            beyond(angle, component).map_or(0.0, |beyond| beyond.product(off(other, component), slope))
+        };
+        plain + across(a, b) + across(b, a)
+    };
+    let covariance =
+        (0..count).map(|a| (0..count).map(|b| weighted(&|component| product(a, b, component))).collect()).collect();
     let (reentry, critical) = question.critical;
     let above = weighted(&|c| 1.0 - normal(critical, c.mean[reentry], c.covariance[reentry][reentry].sqrt()));
     let on = |projection: &Projection| {

@@ -12,14 +12,16 @@
 //! is what a part of the weight `w` may have: parts that weigh less may be less linear. And no part may add more than `w E_c = 1e-8` to the
 //! error of the moments. The parts that exceed this most are split first; no more are made than are allowed.
 //!
-//! What remains is the mixture's disagreement at each snapshot, the larger of `D = Σ w D_c`, twists included, and of `10 Σ w E_c`: a
-//! mixture is trusted to give moments to a tenth of its disagreement ([`crate::trust`]).
+//! What remains is the mixture's disagreement at each snapshot, the larger of `D = Σ w D_c`, twists included, and of ten times the estimated
+//! error of the moments: a mixture is trusted to give moments to a tenth of its disagreement ([`crate::trust`]). In up to four
+//! variables that error is estimated from the components' points ([`super::fifth_degree`]); in more it is `Σ w E_c`.
 
 use rayon::prelude::*;
 
 use super::MixtureError;
-use super::any_model::{Component, MixturePropagator};
+use super::any_model::{Component, MixturePropagator, SigmaPoints};
 use super::curvature::{Curvature, places, points};
+use super::fifth_degree;
 use super::part::Part;
 use super::pieces::{Piece, Position};
 use super::unscented::Unscented;
@@ -97,19 +99,29 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
             return Err(MixtureError::NothingInside);
         }
         let mean = |of: &dyn Fn(&Part<N>) -> f64| parts.iter().map(|p| p.piece.weight * of(p)).sum::<f64>() / total;
-        let disagreement = |k: usize| {
-            mean(&|part| part.disagreements[k]).max(DISAGREEMENT_PER_ERROR * mean(&|part| part.moment_errors[k]))
+        let rule = match N <= fifth_degree::MOST_VARIABLES {
+            true => SigmaPoints::FifthDegree,
+            false => SigmaPoints::Unscented(unscented),
+        };
+        let of_transform = |k: usize| match rule {
+            SigmaPoints::FifthDegree => 0.0,
+            SigmaPoints::Unscented(_) => DISAGREEMENT_PER_ERROR * mean(&|part| part.moment_errors[k]),
+        };
+        let disagreement = |k: usize| mean(&|part| part.disagreements[k]).max(of_transform(k));
+        let places = match rule {
+            SigmaPoints::FifthDegree => fifth_degree::places(),
+            SigmaPoints::Unscented(_) => plan.places[..rule.count(N)].to_vec(),
         };
         let sigma_points = |part: &Part<N>| -> Vec<[f64; N]> {
-            plan.places[..1 + 2 * N].iter().map(|&place| part.piece.point(initial, place)).collect()
+            places.iter().map(|&place| part.piece.point(initial, place)).collect()
         };
         let share = |weight: f64| weight / (total + plan.left_out);
         let components = parts.iter().map(|part| (share(part.piece.weight), sigma_points(part)));
         Ok(Self {
-            propagator: MixturePropagator::of_components(flow, unscented, components),
+            propagator: MixturePropagator::of_components(flow, rule, components),
             disagreements: (0..times.len()).map(disagreement).collect(),
             left_out: share(plan.left_out),
-            trajectories: plan.trajectories + parts.len() * (1 + 2 * N),
+            trajectories: plan.trajectories + parts.len() * rule.count(N),
         })
     }
 
@@ -126,9 +138,21 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
         self.propagator.mixture()
     }
 
-    /// `D` at time number `index` of those for which the mixture was planned; NaN if there is no such time.
+    /// `D` at time number `index` of those for which the mixture was planned, without what is known of its points only when they are there;
+    /// NaN if there is no such time.
     pub fn disagreement(&self, index: usize) -> f64 {
         self.disagreements.get(index).copied().unwrap_or(f64::NAN)
+    }
+
+    /// The disagreement at the present time, which is number `index`, and at least ten times the estimated error of the moments.
+    pub fn present_disagreement(&self, index: usize) -> f64 {
+        self.disagreement(index).max(DISAGREEMENT_PER_ERROR * self.moment_error().unwrap_or(0.0))
+    }
+
+    /// An estimate of the error of the moments at the present time, in standard deviations and products of them; `None` in more than four
+    /// variables, where the mixture's points say nothing of it.
+    pub fn moment_error(&self) -> Option<f64> {
+        self.propagator.moment_error()
     }
 
     /// The share of the probability that was left out at the bounds of the variables; the weights of the components add up to the rest.
@@ -161,6 +185,8 @@ struct Plan<'a, M, const N: usize> {
     initial: &'a Gaussian<N>,
     times: &'a [f64],
     distance: f64,
+    /// How far from its centre the outermost point of a part may lie, in standard deviations.
+    reach: f64,
     places: Vec<[f64; N]>,
     /// Standard deviations of the whole cloud at each time.
     deviations: Vec<[f64; N]>,
@@ -196,7 +222,8 @@ impl<'a, M: Model<Variables = [f64; N]>, const N: usize> Plan<'a, M, N> {
             deviations.push(weighted_moments(M::VARIABLES, variables, None).deviations());
         }
         let places = places(distance);
-        Ok(Self { flow, initial, times, distance, places, deviations, left_out: 0.0, trajectories: SAMPLE })
+        let reach = if N <= fifth_degree::MOST_VARIABLES { distance.max(fifth_degree::REACH) } else { distance };
+        Ok(Self { flow, initial, times, distance, reach, places, deviations, left_out: 0.0, trajectories: SAMPLE })
     }
 
     /// Splits the Gaussian until every part may stay as it is, or until there are as many as allowed.
@@ -290,7 +317,7 @@ impl<'a, M: Model<Variables = [f64; N]>, const N: usize> Plan<'a, M, N> {
         let (mut parts, mut left_out) = (Vec::new(), 0.0);
         let mut inside = Vec::new();
         for piece in pieces {
-            let across = match piece.position(self.initial, M::VARIABLES, self.distance) {
+            let across = match piece.position(self.initial, M::VARIABLES, self.reach) {
                 Position::Inside => None,
                 Position::Across(_) if piece.weight < NEGLIGIBLE => {
                     left_out += piece.weight;

@@ -10,7 +10,10 @@
 //! and the initial Gaussian is split into components along one column of its square root (Eq. 15); [`super::adaptive`] splits it
 //! where the flow needs that. Only planar models have lattices, and a cut at `e = 0`.
 
+use rayon::prelude::*;
+
 use super::MixtureError;
+use super::fifth_degree::{self, Which};
 use super::library::Library;
 use super::unscented::Unscented;
 use crate::angle::{Circular, nearest};
@@ -18,6 +21,7 @@ use crate::flow::Flow;
 use crate::gaussian::Gaussian;
 use crate::model::{Coordinates, Model, Variable};
 use crate::variable_moments::VariableMoments;
+use crate::wrapped::BeyondCut;
 
 /// One Gaussian of a mixture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,13 +72,32 @@ pub fn transform<const N: usize>(
     }
 }
 
+/// The points by which a component is carried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum SigmaPoints {
+    /// Those of the unscented transform.
+    Unscented(Unscented),
+    /// Two sets of the fifth degree.
+    FifthDegree,
+}
+
+impl SigmaPoints {
+    /// Their number in `n` variables.
+    pub(super) const fn count(self, n: usize) -> usize {
+        match self {
+            Self::Unscented(_) => 1 + 2 * n,
+            Self::FifthDegree => fifth_degree::points(n),
+        }
+    }
+}
+
 /// The sigma points of a mixture, moved from time to time.
 #[derive(Debug, Clone)]
 pub struct MixturePropagator<M, const N: usize> {
     flow: Flow<M>,
-    unscented: Unscented,
+    rule: SigmaPoints,
     weights: Vec<f64>,
-    /// States of the sigma points: one column per coordinate, `2 N + 1` rows per component.
+    /// States of the sigma points: one column per coordinate, equally many rows for every component.
     columns: Vec<Vec<f64>>,
     now: f64,
 }
@@ -108,13 +131,13 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
             return Err(MixtureError::NothingInside);
         }
         let components = components.into_iter().map(|(weight, points)| (weight / total, points));
-        Ok(Self::of_components(flow, unscented, components))
+        Ok(Self::of_components(flow, SigmaPoints::Unscented(unscented), components))
     }
 
     /// From the weights and the sigma points of all components at `t = 0`.
     pub(super) fn of_components(
         flow: Flow<M>,
-        unscented: Unscented,
+        rule: SigmaPoints,
         components: impl Iterator<Item = (f64, Vec<[f64; N]>)>,
     ) -> Self {
         let (mut weights, mut columns) = (Vec::new(), vec![Vec::new(); M::State::<f64>::COUNT]);
@@ -124,7 +147,7 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
                 columns.iter_mut().enumerate().for_each(|(k, column)| column.push(state.component(k)));
             }
         }
-        Self { flow, unscented, weights, columns, now: 0.0 }
+        Self { flow, rule, weights, columns, now: 0.0 }
     }
 
     /// Number of components.
@@ -148,22 +171,38 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
 
     /// The mixture at the present time.
     pub fn mixture(&self) -> Vec<Component<N>> {
-        const CENTRE: usize = 1;
-        let size = CENTRE + 2 * N;
+        self.mixture_of(Which::Both)
+    }
+
+    /// An estimate of the error of the mixture's moments at the present time, in standard deviations and products of them; `None` if its
+    /// points say nothing of it.
+    pub(super) fn moment_error(&self) -> Option<f64> {
+        (self.rule == SigmaPoints::FifthDegree).then(|| {
+            let [a, b] = [Which::First, Which::Second].map(|which| moments(M::VARIABLES, &self.mixture_of(which)));
+            fifth_degree::apart(M::VARIABLES, &a, &b)
+        })
+    }
+
+    fn mixture_of(&self, which: Which) -> Vec<Component<N>> {
+        let size = self.rule.count(N);
         let point = |row: usize| {
             let state = Coordinates::from_fn(|k| self.columns[k][row]);
             self.flow.model.read_out(self.now, state)
         };
         let component = |(index, &weight): (usize, &f64)| {
             let points: Vec<[f64; N]> = (index * size..(index + 1) * size).map(point).collect();
-            transform(&self.unscented, M::VARIABLES, weight, &points)
+            match &self.rule {
+                SigmaPoints::Unscented(unscented) => transform(unscented, M::VARIABLES, weight, &points),
+                SigmaPoints::FifthDegree => fifth_degree::component(M::VARIABLES, weight, &points, which),
+            }
         };
-        self.weights.iter().enumerate().map(component).collect()
+        self.weights.par_iter().enumerate().map(component).collect()
     }
 }
 
 /// Mean and covariance of a mixture (Eq. 16). The mean vector of a variable on a circle is that of normals wrapped
-/// round the circle (Mardia & Jupp 2000, Eq. 3.5.60). Weights need not sum to 1.
+/// round the circle (Mardia & Jupp 2000, Eq. 3.5.60), and what lies beyond the cut of the circle counts at its other end
+/// ([`crate::wrapped`]). Weights need not sum to 1.
 pub fn moments<const N: usize>(variables: &[Variable], components: &[Component<N>]) -> VariableMoments<N> {
     let total: f64 = components.iter().map(|component| component.weight).sum();
     let weighted = |f: &dyn Fn(&Component<N>) -> f64| -> f64 {
@@ -179,12 +218,27 @@ pub fn moments<const N: usize>(variables: &[Variable], components: &[Component<N
     });
     let on_branch =
         |k: usize, value: f64| circular[k].map_or(value, |circular: Circular| nearest(value, circular.mean));
-    let mean: [f64; N] = std::array::from_fn(|k| weighted(&|component| on_branch(k, component.mean[k])));
+    let beyond = |k: usize, component: &Component<N>| -> Option<BeyondCut> {
+        let middle = circular[k]?.mean;
+        Some(BeyondCut::new(on_branch(k, component.mean[k]) - middle, component.covariance[k][k].sqrt()))
+    };
+    let mean_of = |k: usize, component: &Component<N>| {
+        on_branch(k, component.mean[k]) + beyond(k, component).map_or(0.0, |beyond| beyond.mean())
+    };
+    let mean: [f64; N] = std::array::from_fn(|k| weighted(&|component| mean_of(k, component)));
     let off = |k: usize, component: &Component<N>| on_branch(k, component.mean[k]) - mean[k];
-    let covariance = std::array::from_fn(|a| {
-        std::array::from_fn(|b| {
-            weighted(&|component| component.covariance[a][b] + off(a, component) * off(b, component))
-        })
-    });
+    let product = |a: usize, b: usize, component: &Component<N>| {
+        let plain = component.covariance[a][b] + off(a, component) * off(b, component);
+        if a == b {
+            return plain + beyond(a, component).map_or(0.0, |beyond| beyond.square(off(a, component)));
+        }
+        let across = |angle: usize, other: usize| {
+            let slope = component.covariance[angle][other] / component.covariance[angle][angle];
+            beyond(angle, component).map_or(0.0, |beyond| beyond.product(off(other, component), slope))
+        };
+        plain + across(a, b) + across(b, a)
+    };
+    // The mean of an angle counts what lies beyond the cut, its distances from the mean do as well.
+    let covariance = std::array::from_fn(|a| std::array::from_fn(|b| weighted(&|component| product(a, b, component))));
     VariableMoments { mean, covariance, circular }
 }

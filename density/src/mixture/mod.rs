@@ -25,6 +25,7 @@
 //! | [`moments`], [`bins`] | the results of a mixture: moments, and bin averages of its density |
 //! | [`any_model`] | the transform and the mixture over the variables of a model that is not planar |
 //! | [`adaptive`] | the same, split where the flow is not linear |
+//! | `fifth_degree` | its sigma points, and how far its moments are off |
 //! | `pieces`, `curvature`, `part` | its parts, how far the flow over a part is from linear and in which direction, and how far it may be |
 //!
 //! # What the paper's form can do and what it cannot
@@ -64,6 +65,7 @@ pub mod any_model;
 pub mod bins;
 mod curvature;
 pub mod direction;
+mod fifth_degree;
 pub mod lattice;
 pub mod library;
 pub mod linearity;

@@ -90,7 +90,7 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> Course for OverVariables<M,
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
         self.mixture.advance_to(self.times[index])?;
         self.components = self.mixture.mixture();
-        self.disagreement = self.mixture.disagreement(index);
+        self.disagreement = self.mixture.present_disagreement(index);
         Ok(self.components.len())
     }
 
