@@ -7,7 +7,7 @@
 //! The third variable of such a cloud is `C` itself, or its logarithm, and is a Gaussian independent of `phi` and `e`. The
 //! variable `z` below is that Gaussian's distance from its mean in standard deviations.
 
-use crate::exact::measure::normal_tail;
+use crate::exact::measure::{normal_density, normal_tail};
 use crate::gaussian::Gaussian;
 use crate::model::Variable;
 use crate::model::registry::Planar;
@@ -108,6 +108,12 @@ impl UncertainProblem {
         }
     }
 
+    /// The density of the third variable.
+    pub fn third_density(&self, third: f64) -> f64 {
+        let (mean, sigma) = self.third();
+        normal_density((third - mean) / sigma) / (sigma * self.mass_inside())
+    }
+
     /// The value of `z` at which the distribution is cut.
     pub fn lowest(&self) -> f64 {
         match self.spread.distribution {
@@ -157,4 +163,33 @@ pub trait UncertainTask {
 
     /// Does the task with a given model.
     fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output;
+}
+
+/// Moments of the third variable, `C` or `ln C`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThirdMoments {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub deviation: f64,
+    /// Covariance with the solar angle \[rad\].
+    pub with_phi: f64,
+    /// Covariance with the eccentricity.
+    pub with_e: f64,
+}
+
+impl ThirdMoments {
+    /// Mean and standard deviation alone, after the cut (Johnson, Kotz & Balakrishnan, *Continuous Univariate
+    /// Distributions* 1, 1994, Sect. 13.10.1).
+    pub fn at_start(problem: &UncertainProblem) -> Self {
+        let ((mean, sigma), lowest) = (problem.third(), problem.lowest());
+        let (shift, variance) = match lowest.is_finite() {
+            true => {
+                let hazard = normal_density(lowest) / problem.mass_inside();
+                (hazard, 1.0 + lowest * hazard - hazard * hazard)
+            }
+            false => (0.0, 1.0),
+        };
+        Self { mean: mean + sigma * shift, deviation: sigma * variance.sqrt(), with_phi: 0.0, with_e: 0.0 }
+    }
 }

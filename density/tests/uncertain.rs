@@ -104,10 +104,10 @@ fn counted(problem: &UncertainProblem, years: f64, replicates: u64) -> (f64, f64
     (mean, (variance / count).sqrt())
 }
 
-/// `PHASECLOUD_CLIFF=256` counts in 256 replicates instead of 32.
+/// `PHASECLOUD_CLIFF=256` counts in 256 replicates instead of 12.
 #[test]
 fn the_probability_on_the_cliff_is_that_of_orbits_that_are_counted() {
-    let replicates = std::env::var("PHASECLOUD_CLIFF").map_or(32, |text| text.parse().unwrap());
+    let replicates = std::env::var("PHASECLOUD_CLIFF").map_or(12, |text| text.parse().unwrap());
     let (problem, _) = scenario("cliff");
     let (expected, standard_error) = counted(&problem, 6.0, replicates);
     let exact = ExactLeaves::new(problem, Accuracy::Medium, ExactSettings::default());

@@ -11,19 +11,22 @@ use crate::model::uncertain_radiation::{Scale, UncertainRadiation};
 use crate::orbits::Orbits;
 use crate::problem::Problem;
 use crate::sampling::draw_variables;
-use crate::uncertain::{UncertainProblem, UncertainTask};
+use crate::uncertain::{ThirdMoments, UncertainProblem, UncertainTask};
 
 use super::family::{Family, Integrals};
-use super::measure::{Measure, normal_density};
+use super::measure::Measure;
 use super::moments::{self, Centre, FIRST, Noise, SECOND, SmoothMoments};
-use super::over_leaves::{Leaf, OverLeaves, Panel, integrate};
+use super::over_leaves::{Leaf, OverLeaves, Panel, eased, integrate};
 use super::{
-    Error, Estimated, Exact, ExactSettings, ExactSnapshot, PROBABILITY_ERROR, is_possible, leaves_joint, self_check,
+    Error, Estimated, Exact, ExactSettings, ExactSnapshot, PROBABILITY_ERROR, ProbabilityTolerance, is_possible,
+    leaves_joint, self_check,
 };
 
 /// Factor by which moments and probabilities may be less accurate than without the uncertainty, for the sake of the cost.
 const COARSER: f64 = 1_000.0;
-/// The same for the joint density.
+/// Factor by which the centre of the moments may be less accurate than the moments.
+const FOR_CENTRE: f64 = 30.0;
+/// Factor by which the joint density may be less accurate.
 const COARSER_JOINT: f64 = 5.0;
 /// Largest number of leaves whose orbits are kept, and of orbits of each.
 const MOST_KEPT: usize = 150;
@@ -48,35 +51,6 @@ pub struct LeavesSnapshot {
     pub plane: ExactSnapshot,
     /// Moments of the third variable; those with `phi` and `e` are NaN where the moments of `phi` and `e` are withheld.
     pub third: ThirdMoments,
-}
-
-/// Moments of the third variable, `C` or `ln C`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ThirdMoments {
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation.
-    pub deviation: f64,
-    /// Covariance with the solar angle \[rad\].
-    pub with_phi: f64,
-    /// Covariance with the eccentricity.
-    pub with_e: f64,
-}
-
-impl ThirdMoments {
-    /// Mean and standard deviation alone, after the cut (Johnson, Kotz & Balakrishnan, *Continuous Univariate
-    /// Distributions* 1, 1994, Sect. 13.10.1).
-    fn at_start(problem: &UncertainProblem) -> Self {
-        let ((mean, sigma), lowest) = (problem.third(), problem.lowest());
-        let (shift, variance) = match lowest.is_finite() {
-            true => {
-                let hazard = normal_density(lowest) / problem.mass_inside();
-                (hazard, 1.0 + lowest * hazard - hazard * hazard)
-            }
-            false => (0.0, 1.0),
-        };
-        Self { mean: mean + sigma * shift, deviation: sigma * variance.sqrt(), with_phi: 0.0, with_e: 0.0 }
-    }
 }
 
 impl ExactLeaves {
@@ -139,27 +113,21 @@ impl ExactLeaves {
         let tolerance = COARSER * settings.moment_error;
         let noise = Noise::of(years, self.accuracy);
         let critical_e = problem.plane.critical_e;
+        // The centre about which moments are taken may be off by more: they are corrected by what it is off.
+        let of_centre = FOR_CENTRE * tolerance;
         let first = integrate(
             problem,
             |leaf, z, density| {
                 self.on_leaf(leaf, z, |family| {
-                    let here = eased(tolerance, density);
-                    let sums = moments::first_pass(family, years, here, settings.most_orbits);
-                    let probability_error = eased(COARSER * PROBABILITY_ERROR, density);
-                    let above =
-                        moments::probability_above(family, critical_e, years, probability_error, settings.most_orbits);
-                    Leaf {
-                        values: [&sums.values[..], &[above.value]].concat(),
-                        errors: [&sums.errors[..], &[above.error]].concat(),
-                    }
+                    let sums = moments::first_pass(family, years, eased(of_centre, density), settings.most_orbits);
+                    Leaf { values: sums.values, errors: sums.errors }
                 })
             },
             |panel, values| {
                 let spread = |first: f64, second: f64| (second - first * first).max(1e-30).sqrt();
                 let e = spread(values[3] / values[0], values[4] / values[0]);
                 let phi = spread((values[1] * values[1] + values[2] * values[2]).sqrt() / values[0], 1.0).max(1e-6);
-                let scales = [1.0, phi, phi, e, e, COARSER * PROBABILITY_ERROR / tolerance];
-                largest_share(panel, &scales.map(|scale| tolerance * scale))
+                largest_share(panel, &[1.0, phi, phi, e, e].map(|scale| of_centre * scale))
             },
             MOST_LEAVES,
         )?;
@@ -174,15 +142,18 @@ impl ExactLeaves {
                     let Integrals { mut values, mut errors, .. } =
                         moments::second_pass(family, years, centre, family.first_intervals(), here);
                     let off = third_of(problem, z) - third_start.mean;
-                    values.extend([off * values[5], off * values[3]]);
-                    errors.extend([off.abs() * errors[5], off.abs() * errors[3]]);
+                    let tolerance = ProbabilityTolerance::Absolute(eased(COARSER * PROBABILITY_ERROR, density));
+                    let above = moments::probability_above(family, critical_e, years, tolerance, settings.most_orbits);
+                    values.extend([off * values[5], off * values[3], above.value]);
+                    errors.extend([off.abs() * errors[5], off.abs() * errors[3], above.error]);
                     Leaf { values, errors }
                 })
             },
             |panel, values| {
                 let scales = moments::scales(values);
-                let third = [scales[5] * third_start.deviation, scales[3] * third_start.deviation];
-                let tolerances: Vec<f64> = scales.iter().chain(&third).map(|scale| tolerance * scale).collect();
+                let third = [scales[5], scales[3]].map(|scale| scale * third_start.deviation);
+                let moments = scales.iter().chain(&third).map(|scale| tolerance * scale);
+                let tolerances: Vec<f64> = moments.chain([COARSER * PROBABILITY_ERROR]).collect();
                 largest_share(panel, &tolerances)
             },
             MOST_LEAVES,
@@ -192,8 +163,8 @@ impl ExactLeaves {
         let mean = |f: usize| values[f] / values[0];
         // The centre of the third variable is its mean.
         let third = ThirdMoments { with_phi: mean(SECOND), with_e: mean(SECOND + 1), ..third_start };
-        let (values, errors) = (first.values(), first.errors());
-        let probability = Estimated { value: values[FIRST].clamp(0.0, 1.0), error: errors[FIRST] };
+        let above = SECOND + 2;
+        let probability = Estimated { value: values[above].clamp(0.0, 1.0), error: second.errors()[above] };
         Ok((moments::finish(&coarse, &fine, centre, noise), probability, third))
     }
 
@@ -231,12 +202,6 @@ impl ExactLeaves {
 fn third_of(problem: &UncertainProblem, z: f64) -> f64 {
     let (mean, sigma) = problem.third();
     mean + sigma * z
-}
-
-/// The tolerance on a leaf of which the density in `z` is `density`: a leaf that counts for little may be less accurate.
-fn eased(tolerance: f64, density: f64) -> f64 {
-    const PEAK: f64 = 0.4;
-    (tolerance * PEAK / density).clamp(tolerance, 1e-2)
 }
 
 /// The largest share that a panel has in any tolerated error.

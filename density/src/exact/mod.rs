@@ -253,7 +253,8 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
             return Ok(Estimated { value, error: f64::EPSILON });
         }
         let most_orbits = self.settings.most_orbits;
-        Ok(moments::probability_above(&self.family, critical_e, years, PROBABILITY_ERROR, most_orbits))
+        let tolerance = ProbabilityTolerance::RareToo(PROBABILITY_ERROR);
+        Ok(moments::probability_above(&self.family, critical_e, years, tolerance, most_orbits))
     }
 
     /// Density at the points `(phi[i], e[i])` after `years` \[1/rad\]. Each point is carried back to `t = 0`. The
@@ -292,7 +293,29 @@ const SMALLEST_PROBABILITY: f64 = 1e-15;
 /// Target for the relative error of rare probabilities.
 const RELATIVE_ERROR: f64 = 1e-6;
 
-/// The tolerance of a probability: absolute, and relative for rare ones.
-pub(crate) fn probability_tolerance(probability: f64, absolute: f64) -> f64 {
-    absolute.min(RELATIVE_ERROR * probability.abs()).max(RELATIVE_ERROR * SMALLEST_PROBABILITY)
+/// How accurate a probability is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum ProbabilityTolerance {
+    /// To an absolute error, and rare ones to a relative one.
+    RareToo(f64),
+    /// To an absolute error alone, for one of many probabilities of which a mean is taken.
+    Absolute(f64),
+}
+
+impl ProbabilityTolerance {
+    /// The tolerance of this probability.
+    pub(crate) fn of(self, probability: f64) -> f64 {
+        match self {
+            Self::RareToo(absolute) => {
+                absolute.min(RELATIVE_ERROR * probability.abs()).max(RELATIVE_ERROR * SMALLEST_PROBABILITY)
+            }
+            Self::Absolute(absolute) => absolute,
+        }
+    }
+
+    /// The tolerance of a probability that is not rare.
+    pub(crate) fn absolute(self) -> f64 {
+        let (Self::RareToo(absolute) | Self::Absolute(absolute)) = self;
+        absolute
+    }
 }

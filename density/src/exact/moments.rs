@@ -14,6 +14,7 @@ use crate::angle::{Circular, fold, nearest};
 use crate::flow::Accuracy;
 use crate::model::PlanarHamiltonian;
 
+use super::ProbabilityTolerance;
 use super::contour::angle_of;
 use super::family::{Family, Integrals, Interval, Orbit};
 use super::rules::gauss;
@@ -314,7 +315,7 @@ pub(super) fn probability_above(
     family: &Family<impl PlanarHamiltonian>,
     critical_e: f64,
     years: f64,
-    tolerance: f64,
+    tolerance: ProbabilityTolerance,
     most_orbits: usize,
 ) -> super::Estimated {
     let t = angle_of(years);
@@ -326,8 +327,8 @@ pub(super) fn probability_above(
     };
     let noise = Noise::of_probabilities(years, family);
     let tolerances = |values: &[f64], _: &[f64]| {
-        let of_share = super::probability_tolerance(values[1], tolerance).max(0.3 * noise * values[1]);
-        vec![tolerance.max(0.3 * noise), of_share]
+        let of_share = tolerance.of(values[1]).max(0.3 * noise * values[1]);
+        vec![tolerance.absolute().max(0.3 * noise), of_share]
     };
     let found = family.integrate(family.first_intervals(), 2, above, tolerances, most_orbits);
     let missing = (1.0 - found.values[0]).abs();

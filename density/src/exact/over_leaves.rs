@@ -130,6 +130,12 @@ pub(crate) fn integrate<E: Send>(
     }
 }
 
+/// The tolerance on a leaf of which the density in `z` is `density`: a leaf that counts for little may be less accurate.
+pub(crate) fn eased(tolerance: f64, density: f64) -> f64 {
+    const PEAK: f64 = 0.4;
+    (tolerance * PEAK / density).clamp(tolerance, 1e-2)
+}
+
 fn panel<E: Send>(
     problem: &UncertainProblem,
     interval: Interval,

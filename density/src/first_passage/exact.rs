@@ -15,7 +15,7 @@
 use crate::exact::family::{Family, Orbit};
 use crate::exact::measure::Measure;
 use crate::exact::moments::{Noise, touching};
-use crate::exact::{Error, Estimated, PROBABILITY_ERROR, is_possible, probability_tolerance};
+use crate::exact::{Error, Estimated, PROBABILITY_ERROR, ProbabilityTolerance, is_possible};
 use crate::flow::Flow;
 use crate::model::PlanarHamiltonian;
 use crate::problem::Problem;
@@ -60,7 +60,7 @@ pub fn curve_within<M: PlanarHamiltonian>(
 ) -> Result<Vec<Estimated>, Error> {
     is_possible(&flow.model)?;
     let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
-    Ok(of_family(problem, &family, times, (tolerance, most_orbits)))
+    Ok(of_family(problem, &family, times, (ProbabilityTolerance::RareToo(tolerance), most_orbits)))
 }
 
 /// The curve of a model whose orbits fit the method.
@@ -68,12 +68,12 @@ pub(crate) fn of_family<M: PlanarHamiltonian>(
     problem: &Problem<M>,
     family: &Family<M>,
     times: &[f64],
-    (absolute, most_orbits): (f64, usize),
+    (tolerance, most_orbits): (ProbabilityTolerance, usize),
 ) -> Vec<Estimated> {
     let passed = |orbit: &Orbit| passed(orbit, problem.critical_e, times);
     let noise = Noise::of_probabilities(times.last().copied().unwrap_or(0.0), family);
-    let tolerance = |&value: &f64| probability_tolerance(value, absolute).max(0.3 * noise * value);
-    let tolerances = |values: &[f64], _: &[f64]| values.iter().map(tolerance).collect();
+    let of_value = |&value: &f64| tolerance.of(value).max(0.3 * noise * value);
+    let tolerances = |values: &[f64], _: &[f64]| values.iter().map(of_value).collect();
     let found = family.integrate(family.first_intervals(), times.len() + 1, passed, tolerances, most_orbits);
     let missing: f64 = (1.0 - found.values[times.len()]).abs();
     let at_start = Estimated { value: problem.initial.probability_above(problem.critical_e), error: f64::EPSILON };

@@ -30,6 +30,8 @@ use crate::problem::Problem;
 
 /// Cells per side to which the lattice is refined.
 const FINE_CELLS: usize = 300;
+/// The same for one of many lattices of which a mean is taken.
+const CELLS_OF_MANY: usize = 60;
 /// Number of lines of a dense lattice that are tried first.
 const ENOUGH_LINES: usize = 100;
 /// Estimated error of interpolation below which fewer lines are enough.
@@ -80,12 +82,26 @@ pub fn passage_curve<M: PlanarHamiltonian>(
 ) -> Result<PassageCurve, PassageError> {
     let side = points.lattice.unwrap_or(0);
     if let Some(thinned) = thinned(points, side, degree) {
-        let Walked { curve, interpolation, steps } = curve_of(problem, flow, &thinned, degree, times)?;
+        let Walked { curve, interpolation, steps } = curve_of(problem, flow, &thinned, degree, times, FINE_CELLS)?;
         if interpolation < GOOD || steps > MANY_STEPS {
             return Ok(curve);
         }
     }
-    curve_of(problem, flow, points, degree, times).map(|walked| walked.curve)
+    curve_of(problem, flow, points, degree, times, FINE_CELLS).map(|walked| walked.curve)
+}
+
+/// The same for one of many lattices of which a mean is taken, so that each may be read more coarsely.
+///
+/// # Errors
+/// [`PassageError`].
+pub fn layer_curve<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    flow: &Flow<M>,
+    points: &Points,
+    degree: usize,
+    times: &[f64],
+) -> Result<PassageCurve, PassageError> {
+    curve_of(problem, flow, points, degree, times, CELLS_OF_MANY).map(|walked| walked.curve)
 }
 
 /// Every few lines of a lattice of `side` lines; `None` if it is not dense.
@@ -109,20 +125,21 @@ struct Walked {
     steps: usize,
 }
 
-/// Like [`passage_curve`], with all points.
+/// Like [`passage_curve`], with all points, refined to at least `cells` cells per side.
 fn curve_of<M: PlanarHamiltonian>(
     problem: &Problem<M>,
     flow: &Flow<M>,
     points: &Points,
     degree: usize,
     times: &[f64],
+    cells: usize,
 ) -> Result<Walked, PassageError> {
     let initial = &problem.initial;
     let standard = |(&phi, &e)| initial.standardise(phi, e).into();
     let standard: Vec<[f64; 2]> = points.phi.iter().zip(&points.e).map(standard).collect();
     let lines = lattice_lines(&standard, points.lattice.unwrap_or(0))?;
     let orbits = Orbits::from_polar(*flow, &points.phi, &points.e);
-    let start = |degree, strides: &[usize]| Watched::new(problem, &lines, degree, strides, &orbits);
+    let start = |degree, strides: &[usize]| Watched::new(problem, &lines, (degree, cells), strides, &orbits);
     let mut fine = start(degree, &[1, 2])?;
     let mut rough = match degree > 2 && fine.refinement.outer.len() > lines[0].len() {
         true => Some(start(degree / 2, &[2])?),
@@ -222,16 +239,16 @@ struct Watched {
 }
 
 impl Watched {
-    /// The orbits of the lattice with these lines, interpolated to `degree`. For each of `strides` there is a
+    /// The orbits of the lattice with these lines, interpolated to `degree` on at least `cells` cells per side. For each of `strides` there is a
     /// triangulation between every `stride`-th line of the refined lattice.
     fn new<M: PlanarHamiltonian>(
         problem: &Problem<M>,
         lines: &[Vec<f64>; 2],
-        degree: usize,
+        (degree, cells): (usize, usize),
         strides: &[usize],
         orbits: &Orbits<M>,
     ) -> Result<Self, MeshError> {
-        let factor = FINE_CELLS.div_ceil(lines[0].len() - 1);
+        let factor = cells.div_ceil(lines[0].len() - 1);
         let refinement = Refinement::new(&lines[0], &lines[1], degree, factor)?;
         let mut meshes: Vec<_> = strides.iter().map(|&stride| triangles(&refinement, stride)).collect();
         let used = number_nodes(meshes.iter_mut().flatten().map(|(corners, _)| corners).collect());

@@ -1,10 +1,11 @@
 //! The exact density: no samples, no mesh, no mixture, only the flow run backwards and quadrature.
 
-use density::exact::leaves::{ExactLeaves, LeavesSnapshot, ThirdMoments};
+use density::exact::leaves::{ExactLeaves, LeavesSnapshot};
 use density::exact::{Estimated, Exact, ExactSettings, ExactSnapshot, Limits};
 use density::first_passage::exact::curve;
 use density::first_passage::over_leaves;
 use density::grid::Grid;
+use density::uncertain::ThirdMoments;
 use messages::content::Density;
 use messages::layout::PASSAGE_COLUMNS;
 use serde::{Deserialize, Serialize};
