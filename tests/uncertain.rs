@@ -77,10 +77,37 @@ fn the_mixture_has_the_exact_moments_to_a_two_thousandth() {
 }
 
 #[test]
+fn layers_of_characteristics_have_the_exact_moments_whatever_the_shards() {
+    let bench = Bench::new();
+    bench.write("mine.toml", SCENARIO);
+    let dee = "[[propagator]]\nlabel = \"layers\"\nnode = \"dee\"\nsamples = 8_000\n[[propagator]]\nlabel = \"parts\"\nnode = \"dee\"\n\
+               samples = 8_000\nshards = 3\n";
+    let cases = launch(&["exact"]).replace("samples = 20_000\n", dee);
+    bench.run_well(&bench.write("launch.toml", &cases), "out");
+    let rows = bench.table("out/moments.csv");
+    let row = |method: &str| rows.iter().find(|row| row["method"] == method && row["t_yr"] == "0.2").unwrap();
+    let number = |method: &str, key: &str| -> f64 { row(method)[key].parse().unwrap() };
+    for key in
+        ["mean_phi_rad", "std_phi_rad", "mean_e", "std_e", "mean_C", "std_C", "cov_phi_e", "cov_phi_C", "cov_e_C"]
+    {
+        let (found, right) = (number("layers", key), number("exact", key));
+        assert!((found / right - 1.0).abs() < 5e-4, "{key}: {found} instead of {right}");
+        assert_eq!(row("layers")[key], row("parts")[key], "{key}");
+    }
+    let passages = bench.table("out/first_passage.csv");
+    let last = |method: &str| passages.iter().rfind(|row| row["method"] == method).unwrap();
+    let of = |method: &str, key: &str| -> f64 { last(method)[key].parse().unwrap() };
+    let right = of("exact", "prob_reached_critical_e");
+    assert!((of("layers", "low")..=of("layers", "high")).contains(&right), "{right}: {:?}", last("layers"));
+}
+
+#[test]
 fn a_method_that_does_not_take_it_into_account_fails_by_name() {
     let bench = Bench::new();
     bench.write("mine.toml", SCENARIO);
+    let scattered = "node = \"dee\"\nplacement = \"random\"\n";
     let launch = launch(&["dee", "mc"]).replace("reference = \"exact\"", "reference = \"mc\"");
+    let launch = launch.replace("node = \"dee\"\n", scattered);
     let output = bench.run(&bench.write("launch.toml", &launch), "out");
     assert_eq!(output.status.code(), Some(1));
     let told = text(&output.stderr) + &text(&output.stdout);

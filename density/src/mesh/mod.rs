@@ -26,6 +26,7 @@
 //! | `share` | dividing a triangle's probability among the bins |
 //! | [`diagnostics`] | whether a carried mesh resolved the flow |
 //! | [`hull`], [`carried`] | the two methods |
+//! | [`stack`] | carried meshes on top of one another, where the radiation parameter is uncertain |
 
 pub mod carried;
 pub mod characteristics;
@@ -42,6 +43,7 @@ mod quadrature;
 pub mod raster;
 pub mod readout;
 mod share;
+pub mod stack;
 mod watched_orbit;
 
 pub use carried::CarriedMesh;

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::gaussian::standard_density;
 use super::lattice::{Stencil, stencil};
 use crate::angle::{Circular, nearest};
-use crate::estimate::{Moments, weighted_moments};
+use crate::estimate::{Moments, ordered_sum, weighted_moments};
 use crate::model::plane::State;
 
 /// Gauss-Legendre points and weights on `(-1, 1)` (Abramowitz & Stegun, Table 25.4), the positive half.
@@ -26,10 +26,19 @@ const GAUSS_8: [(f64, f64); 4] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
-/// Width of a part \[standard deviations\] below which it is not divided.
-const NARROW: f64 = 0.006;
-/// Probability of a part below which it is not divided.
-const LIGHT: f64 = 1e-9;
+/// How far an irregular cell is divided.
+#[derive(Debug, Clone, Copy)]
+struct Divided {
+    /// Width of a part \[standard deviations\] below which it is not divided.
+    narrow: f64,
+    /// Probability of a part below which it is not divided.
+    light: f64,
+}
+
+/// Of a single lattice.
+const FULLY: Divided = Divided { narrow: 0.006, light: 1e-9 };
+/// Of one of many lattices of which a mean is taken, in which the cut passes elsewhere each time.
+const COARSELY: Divided = Divided { narrow: 0.04, light: 1e-6 };
 /// Number of parts treated at a time; if more are irregular, the flow is not resolved and dividing does not help.
 const MOST_PARTS: usize = 30_000;
 /// Distance of a part's middle from the origin, in half widths of the part, beyond which `phi` and `e` are smooth in it.
@@ -45,6 +54,7 @@ pub(super) struct Quadrature {
     /// Points in every cell, along the outer and the inner direction.
     axes: [Vec<Point>; 2],
     points_a_cell: usize,
+    divided: Divided,
     /// Ratio of the half width of a cell to the distance from its middle to its outermost point.
     corner: f64,
 }
@@ -95,8 +105,15 @@ impl Disc {
     }
 }
 
+/// The points of all cells, and the disc of each cell.
+#[derive(Debug, Clone)]
+struct Whole {
+    samples: Samples,
+    discs: Vec<Disc>,
+}
+
 /// Weighted points of a cloud.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 struct Samples {
     phi: Vec<f64>,
     e: Vec<f64>,
@@ -114,12 +131,6 @@ impl Samples {
         self.phi.append(&mut other.phi);
         self.e.append(&mut other.e);
         self.weights.append(&mut other.weights);
-    }
-
-    fn truncate(&mut self, count: usize) {
-        self.phi.truncate(count);
-        self.e.truncate(count);
-        self.weights.truncate(count);
     }
 
     fn moments(&self, critical_e: f64) -> (Moments, Circular) {
@@ -142,6 +153,16 @@ impl Quadrature {
             62..=161 => &GAUSS_4,
             _ => &GAUSS_2,
         };
+        Self::by_rule(lines, degree, rule, FULLY)
+    }
+
+    /// The same with fewer points, for one of many lattices of which a mean is taken.
+    pub(super) fn of_many(lines: [Vec<f64>; 2], degree: usize) -> Self {
+        let rule: &[(f64, f64)] = if lines[0].len() <= 61 { &GAUSS_4 } else { &GAUSS_2 };
+        Self::by_rule(lines, degree, rule, COARSELY)
+    }
+
+    fn by_rule(lines: [Vec<f64>; 2], degree: usize, rule: &[(f64, f64)], divided: Divided) -> Self {
         let axes = lines.each_ref().map(|lines| {
             let cells = 0..lines.len() - 1;
             let points = |cell: usize| {
@@ -154,26 +175,16 @@ impl Quadrature {
             cells.flat_map(points).collect()
         });
         let corner = 1.0 / rule.iter().map(|&(x, _)| x).fold(0.0, f64::max);
-        Self { lines, degree, axes, points_a_cell: 2 * rule.len(), corner }
+        Self { lines, degree, axes, points_a_cell: 2 * rule.len(), divided, corner }
     }
 
     /// Moments of the cloud whose lattice points are at these states.
     pub(super) fn moments(&self, x1: &[f64], x2: &[f64], critical_e: f64) -> (Moments, Circular) {
-        let (mut samples, discs) = self.of_whole_cells(x1, x2);
-        let (mut moments, mut circular) = samples.moments(critical_e);
-        let (whole, weights) = (samples.weights.len(), samples.weights.clone());
+        let whole = self.whole_cells(x1, x2);
+        let (mut moments, mut circular) = whole.samples.moments(critical_e);
         for _ in 0..2 {
             let cut = circular.mean + PI;
-            // The points of irregular cells are replaced by the points of their parts.
-            samples.truncate(whole);
-            samples.weights.copy_from_slice(&weights);
-            let irregular = (0..discs.len()).filter(|&cell| !discs[cell].is_regular(cut)).collect::<Vec<_>>();
-            let points = self.points_a_cell * self.points_a_cell;
-            irregular.iter().for_each(|cell| samples.weights[cell * points..(cell + 1) * points].fill(0.0));
-            let cells = self.lines[0].len() - 1;
-            let parts = irregular.iter().map(|cell| self.whole([cell / cells, cell % cells])).collect();
-            samples.append(self.divided(parts, x1, x2, cut));
-            (moments, circular) = samples.moments(critical_e);
+            (moments, circular) = self.cut_open(whole.clone(), [x1, x2], cut).moments(critical_e);
             if nearest(circular.mean + PI - cut, 0.0).abs() < SAME_CUT {
                 break;
             }
@@ -181,8 +192,47 @@ impl Quadrature {
         (moments, circular)
     }
 
+    /// The probability inside the lattice, and the sums of sine and cosine of the solar angle and of the eccentricity.
+    pub(super) fn mean_vector(&self, [x1, x2]: [&[f64]; 2]) -> [f64; 4] {
+        let Samples { phi, e, weights } = self.whole_cells(x1, x2).samples;
+        ordered_sum(phi.len(), |i| [1.0, phi[i].sin(), phi[i].cos(), e[i]].map(|term| weights[i] * term))
+    }
+
+    /// The sums of the powers 1, phi, e, phi², phi e and e² of the distances from `centre`, with the solar angles on the branch around
+    /// that of the centre; and the sums of sine and cosine of the solar angle. `visit` sees each point and its weight.
+    pub(super) fn power_sums(
+        &self,
+        [x1, x2]: [&[f64]; 2],
+        centre: [f64; 2],
+        mut visit: impl FnMut(f64, f64, f64),
+    ) -> ([f64; 6], [f64; 2]) {
+        let Samples { phi, e, weights } = self.cut_open(self.whole_cells(x1, x2), [x1, x2], centre[0] + PI);
+        let (mut powers, mut vector) = ([0.0; 6], [0.0; 2]);
+        for ((&phi, &e), &weight) in phi.iter().zip(&e).zip(&weights) {
+            let (dphi, de) = (nearest(phi, centre[0]) - centre[0], e - centre[1]);
+            let terms = [1.0, dphi, de, dphi * dphi, dphi * de, de * de];
+            powers.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * term);
+            let (sin, cos) = phi.sin_cos();
+            vector[0] += weight * sin;
+            vector[1] += weight * cos;
+            visit(phi, e, weight);
+        }
+        (powers, vector)
+    }
+
+    /// The points of all cells, where those of cells in which `phi` and `e` are not smooth are replaced by the points of their parts.
+    fn cut_open(&self, Whole { mut samples, discs }: Whole, [x1, x2]: [&[f64]; 2], cut: f64) -> Samples {
+        let irregular = (0..discs.len()).filter(|&cell| !discs[cell].is_regular(cut)).collect::<Vec<_>>();
+        let points = self.points_a_cell * self.points_a_cell;
+        irregular.iter().for_each(|cell| samples.weights[cell * points..(cell + 1) * points].fill(0.0));
+        let cells = self.lines[0].len() - 1;
+        let parts = irregular.iter().map(|cell| self.whole([cell / cells, cell % cells])).collect();
+        samples.append(self.divided(parts, x1, x2, cut));
+        samples
+    }
+
     /// The points of all cells, one cell after the other, and the disc of each cell.
-    fn of_whole_cells(&self, x1: &[f64], x2: &[f64]) -> (Samples, Vec<Disc>) {
+    fn whole_cells(&self, x1: &[f64], x2: &[f64]) -> Whole {
         let along = [x1, x2].map(|values| self.along_inner(values));
         let cells = self.lines[0].len() - 1;
         let rows: Vec<(Samples, Vec<Disc>)> =
@@ -192,7 +242,7 @@ impl Quadrature {
             samples.append(row);
             discs.append(&mut of_row);
         }
-        (samples, discs)
+        Whole { samples, discs }
     }
 
     /// The points of parts of cells; irregular parts are divided.
@@ -279,7 +329,8 @@ impl Quadrature {
     fn is_small(&self, part: &Part) -> bool {
         let width = [0, 1].map(|axis| part.high[axis] - part.low[axis]);
         let nearest = [0, 1].map(|axis| 0f64.clamp(part.low[axis], part.high[axis]));
-        width[0].max(width[1]) < NARROW || width[0] * width[1] * standard_density(nearest) < LIGHT
+        let Divided { narrow, light } = self.divided;
+        width[0].max(width[1]) < narrow || width[0] * width[1] * standard_density(nearest) < light
     }
 
     fn disc(&self, part: &Part, x1: &[f64], x2: &[f64]) -> Disc {

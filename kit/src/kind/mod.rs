@@ -198,6 +198,7 @@ impl Place<'_> {
 pub struct Memory {
     mesh: Option<CarriedMesh>,
     carried: Option<CarriedDensity>,
+    stack: Option<characteristics::RememberedStack>,
 }
 
 /// The figures of a cloud at a snapshot, and the method's diagnostics.

@@ -1,5 +1,6 @@
 //! DEE: characteristics that carry the density along the flow (Sect. 3.2).
 
+mod layers;
 mod settings;
 
 use std::ops::Range;
@@ -17,10 +18,11 @@ use messages::layout::PASSAGE_COLUMNS;
 use crate::files::input::Mode;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::course::Course;
-use kit::assignment::Assignment;
+use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
+use layers::LayersWork;
 pub use settings::{MeshChoice, PlacementChoice, Settings};
 
 /// The DEE propagator.
@@ -31,9 +33,17 @@ pub struct DensityEvolution {
     work: Option<Work>,
 }
 
-/// The characteristics of the scenario under way.
+/// The scenario under way.
 #[derive(Debug)]
-struct Work {
+enum Work {
+    Plane(Box<PlaneWork>),
+    /// The radiation parameter is uncertain.
+    Layers(LayersWork),
+}
+
+/// The characteristics of a scenario in the plane.
+#[derive(Debug)]
+struct PlaneWork {
     problem: Problem<Planar>,
     /// The initial points of the whole case.
     start: Points,
@@ -57,6 +67,14 @@ impl Propagator for DensityEvolution {
     }
 
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
+        if let Some(Uncertain { problem, .. }) = &assignment.uncertain {
+            let accuracy = self.settings.accuracy.unwrap_or_default().0;
+            let work = LayersWork::new(problem, &self.settings, accuracy, |total| self.shard.part(total))?;
+            let content = Characteristics::CarriedMesh { lattice: Some(work.lattice()) }.into();
+            let form = Form { content, most_rows: work.rows(), total_rows: work.total() };
+            self.work = Some(Work::Layers(work));
+            return Ok(form);
+        }
         let problem = &assignment.plane()?.problem;
         let Settings { samples, mode, accuracy, .. } = self.settings;
         let (seed, resolution, degree) = (self.settings.seed(), self.settings.resolution(), self.settings.degree());
@@ -79,12 +97,16 @@ impl Propagator for DensityEvolution {
             total_rows: start.phi.len(),
         };
         let course = Course::new(orbits, range.start, problem);
-        self.work = Some(Work { problem: problem.clone(), start, range, course, densities: Vec::new() });
+        let work = PlaneWork { problem: problem.clone(), start, range, course, densities: Vec::new() };
+        self.work = Some(Work::Plane(Box::new(work)));
         Ok(form)
     }
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        let work = self.work.as_mut().ok_or_else(Failure::no_scenario)?;
+        let work = match self.work.as_mut().ok_or_else(Failure::no_scenario)? {
+            Work::Layers(work) => return work.advance(index),
+            Work::Plane(work) => work,
+        };
         let rows = work.course.advance(index)?;
         let orbits = &work.course.orbits;
         let with_jacobian = self.settings.mode == Mode::Corrected;
@@ -95,7 +117,11 @@ impl Propagator for DensityEvolution {
     }
 
     fn write(&self, columns: &mut [f64]) {
-        let Some(work) = &self.work else { return };
+        let work = match &self.work {
+            Some(Work::Plane(work)) => work,
+            Some(Work::Layers(work)) => return work.write(columns),
+            None => return,
+        };
         let [phi, e, n] = Characteristics::columns(columns);
         work.course.orbits.read_out(phi, e);
         n.copy_from_slice(&work.densities);
@@ -107,7 +133,10 @@ impl Propagator for DensityEvolution {
         if self.shard.index > 0 {
             return Ok(Passage::Cannot("the first shard computes it for all".into()));
         }
-        let work = self.work.as_ref().ok_or_else(Failure::no_scenario)?;
+        let work = match self.work.as_ref().ok_or_else(Failure::no_scenario)? {
+            Work::Layers(work) => return Ok(Passage::Curve(rows(&work.passage_curve(times)?, times))),
+            Work::Plane(work) => work,
+        };
         let flow = work.course.orbits.flow;
         if work.start.lattice.is_some() {
             let curve = passage_curve(&work.problem, &flow, &work.start, self.settings.degree(), times)?;

@@ -6,6 +6,7 @@ use messages::content::MOST_RESOLUTION;
 use serde::{Deserialize, Serialize};
 
 use super::DensityEvolution;
+use super::layers::LAYERS;
 use crate::files::input::{Mode, natural_option, positive, positive_option};
 use crate::files::toml_words::{choice, choice_option};
 use crate::methods::accuracy::AccuracySetting;
@@ -37,7 +38,8 @@ pub enum MeshChoice {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Number of characteristics; on a lattice the largest square number up to it.
+    /// Number of characteristics; on a lattice the largest square number up to it, and where the radiation parameter is uncertain the
+    /// largest cubic number up to four times it.
     #[serde(deserialize_with = "positive")]
     pub samples: usize,
     /// Seed of points that are not on a lattice; 1 unless set.
@@ -133,6 +135,31 @@ impl Settings {
         self.degree.unwrap_or_else(|| USUAL_DEGREE.min(self.side().saturating_sub(1)).max(1))
     }
 
+    /// The degree for a lattice of `side` points per side where the radiation parameter is uncertain.
+    pub(super) fn degree_of(&self, side: usize) -> Result<usize, String> {
+        match self.degree {
+            Some(degree) if degree > MOST_DEGREE || degree >= side => {
+                let (least, most) = ((degree + 1).pow(3).div_ceil(LAYERS), side.saturating_sub(1));
+                Err(format!(
+                    "degree: {degree} does not fit a cubic lattice of {side} points a side; it must be at most {most}, or samples at \
+                     least {least}"
+                ))
+            }
+            Some(degree) => Ok(degree),
+            None => Ok(USUAL_DEGREE.min(side.saturating_sub(1)).max(1)),
+        }
+    }
+
+    /// Whether the settings are for a scenario whose radiation parameter is uncertain.
+    pub(super) fn check_uncertain(&self) -> Result<(), String> {
+        if self.placement() == Placement::Lattice && self.mesh() == MeshChoice::Carried {
+            return Ok(());
+        }
+        Err("where the radiation parameter is uncertain, dee takes placement = \"lattice\" and mesh = \"carried\" alone, which are the \
+             defaults of mode = \"corrected\""
+            .into())
+    }
+
     fn placement_choice(&self) -> PlacementChoice {
         self.placement.unwrap_or(match self.mode {
             Mode::Corrected => PlacementChoice::Lattice,
@@ -212,8 +239,9 @@ impl Method for Settings {
         &mut self.accuracy
     }
 
-    fn most_numbers(&self, _: (usize, usize), _: usize) -> usize {
-        self.samples.saturating_mul(3)
+    fn most_numbers(&self, _: (usize, usize), variables: usize) -> usize {
+        let layers = if variables > 2 { LAYERS } else { 1 };
+        self.samples.saturating_mul(layers).saturating_mul(variables + 1)
     }
 
     fn rows_to_share(&self) -> Result<usize, String> {

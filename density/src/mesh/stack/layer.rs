@@ -1,0 +1,133 @@
+//! One layer of a stack: sums over its cloud, and how well its polynomials resolve the flow.
+
+use crate::angle::nearest;
+use crate::grid::Grid;
+use crate::mesh::carried::judge_cells;
+use crate::mesh::gaussian::standard_density;
+use crate::mesh::lattice::Refinement;
+use crate::mesh::quadrature::Quadrature;
+use crate::mesh::{MeshDiagnostics, MeshError};
+use crate::model::plane::State;
+use crate::problem::InitialGaussian;
+
+/// What all layers have in common.
+#[derive(Debug, Clone)]
+pub(super) struct LayerMesh {
+    initial: InitialGaussian,
+    lines: [Vec<f64>; 2],
+    quadrature: Quadrature,
+    /// The polynomials in the middle of each cell, and those two degrees lower.
+    middles: Refinement,
+    rougher: Option<Refinement>,
+}
+
+/// Sums over clouds.
+#[derive(Debug, Clone)]
+pub(super) struct Sums {
+    /// Of 1, phi, e, phi², phi e and e², less a centre.
+    pub powers: [f64; 6],
+    /// Of the third variable less its mean, alone and times phi and e.
+    pub with_third: [f64; 3],
+    /// Of sine and cosine of phi.
+    pub vector: [f64; 2],
+    /// Probability above the critical eccentricity.
+    pub above: f64,
+    /// Probability of each bin.
+    pub joint: Vec<f64>,
+}
+
+impl Sums {
+    /// Of no cloud at all.
+    pub(super) fn zero(grid: &Grid) -> Self {
+        Self { powers: [0.0; 6], with_third: [0.0; 3], vector: [0.0; 2], above: 0.0, joint: vec![0.0; grid.len()] }
+    }
+
+    fn each(&mut self) -> impl Iterator<Item = &mut f64> {
+        let few = self.powers.iter_mut().chain(&mut self.with_third).chain(&mut self.vector);
+        few.chain([&mut self.above]).chain(&mut self.joint)
+    }
+
+    /// Adds other sums, times a weight.
+    pub(super) fn add(&mut self, other: &Self, weight: f64) {
+        let few = other.powers.iter().chain(&other.with_third).chain(&other.vector);
+        let terms = few.chain([&other.above]).chain(&other.joint);
+        self.each().zip(terms).for_each(|(sum, term)| *sum += weight * term);
+    }
+
+    /// Multiplies all by a factor.
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.each().for_each(|sum| *sum *= factor);
+    }
+}
+
+impl LayerMesh {
+    /// The layers with these lattice lines in standard deviations, interpolated to `degree`.
+    pub(super) fn new(initial: &InitialGaussian, lines: [Vec<f64>; 2], degree: usize) -> Result<Self, MeshError> {
+        let refined = |degree: usize| Refinement::new(&lines[0], &lines[1], degree, 1);
+        let middles = refined(degree)?;
+        let rougher = if degree > 2 { Some(refined(degree - 2)?) } else { None };
+        let quadrature = Quadrature::of_many(lines.clone(), degree);
+        Ok(Self { initial: *initial, lines, quadrature, middles, rougher })
+    }
+
+    /// The probability, and the sums of sine and cosine of the solar angle and of the eccentricity.
+    pub(super) fn mean_vector(&self, [x1, x2]: [Vec<f64>; 2]) -> [f64; 4] {
+        self.quadrature.mean_vector([&x1, &x2])
+    }
+
+    /// The sums over the cloud with these states; `third` is the distance of its third variable from the mean.
+    pub(super) fn sums(
+        &self,
+        [x1, x2]: &[Vec<f64>; 2],
+        grid: &Grid,
+        centre: [f64; 2],
+        critical_e: f64,
+        third: f64,
+    ) -> Sums {
+        let mut sums = Sums::zero(grid);
+        (sums.powers, sums.vector) = self.quadrature.power_sums([x1, x2], centre, |phi, e, weight| {
+            if e > critical_e {
+                sums.above += weight;
+            }
+            if let Some(bin) = grid.bin(phi, e) {
+                sums.joint[bin] += weight;
+            }
+        });
+        sums.with_third = [third * sums.powers[0], third * sums.powers[1], third * sums.powers[2]];
+        sums
+    }
+
+    /// How well the polynomials resolve the flow; `rough` has the states by polynomials of a lower degree in the third variable.
+    pub(super) fn judge(&self, states: &[Vec<f64>; 2], rough: Option<[Vec<f64>; 2]>, grid: &Grid) -> MeshDiagnostics {
+        let [x1, x2] = [states[0].as_slice(), &states[1]];
+        let lines = [self.lines[0].as_slice(), &self.lines[1]];
+        let judged = judge_cells(&self.initial, lines, &self.middles, [x1, x2]);
+        let middles = |refinement: &Refinement| [x1, x2].map(|values| refinement.middles(values)[0].clone());
+        let in_layer = self.rougher.as_ref().map_or(0.0, |rougher| {
+            let middle = |lines: &[f64], k: usize| lines[k].midpoint(lines[k + 1]);
+            let cells = self.lines[1].len() - 1;
+            let at = |k: usize| [middle(&self.lines[0], k / cells), middle(&self.lines[1], k % cells)];
+            moved(&middles(&self.middles), &middles(rougher), at, grid)
+        });
+        let side = self.lines[1].len();
+        let at = |k: usize| [self.lines[0][k / side], self.lines[1][k % side]];
+        let between = rough.map_or(0.0, |rough| moved(states, &rough, at, grid));
+        MeshDiagnostics { misplaced_mass: in_layer + between, ..judged }
+    }
+}
+
+/// Mean distance of states from others, in bins and at most one, where state `k` started `at(k)` in standard deviations.
+fn moved(states: &[Vec<f64>; 2], others: &[Vec<f64>; 2], at: impl Fn(usize) -> [f64; 2], grid: &Grid) -> f64 {
+    let polar = |[x1, x2]: &[Vec<f64>; 2], k: usize| {
+        let state = State { x1: x1[k], x2: x2[k] };
+        (state.x1.atan2(state.x2), state.eccentricity())
+    };
+    let one = |k: usize| {
+        let ((phi, e), (other_phi, other_e)) = (polar(states, k), polar(others, k));
+        let bins = nearest(phi - other_phi, 0.0).abs() / grid.phi.width() + (e - other_e).abs() / grid.e.width();
+        let density = standard_density(at(k));
+        (density * bins.min(1.0), density)
+    };
+    let (moved, total) = (0..states[0].len()).map(one).fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
+    moved / total
+}

@@ -1,0 +1,329 @@
+//! Carried meshes on top of one another, where the radiation parameter is uncertain.
+//!
+//! The initial points are a cubic lattice over `phi`, `e` and the third variable, `C` or `ln C` ([`points`]). Its layers are
+//! lattices in the plane, each carried by the flow with its own `C`, and each keeps its probability as a carried mesh does ([`super::carried`]).
+//! The flow depends on `C` as smoothly as on the start. So the layer of any value of `C` between follows by polynomials through
+//! the nearest layers, of the same degree as those between the points of a layer.
+//!
+//! In each layer a few points to every cell of the lattice follow from the polynomials (`super::quadrature`). Moments are sums over
+//! these points, and so is the joint density: each point puts its probability into its bin, of which there are many points in all layers
+//! together. Means over the third variable are sums over evenly spaced layers (the trapezoidal rule, which for a smooth function under a Gaussian
+//! converges faster than any power of the step: Trefethen & Weideman, SIAM Review 56, 2014). The step is halved until moments and joint
+//! density stand; where the Gaussian is cut at `C = 0`, the last two sums are combined to Simpson's rule.
+//!
+//! Diagnostics are those of a carried mesh: the defect of the measure is taken in the layers halfway between two of the lattice,
+//! which are farthest from all points. To it is added what the last halving changed the moments by, in standard deviations, and to the misplaced
+//! mass what it changed the joint density by.
+
+mod layer;
+mod points;
+
+use rayon::prelude::*;
+
+use self::layer::{LayerMesh, Sums};
+use super::lattice::{check_degree, lattice_lines, stencil};
+use super::points::unfold;
+use super::{MeshDiagnostics, MeshError, check_points};
+use crate::angle::Circular;
+use crate::estimate::{Estimate, Moments};
+use crate::exact::measure::normal_density;
+use crate::grid::Grid;
+use crate::model::plane::State;
+use crate::uncertain::{ThirdMoments, UncertainProblem};
+
+pub use self::points::{Layers, cubic_lattice, cubic_side};
+
+/// Largest change of a moment, in standard deviations, by the last halving of the step.
+const MOMENTS: f64 = 5e-5;
+/// Largest change of the joint density, in total variation.
+const JOINT: f64 = 5e-3;
+/// Most halvings of the distance between two layers.
+const MOST_HALVINGS: u32 = 3;
+/// Layers of which the sums are held at a time.
+const BATCH: usize = 16;
+
+/// A stack of carried meshes, ready to be carried.
+#[derive(Debug, Clone)]
+pub struct Stack {
+    problem: UncertainProblem,
+    side: usize,
+    degree: usize,
+    /// The third variable of each layer, in standard deviations.
+    levels: Vec<f64>,
+    layer: LayerMesh,
+}
+
+/// What is known of a cloud with an uncertain radiation parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StackEstimate {
+    /// Density and moments in `(phi, e)`.
+    pub plane: Estimate,
+    /// Moments of the third variable.
+    pub third: ThirdMoments,
+    /// How reliable this is.
+    pub diagnostics: MeshDiagnostics,
+}
+
+impl Stack {
+    /// The stack of the initial points in these columns, solar angle, eccentricity and third variable: `side` layers of `side` by `side`
+    /// points.
+    ///
+    /// # Errors
+    /// [`MeshError`] if the columns are no such lattice, or if the degree does not fit it.
+    pub fn new(
+        problem: &UncertainProblem,
+        [phi, e, third]: [&[f64]; 3],
+        side: usize,
+        degree: usize,
+    ) -> Result<Self, MeshError> {
+        check_points(phi, e, side.saturating_pow(3))?;
+        check_degree(degree, side)?;
+        let levels = points::levels(problem, [phi, e, third], side)?;
+        let initial = &problem.plane.initial;
+        let (phi, e) = (&phi[..side * side], &e[..side * side]);
+        let unfolded = unfold(initial, phi, e, side);
+        let standard: Vec<[f64; 2]> = unfolded.iter().zip(e).map(|(&p, &e)| initial.standardise(p, e).into()).collect();
+        let layer = LayerMesh::new(initial, lattice_lines(&standard, side)?, degree)?;
+        Ok(Self { problem: problem.clone(), side, degree, levels, layer })
+    }
+
+    /// The density at a snapshot, from the points' present solar angles \[rad\] and eccentricities.
+    ///
+    /// # Errors
+    /// [`MeshError`] if the columns are not those of the stack's points.
+    pub fn estimate(&self, phi: &[f64], e: &[f64], grid: &Grid) -> Result<StackEstimate, MeshError> {
+        check_points(phi, e, self.side.pow(3))?;
+        let state = |(&phi, &e): (&f64, &f64)| State::from_polar(phi, e);
+        let states: Vec<State> = phi.iter().zip(e).map(state).collect();
+        let carried = Carried {
+            stack: self,
+            x1: states.iter().map(|s| s.x1).collect(),
+            x2: states.iter().map(|s| s.x2).collect(),
+        };
+        Ok(carried.estimate(grid))
+    }
+
+    /// The weight of a layer at `z` in a sum of step 1.
+    fn density(&self, z: f64) -> f64 {
+        normal_density(z) / self.problem.mass_inside()
+    }
+
+    /// Whether the distribution is cut at the lowest layer.
+    fn is_cut(&self) -> bool {
+        self.levels[0] <= self.problem.lowest() + 1e-9
+    }
+}
+
+/// A stack whose points the flow has carried.
+struct Carried<'a> {
+    stack: &'a Stack,
+    x1: Vec<f64>,
+    x2: Vec<f64>,
+}
+
+/// The sum over all layers of some evenly spaced ones.
+#[derive(Debug, Clone)]
+struct Total {
+    sums: Sums,
+    /// Sum of the layers' diagnostics, weighted as the layers are.
+    diagnostics: MeshDiagnostics,
+    weight: f64,
+}
+
+impl Carried<'_> {
+    fn estimate(&self, grid: &Grid) -> StackEstimate {
+        let Stack { side, levels, problem, .. } = self.stack;
+        let start = ThirdMoments::at_start(problem);
+        let centre = self.centre();
+        let gaps = side - 1;
+        let step = (levels[gaps] - levels[0]) / gaps as f64;
+        let ends = |k: usize| if k == 0 || k == gaps { 0.5 } else { 1.0 };
+        let at_layers: Vec<(f64, f64)> = (0..*side).map(|k| (k as f64, ends(k))).collect();
+        let mut sum = self.total(&at_layers, grid, centre, &start, false).sums;
+        let mut last = self.read(&sum, step, None, centre, grid);
+        let mut judged: Option<MeshDiagnostics> = None;
+        let (mut parts, mut changed) = (1usize, Changed::default());
+        for halving in 0..MOST_HALVINGS {
+            let between: Vec<(f64, f64)> = (0..gaps * parts).map(|k| ((k as f64 + 0.5) / parts as f64, 1.0)).collect();
+            let fresh = self.total(&between, grid, centre, &start, halving == 0);
+            judged.get_or_insert_with(|| fresh.mean_diagnostics());
+            let before = sum.clone();
+            sum.add(&fresh.sums, 1.0);
+            parts *= 2;
+            let finer = step / parts as f64;
+            let now = self.read(&sum, finer, self.stack.is_cut().then_some((&before, 2.0 * finer)), centre, grid);
+            changed = Changed::between(&last, &now, &start);
+            last = now;
+            if changed.moments < MOMENTS && changed.joint < JOINT {
+                break;
+            }
+        }
+        let diagnostics = judged.unwrap_or_default();
+        let diagnostics = MeshDiagnostics {
+            measure_defect: diagnostics.measure_defect + changed.moments,
+            misplaced_mass: diagnostics.misplaced_mass + changed.joint,
+            truncated_mass: (1.0 - last.mass / problem.plane.initial.mass_inside()).max(0.0),
+            ..diagnostics
+        };
+        StackEstimate {
+            plane: last.plane,
+            third: ThirdMoments { with_phi: last.with_third[0], with_e: last.with_third[1], ..start },
+            diagnostics,
+        }
+    }
+
+    /// Circular mean of the solar angle and mean eccentricity, from the layers of the lattice.
+    fn centre(&self) -> [f64; 2] {
+        let Stack { levels, layer, .. } = self.stack;
+        let vectors: Vec<[f64; 4]> =
+            (0..levels.len()).into_par_iter().map(|k| layer.mean_vector(self.states(k as f64))).collect();
+        let mut sum = [0.0; 4];
+        for (vector, &z) in vectors.iter().zip(levels) {
+            sum.iter_mut().zip(vector).for_each(|(sum, term)| *sum += self.stack.density(z) * term);
+        }
+        let [total, sin, cos, e] = sum;
+        [Circular::from_mean_vector(sin / total, cos / total).mean, e / total]
+    }
+
+    /// The states of the layer at a position, counted in layers of the lattice.
+    fn states(&self, position: f64) -> [Vec<f64>; 2] {
+        if position.fract() == 0.0 {
+            let size = self.stack.side * self.stack.side;
+            let first = position as usize * size;
+            return [&self.x1, &self.x2].map(|values| values[first..first + size].to_vec());
+        }
+        self.between_layers(position, self.stack.degree)
+    }
+
+    /// The same by polynomials two degrees lower, of a layer between those of the lattice.
+    fn rough_states(&self, position: f64) -> Option<[Vec<f64>; 2]> {
+        let degree = self.stack.degree.checked_sub(2).filter(|degree| *degree > 0)?;
+        Some(self.between_layers(position, degree))
+    }
+
+    fn between_layers(&self, position: f64, degree: usize) -> [Vec<f64>; 2] {
+        let Stack { side, levels, .. } = self.stack;
+        let size = side * side;
+        let lines: Vec<f64> = (0..levels.len()).map(|k| k as f64).collect();
+        let stencil = stencil(&lines, position as usize, degree, position);
+        let of = |values: &[f64]| (0..size).map(|i| stencil.sum(degree, |k| values[k * size + i])).collect();
+        [of(&self.x1), of(&self.x2)]
+    }
+
+    /// The weighted sum over layers at these positions, and their diagnostics if they are wanted.
+    fn total(
+        &self,
+        positions: &[(f64, f64)],
+        grid: &Grid,
+        centre: [f64; 2],
+        start: &ThirdMoments,
+        is_judged: bool,
+    ) -> Total {
+        let Stack { levels, layer, problem, .. } = self.stack;
+        let (mean, sigma) = problem.third();
+        let z_at = |position: f64| levels[0] + position * (levels[1] - levels[0]);
+        let one = |&(position, share): &(f64, f64)| {
+            let (z, states) = (z_at(position), self.states(position));
+            let weight = share * self.stack.density(z);
+            let sums = layer.sums(&states, grid, centre, problem.plane.critical_e, mean + sigma * z - start.mean);
+            let diagnostics = match is_judged {
+                true => layer.judge(&states, self.rough_states(position), grid),
+                false => MeshDiagnostics::default(),
+            };
+            (weight, sums, diagnostics)
+        };
+        let mut total = Total { sums: Sums::zero(grid), diagnostics: MeshDiagnostics::default(), weight: 0.0 };
+        for batch in positions.chunks(BATCH) {
+            let found: Vec<(f64, Sums, MeshDiagnostics)> = batch.par_iter().map(one).collect();
+            found.iter().for_each(|found| total.add(found));
+        }
+        total
+    }
+
+    /// The figures of sums with a step; `coarser` has the sums with the double step, for Simpson's rule.
+    fn read(&self, sums: &Sums, step: f64, coarser: Option<(&Sums, f64)>, centre: [f64; 2], grid: &Grid) -> Read {
+        let mut integral = sums.clone();
+        integral.scale(step);
+        if let Some((before, double)) = coarser {
+            integral.scale(4.0 / 3.0);
+            integral.add(before, -double / 3.0);
+        }
+        let Sums { powers, with_third, vector, above, mut joint } = integral;
+        let [mass, phi, e, phi_phi, phi_e, e_e] = powers;
+        let [phi, e, phi_phi, phi_e, e_e] = [phi, e, phi_phi, phi_e, e_e].map(|sum| sum / mass);
+        joint.iter_mut().for_each(|bin| *bin /= mass * grid.bin_area());
+        let moments = Moments {
+            mean_phi: centre[0] + phi,
+            std_phi: (phi_phi - phi * phi).max(0.0).sqrt(),
+            mean_e: centre[1] + e,
+            std_e: (e_e - e * e).max(0.0).sqrt(),
+            cov_phi_e: phi_e - phi * e,
+            prob_above_critical_e: (above / mass).clamp(0.0, 1.0),
+        };
+        let circular = Circular::from_mean_vector(vector[0] / mass, vector[1] / mass);
+        let [third, with_phi, with_e] = with_third.map(|sum| sum / mass);
+        Read {
+            plane: Estimate::from_joint(*grid, joint, moments, circular),
+            with_third: [with_phi - third * phi, with_e - third * e],
+            mass,
+        }
+    }
+}
+
+/// The figures of a stack with a step.
+struct Read {
+    plane: Estimate,
+    /// Covariances of the third variable with solar angle and eccentricity.
+    with_third: [f64; 2],
+    mass: f64,
+}
+
+/// What a halving of the step changed.
+#[derive(Debug, Clone, Copy, Default)]
+struct Changed {
+    /// The largest change of a moment, in standard deviations or products of them.
+    moments: f64,
+    /// The change of the joint density, in total variation.
+    joint: f64,
+}
+
+impl Changed {
+    fn between(before: &Read, now: &Read, third: &ThirdMoments) -> Self {
+        let (a, b) = (before.plane.moments, now.plane.moments);
+        let (phi, e, c) = (b.std_phi, b.std_e, third.deviation);
+        let of = |a: f64, b: f64, scale: f64| (a - b).abs() / scale;
+        let moments = [
+            of(a.mean_phi, b.mean_phi, phi),
+            of(a.std_phi, b.std_phi, phi),
+            of(a.mean_e, b.mean_e, e),
+            of(a.std_e, b.std_e, e),
+            of(a.cov_phi_e, b.cov_phi_e, phi * e),
+            of(a.prob_above_critical_e, b.prob_above_critical_e, 1.0),
+            of(before.with_third[0], now.with_third[0], phi * c),
+            of(before.with_third[1], now.with_third[1], e * c),
+        ];
+        let bins = before.plane.joint.iter().zip(&now.plane.joint);
+        let joint = 0.5 * bins.map(|(a, b)| (a - b).abs()).sum::<f64>() * now.plane.grid.bin_area();
+        Self { moments: moments.into_iter().fold(0.0, f64::max), joint }
+    }
+}
+
+impl Total {
+    fn add(&mut self, (weight, sums, diagnostics): &(f64, Sums, MeshDiagnostics)) {
+        self.sums.add(sums, *weight);
+        self.weight += weight;
+        let (sum, one) = (&mut self.diagnostics, diagnostics);
+        sum.elements += one.elements;
+        sum.flipped_elements += one.flipped_elements;
+        sum.flipped_mass += weight * one.flipped_mass;
+        sum.measure_defect += weight * one.measure_defect;
+        sum.misplaced_mass += weight * one.misplaced_mass;
+    }
+
+    fn mean_diagnostics(&self) -> MeshDiagnostics {
+        let MeshDiagnostics { flipped_mass, measure_defect, misplaced_mass, .. } = self.diagnostics;
+        let [flipped_mass, measure_defect, misplaced_mass] =
+            [flipped_mass, measure_defect, misplaced_mass].map(|sum| sum / self.weight);
+        MeshDiagnostics { flipped_mass, measure_defect, misplaced_mass, ..self.diagnostics }
+    }
+}

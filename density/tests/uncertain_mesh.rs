@@ -1,0 +1,104 @@
+//! The stack of carried meshes over an uncertain radiation parameter, against moments and probabilities that another program computed by
+//! quadrature.
+
+mod planar_reference;
+
+use density::first_passage::over_leaves::curve_on_lattices;
+use density::flow::{Accuracy, Flow};
+use density::grid::{Grid, grids_over_leaves};
+use density::mesh::MeshDiagnostics;
+use density::mesh::stack::{Layers, Stack, StackEstimate, cubic_lattice};
+use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::orbits::Orbits;
+use density::uncertain::{Distribution, Spread, UncertainProblem, UncertainTask};
+use planar_reference::{Snapshot, apart, relative_deviation_of_radiation};
+
+/// Bins of the densities in each direction.
+const BINS: usize = 40;
+
+struct Carry<'a> {
+    problem: &'a UncertainProblem,
+    layers: &'a Layers,
+    grids: Vec<Grid>,
+}
+
+impl UncertainTask for Carry<'_> {
+    type Output = Vec<StackEstimate>;
+
+    fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output {
+        let Self { problem, layers, grids } = self;
+        let points: Vec<[f64; 3]> = (0..layers.len()).map(|row| layers.point(row)).collect();
+        let columns = [0, 1, 2].map(|k| points.iter().map(|point| point[k]).collect::<Vec<f64>>());
+        let columns = columns.each_ref().map(Vec::as_slice);
+        let flow = Flow { model, accuracy: Accuracy::Medium };
+        let mut orbits = Orbits::from_variables(flow, &columns);
+        let stack = Stack::new(problem, columns, layers.third.len(), 7).unwrap();
+        let at = |(&time, grid): (&f64, &Grid)| {
+            orbits.advance_to(time).unwrap();
+            let mut found = [0, 1, 2].map(|_| vec![0.0; layers.len()]);
+            orbits.read_out_columns(&mut found.each_mut().map(Vec::as_mut_slice));
+            stack.estimate(&found[0], &found[1], grid).unwrap()
+        };
+        problem.plane.times.iter().zip(&grids).map(at).collect()
+    }
+}
+
+/// The problem with those of its snapshots that end by `years`.
+fn scenario(name: &str, years: f64) -> (UncertainProblem, Vec<Snapshot>) {
+    let (mut plane, mut snapshots) = planar_reference::scenario(name);
+    plane.times.retain(|time| *time <= years);
+    snapshots.retain(|snapshot| snapshot.years <= years);
+    let spread = Spread { relative: relative_deviation_of_radiation(name), distribution: Distribution::Gaussian };
+    (UncertainProblem::new(plane, spread).unwrap(), snapshots)
+}
+
+/// `PHASECLOUD_POINTS=1000000` takes so many points, to two years (six on the cliff), and prints how far the moments are off.
+#[test]
+fn the_stack_has_the_moments_of_the_reference_as_far_as_its_defect_says() {
+    let wanted = std::env::var("PHASECLOUD_POINTS").ok().map(|text| text.parse::<usize>().unwrap());
+    let cases = [("uncertain-1", 1.0), ("uncertain-3", 0.5)];
+    let all = [("uncertain-1", 2.0), ("uncertain-3", 2.0), ("cliff", 6.0)];
+    for (name, years) in if wanted.is_some() { all.to_vec() } else { cases.to_vec() } {
+        let (problem, snapshots) = scenario(name, years);
+        let layers = cubic_lattice(&problem, wanted.unwrap_or(30_000)).unwrap();
+        let grids = grids_over_leaves(&problem, BINS, BINS).unwrap();
+        let found = problem.perform(Carry { problem: &problem, layers: &layers, grids });
+        for (snapshot, found) in snapshots.iter().zip(&found) {
+            let m = found.plane.moments;
+            let difference = apart([m.mean_phi, m.std_phi, m.mean_e, m.std_e, m.cov_phi_e], snapshot.moments);
+            let MeshDiagnostics { measure_defect, misplaced_mass, truncated_mass, .. } = found.diagnostics;
+            let above = m.prob_above_critical_e - snapshot.above;
+            println!(
+                "{name} at {} yr: off by {difference:.1e}, probability above by {above:.1e}; defect {measure_defect:.1e}, misplaced \
+                 {misplaced_mass:.1e}, left out {truncated_mass:.1e}",
+                snapshot.years
+            );
+            assert!(difference < 1e-4 + measure_defect + truncated_mass, "{name} at {} yr", snapshot.years);
+            // No event's probability is off by more than the density.
+            assert!(above.abs() < 1e-5 + misplaced_mass + measure_defect, "{name} at {} yr", snapshot.years);
+            let third = found.third;
+            assert!((third.mean / problem.mean() - 1.0).abs() < 1e-6, "the flow does not change the parameter");
+            let marginal: f64 = found.plane.marginal_e.iter().sum::<f64>() * found.plane.grid.e.width();
+            assert!((0.99..1.0 + 1e-9).contains(&marginal), "{name} at {} yr: {marginal}", snapshot.years);
+        }
+    }
+}
+
+/// The reference is good to 1e-5, and to 9e-5 on the cliff.
+#[test]
+fn first_passages_of_the_lattices_are_those_of_the_reference_within_their_intervals() {
+    let is_whole = std::env::var_os("PHASECLOUD_POINTS").is_some();
+    let all = [("uncertain-1", 2.0), ("uncertain-3", 2.0), ("cliff", 6.0)];
+    for (name, years) in if is_whole { all.to_vec() } else { vec![("uncertain-1", 0.5)] } {
+        let (problem, snapshots) = scenario(name, years);
+        let times = problem.plane.times.clone();
+        let found = curve_on_lattices(&problem, Accuracy::Medium, (31, 7), &times).unwrap();
+        for (passed, snapshot) in found.iter().zip(&snapshots) {
+            let (probability, expected) = (passed.probability, snapshot.ever);
+            println!("{name} by {} yr: {probability:?}, {expected}", snapshot.years);
+            let tolerance = probability.error + if name == "cliff" { 9e-5 } else { 1e-5 };
+            assert!((probability.value - expected).abs() < tolerance, "{name} by {} yr", snapshot.years);
+            assert!(probability.error < 5e-3, "{name} by {} yr: {probability:?}", snapshot.years);
+        }
+    }
+}
