@@ -10,7 +10,7 @@ use density::exact::{Error, Estimated};
 use density::first_passage::over_leaves::Passed;
 use density::uncertain::{Spread, UncertainProblem};
 use nodes::files::plain_number::plain;
-use nodes::files::scenario_file::{self, ScenarioFile};
+use nodes::files::scenario_file::{self, Epoch, ScenarioFile};
 use serde_json::json;
 
 use super::derived::{self, Derived};
@@ -61,6 +61,8 @@ struct Answer {
     at_end: Option<Passed>,
     /// How uncertain that parameter is.
     spread: Option<Spread>,
+    /// The date at the start, if the scenario says it.
+    epoch: Option<Epoch>,
 }
 
 /// Answers.
@@ -89,7 +91,7 @@ pub fn run(arguments: &AskArguments) -> ExitCode {
 
 fn answer(scenario: ScenarioFile) -> Result<Answer, Error> {
     match scenario.uncertain() {
-        Some(problem) => with_uncertainty(scenario.name, &problem),
+        Some(problem) => with_uncertainty(scenario.name, &problem, scenario.epoch),
         None => without_uncertainty(scenario),
     }
 }
@@ -110,7 +112,7 @@ fn read(times: &[f64], found: &[Estimated], printed: &[f64]) -> (Vec<(f64, Estim
     (points.filter(|(time, _)| printed.contains(time)).collect(), reached)
 }
 
-fn without_uncertainty(ScenarioFile { name, problem, .. }: ScenarioFile) -> Result<Answer, Error> {
+fn without_uncertainty(ScenarioFile { name, problem, epoch, .. }: ScenarioFile) -> Result<Answer, Error> {
     let end = problem.times.last().copied().unwrap_or(0.0);
     let printed = years(end);
     let times = all_times(&printed, end);
@@ -131,10 +133,11 @@ fn without_uncertainty(ScenarioFile { name, problem, .. }: ScenarioFile) -> Resu
         sensitivities,
         at_end: None,
         spread: None,
+        epoch,
     })
 }
 
-fn with_uncertainty(name: String, problem: &UncertainProblem) -> Result<Answer, Error> {
+fn with_uncertainty(name: String, problem: &UncertainProblem, epoch: Option<Epoch>) -> Result<Answer, Error> {
     let plane = &problem.plane;
     let end = plane.times.last().copied().unwrap_or(0.0);
     let printed = years(end);
@@ -147,7 +150,17 @@ fn with_uncertainty(name: String, problem: &UncertainProblem) -> Result<Answer, 
     let factors = PROBABILITIES.iter().map(factor).collect();
     let sensitivities = over_radiation::sensitivities(problem, &table)?;
     let (at_end, spread) = (passed.last().copied(), Some(problem.spread));
-    Ok(Answer { name, derived: derived::of(plane), curve, times: reached, factors, sensitivities, at_end, spread })
+    Ok(Answer {
+        name,
+        derived: derived::of(plane),
+        curve,
+        times: reached,
+        factors,
+        sensitivities,
+        at_end,
+        spread,
+        epoch,
+    })
 }
 
 /// Every year up to the horizon, or every few years of a long one, or parts of a year of a short one; the horizon itself comes last.
@@ -174,18 +187,22 @@ fn in_words(p: &Estimated) -> String {
 }
 
 fn print(answer: &Answer) {
-    let Answer { name, derived, curve, times, factors, sensitivities, at_end, spread } = answer;
+    let Answer { name, derived, curve, times, factors, sensitivities, at_end, spread, epoch } = answer;
     let mut lines = derived.lines();
     lines.extend(spread.map(derived::in_words));
     say!("{name}: {}", lines.join("\n  "));
+    let by = |time: f64, years: String| match epoch {
+        Some(epoch) => format!("{years} ({})", epoch.date_after(time)),
+        None => years,
+    };
     let mut table = new_table(["by, yr", "probability of re-entry"].map(str::to_owned).into(), 0);
     curve.iter().for_each(|(time, p)| {
-        table.add_row([plain(*time), in_words(p)]);
+        table.add_row([by(*time, plain(*time)), in_words(p)]);
     });
     say!("\n{table}");
     let mut table = new_table(["probability", "reached by, yr", "needs C (or A/m) times"].map(str::to_owned).into(), 0);
     for ((p, time), factor) in PROBABILITIES.iter().zip(times).zip(factors) {
-        let time = time.map_or("not by the last snapshot".into(), |time| format!("{time:.3}"));
+        let time = time.map_or("not by the last snapshot".into(), |time| by(time, format!("{time:.3}")));
         let factor = match factor {
             None => "not within 0.1 to 10".into(),
             Some(factor) if is_lowest(*factor) => "at most 0.1".into(),
@@ -225,10 +242,11 @@ fn radiation_in_words(passed: &Passed) -> String {
 }
 
 fn in_json(answer: &Answer) -> serde_json::Value {
-    let Answer { name, derived, curve, times, factors, sensitivities, at_end, .. } = answer;
+    let Answer { name, derived, curve, times, factors, sensitivities, at_end, epoch, .. } = answer;
+    let date = |time: f64| epoch.map(|epoch| epoch.date_after(time));
     let point = |(time, p): &(f64, Estimated)| {
         let probability = is_stated(p).then_some(p.value);
-        json!({"t_yr": time, "probability": probability, "error_estimate": p.error.is_finite().then_some(p.error)})
+        json!({"t_yr": time, "date": date(*time), "probability": probability, "error_estimate": p.error.is_finite().then_some(p.error)})
     };
     let given = |(mean, deviation): (f64, f64)| (!mean.is_nan()).then(|| json!({"mean": mean, "deviation": deviation}));
     let wanted = PROBABILITIES.iter().zip(times).zip(factors);
@@ -237,7 +255,7 @@ fn in_json(answer: &Answer) -> serde_json::Value {
         "method": "exact",
         "derived": derived.json(),
         "curve": curve.iter().map(point).collect::<Vec<_>>(),
-        "reached": wanted.map(|((p, time), factor)| json!({"probability": p, "t_yr": time, "radiation_factor": factor, "radiation_factor_is_upper_bound": factor.is_some_and(is_lowest)})).collect::<Vec<_>>(),
+        "reached": wanted.map(|((p, time), factor)| json!({"probability": p, "t_yr": time, "date": time.and_then(date), "radiation_factor": factor, "radiation_factor_is_upper_bound": factor.is_some_and(is_lowest)})).collect::<Vec<_>>(),
         "radiation_at_end": at_end.as_ref().map(|passed| json!({"if_re_entered": given(passed.radiation_if_passed), "if_not": given(passed.radiation_if_not)})),
         "sensitivities": sensitivities.iter().map(|s| json!({"change": s.change, "effect": s.effect})).collect::<Vec<_>>(),
     })

@@ -30,7 +30,7 @@ pub fn read_request(header: &ScenarioHeader, items: &[f64]) -> Result<AnyScenari
         return Ok(AnyScenario::InSpace(ScenarioInSpace::of_cloud(name, problem)));
     }
     let (problem, spread) = planar_problem::problem(&said).map_err(|why| refused(&why))?;
-    Ok(AnyScenario::InPlane { scenario: ScenarioFile { name, problem, spread }, semi_major_axis: None })
+    Ok(AnyScenario::InPlane { scenario: ScenarioFile { name, problem, spread, epoch: None }, semi_major_axis: None })
 }
 
 /// The header and the numbers of a request to work on a scenario; `number` is what the answer will carry.
@@ -39,7 +39,7 @@ pub fn read_request(header: &ScenarioHeader, items: &[f64]) -> Result<AnyScenari
 /// If there is more of something than a message holds.
 pub fn request(scenario: &AnyScenario, number: u32) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
     let said = match scenario {
-        AnyScenario::InPlane { scenario: ScenarioFile { name, problem, spread }, .. } => {
+        AnyScenario::InPlane { scenario: ScenarioFile { name, problem, spread, .. }, .. } => {
             planar_problem::described(name, problem, *spread, |_| Vec::new())
         }
         AnyScenario::InSpace(ScenarioInSpace { name, cloud: Some(problem), .. }) => {
@@ -63,7 +63,7 @@ mod tests {
     fn a_request_is_checked_as_a_file_is() {
         let Plane { problem, .. } = kit::example::assignment().plane.unwrap();
         let in_plane = |scenario| AnyScenario::InPlane { scenario, semi_major_axis: None };
-        let scenario = ScenarioFile { name: "scenario-1".into(), problem, spread: None };
+        let scenario = ScenarioFile { name: "scenario-1".into(), problem, spread: None, epoch: None };
         let (header, items) = request(&in_plane(scenario.clone()), 3).unwrap();
         assert_eq!(read_request(&header, &items).unwrap(), in_plane(scenario.clone()));
         let spread = Spread { relative: 0.05, distribution: Distribution::LogNormal };

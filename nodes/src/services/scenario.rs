@@ -189,7 +189,7 @@ struct Make {
 }
 
 impl Make {
-    fn in_plane(&self, ScenarioFile { name, problem, spread }: &ScenarioFile) -> Result<Assignment, Failure> {
+    fn in_plane(&self, ScenarioFile { name, problem, spread, .. }: &ScenarioFile) -> Result<Assignment, Failure> {
         let (phi_bins, e_bins) = self.bins;
         let problem = problem.clone();
         Ok(match spread {

@@ -66,7 +66,7 @@ impl AnyScenario {
     /// The text of a scenario file that states it; `None` if it has no cloud.
     pub fn to_text(&self) -> Option<String> {
         match self {
-            Self::InPlane { scenario: ScenarioFile { name, problem, spread }, .. } => {
+            Self::InPlane { scenario: ScenarioFile { name, problem, spread, .. }, .. } => {
                 Some(to_text(name, problem, *spread))
             }
             Self::InSpace(scenario) => Some(text_in_space::to_text(&scenario.name, scenario.cloud.as_ref()?)),

@@ -147,7 +147,7 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
         ModelInSpace::Vectorial(Vectorial { forces, obliquity, sun_longitude }, variables)
     };
     check_parameters(file, &raw.orbit, &model)?;
-    let times = times::read(file, &raw.times)?;
+    let times = times::read(file, &raw.times, None)?;
     check_times(&times).map_err(|error| Times::locate(&raw.times, file, &in_words(&error)))?;
     let critical_e = raw.disposal.as_ref().map(|disposal| critical_e(file, disposal, axis)).transpose()?;
     let mut scenario = ScenarioInSpace {

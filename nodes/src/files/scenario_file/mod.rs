@@ -15,6 +15,7 @@ use crate::files::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
 use crate::files::plain_number::plain;
 
 use disposal::Disposal;
+use epoch::EpochTable;
 use initial::Initial;
 use orbit::{Model, Orbit};
 use times::Times;
@@ -22,6 +23,7 @@ use times::Times;
 mod angle;
 mod any;
 mod disposal;
+mod epoch;
 mod in_space;
 mod initial;
 mod measure;
@@ -33,6 +35,7 @@ mod text_in_space;
 mod times;
 
 pub use any::{AnyScenario, check_any, check_cloud, load_cloud};
+pub use epoch::Epoch;
 pub use in_space::{ModelInSpace, ScenarioInSpace};
 pub use times::is_right_number_of_times;
 
@@ -45,6 +48,8 @@ pub struct ScenarioFile {
     pub problem: Problem<Planar>,
     /// How uncertain its radiation parameter is, if it is.
     pub spread: Option<Spread>,
+    /// The date at `t = 0`, if the file says it.
+    pub epoch: Option<Epoch>,
 }
 
 impl ScenarioFile {
@@ -59,6 +64,7 @@ impl ScenarioFile {
 struct Raw {
     name: Spanned<String>,
     model: Option<Model>,
+    epoch: Option<EpochTable>,
     orbit: Spanned<Orbit>,
     initial: Spanned<Initial>,
     times: Spanned<Times>,
@@ -87,7 +93,8 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     check_name(file, &raw.name)?;
     let initial = Initial::read(file, &raw.initial)?;
     let model = orbit::read(file, raw.model.as_ref(), &raw.orbit)?;
-    let times = times::read(file, &raw.times)?;
+    let epoch = raw.epoch.as_ref().map(|table| Epoch::read(file, table)).transpose()?;
+    let times = times::read(file, &raw.times, epoch.as_ref())?;
     let critical_e = Disposal::read(file, &raw.disposal, orbit::semi_major_axis(file, &raw.orbit)?)?;
     let located = |error: ProblemError| raw.locate(file, &error);
     let problem = Problem::new(model, initial, times, critical_e).map_err(located)?;
@@ -95,7 +102,7 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     if let Some(spread) = spread {
         UncertainProblem::new(problem.clone(), spread).map_err(located)?;
     }
-    Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem, spread })
+    Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem, spread, epoch })
 }
 
 /// Checks the name of a scenario.

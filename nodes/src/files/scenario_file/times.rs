@@ -4,7 +4,9 @@ use density::problem::MOST_YEARS;
 use messages::scenario::MOST_SNAPSHOTS;
 use serde::Deserialize;
 use toml::Spanned;
+use toml::value::Datetime;
 
+use super::epoch::Epoch;
 use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
 use crate::files::plain_number::plain;
@@ -16,6 +18,7 @@ pub(super) struct Times {
     end: Option<Spanned<Measure>>,
     step: Option<Spanned<Measure>>,
     at: Option<Spanned<Vec<f64>>>,
+    until: Option<Spanned<Datetime>>,
 }
 
 impl Times {
@@ -24,6 +27,7 @@ impl Times {
         match table.get_ref() {
             Self { at: Some(at), .. } => file.error(at, problem),
             Self { end: Some(end), .. } => file.error(end, problem),
+            Self { until: Some(until), .. } => file.error(until, problem),
             _ => file.error(table, problem),
         }
     }
@@ -44,12 +48,39 @@ fn number(
 }
 
 /// The times \[yr\] that the table gives.
-pub(super) fn read(file: &InputFile, times: &Spanned<Times>) -> Result<Vec<f64>, InputError> {
+pub(super) fn read(file: &InputFile, times: &Spanned<Times>, epoch: Option<&Epoch>) -> Result<Vec<f64>, InputError> {
     match times.get_ref() {
-        Times { end: Some(end), step: Some(step), at: None } => stepped_times(file, end, step),
-        Times { end: None, step: None, at: Some(at) } => listed_times(file, at),
-        _ => Err(file.error(times, "must have either end and step, or at")),
+        Times { end: Some(end), step: Some(step), at: None, until: None } => stepped_times(file, end, step),
+        Times { end: None, step: None, at: Some(at), until: None } => listed_times(file, at),
+        Times { end: None, step: Some(step), at: None, until: Some(until) } => {
+            let needs = "is a date, which needs the date at t = 0: [epoch] date, in a planar scenario";
+            let epoch = epoch.ok_or_else(|| file.error(until, needs))?;
+            times_until(file, (until, epoch.years_until(file, until)?), step)
+        }
+        _ => Err(file.error(times, "must have either end and step, or until and step, or at")),
     }
+}
+
+/// Every step from the start on, and the end, which need not be a whole number of steps away.
+fn times_until(
+    file: &InputFile,
+    (until, end): (&Spanned<Datetime>, f64),
+    every: &Spanned<Measure>,
+) -> Result<Vec<f64>, InputError> {
+    if !(LEAST_GAP..=MOST_YEARS).contains(&end) {
+        return Err(file.error(until, &format!("is {} yr after the epoch, it must be at most 1000", plain(end))));
+    }
+    let step =
+        number(file, every, "at least 1e-6 yr and at most the time to until", |x| (LEAST_GAP..=end).contains(&x))?;
+    let steps = (end / step).floor();
+    if steps + 2.0 > MOST_SNAPSHOTS as f64 {
+        let least = end / (MOST_SNAPSHOTS as f64 - 2.0);
+        let problem = format!("more than {MOST_SNAPSHOTS} snapshots; step must be at least {least}");
+        return Err(file.error(every, &problem));
+    }
+    let before = (0..=steps as u32).map(|k| as_meant(f64::from(k) * step));
+    // A step that ends next to the end is the end.
+    Ok(before.take_while(|time| end - time > 0.01 * step).chain([end]).collect())
 }
 
 /// Whether a scenario may have this number of snapshots: from 2 to as many as a message holds.
