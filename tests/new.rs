@@ -38,10 +38,19 @@ fn a_new_python_propagator_is_the_example_with_its_kit() {
     let bench = Bench::new();
     let output = bench.phasecloud().args(["new", "--python", "mine.py"]).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
-    // tests/python.rs checks the example.
-    assert_eq!(text(&bench.read("mine.py/propagator.py")), source("examples/python/monte_carlo.py"));
-    for file in ["phasecloud_kit.py", "phasecloud_layout.py", "requirements.txt"] {
-        assert_eq!(text(&bench.read(&format!("mine.py/{file}"))), source(&format!("examples/python/{file}")));
+    // tests/python.rs checks the example, and that these files keep all rules without the package.
+    for (written, original) in [
+        ("propagator.py", "examples/python/monte_carlo.py"),
+        ("phasecloud_kit.py", "python/phasecloud/kit/__init__.py"),
+        ("phasecloud_layout.py", "python/phasecloud/kit/layout.py"),
+        ("requirements.txt", "examples/python/requirements.txt"),
+    ] {
+        let (written, original) = (text(&bench.read(&format!("mine.py/{written}"))), source(original));
+        assert_eq!(written.lines().count(), original.lines().count());
+        let differ = written.lines().zip(original.lines()).filter(|(written, original)| written != original);
+        for (written, original) in differ {
+            assert!(written.contains("import") && original.contains("import"), "{written} instead of {original}");
+        }
     }
 }
 

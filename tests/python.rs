@@ -1,4 +1,4 @@
-//! Propagators in Python: the kit in `examples/python`, in real runs.
+//! Propagators in Python: the kit in `python/phasecloud/kit` and the examples in `examples/python`, in real runs.
 //!
 //! Needs python3 with venv, and access to the package index once; without them the tests print why and are skipped,
 //! unless `PHASECLOUD_REQUIRE_PYTHON=1`.
@@ -25,7 +25,8 @@ use rustix::process::{Pid, Signal, kill_process};
 /// Far longer than a healthy machine needs; only ends a test that would hang.
 const WATCHDOG: Duration = Duration::from_secs(180);
 
-fn kit() -> PathBuf {
+/// The examples.
+fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/python")
 }
 
@@ -33,7 +34,7 @@ fn kit() -> PathBuf {
 static INTERPRETER: LazyLock<Result<PathBuf, String>> = LazyLock::new(|| {
     let environment = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
     let interpreter = environment.join("bin/python");
-    let requirements = kit().join("requirements.txt");
+    let requirements = examples().join("requirements.txt");
     let wanted = std::fs::read_to_string(&requirements).map_err(|e| format!("{}: {e}", requirements.display()))?;
     let installed = environment.join("installed.txt");
     if std::fs::read_to_string(&installed).ok().as_deref() != Some(&wanted) {
@@ -42,8 +43,18 @@ static INTERPRETER: LazyLock<Result<PathBuf, String>> = LazyLock::new(|| {
         succeed(Command::new(&interpreter).args(pip).arg(&requirements))?;
         std::fs::write(&installed, wanted).map_err(|e| format!("{}: {e}", installed.display()))?;
     }
+    lead_to_the_package(&interpreter)?;
     Ok(interpreter)
 });
+
+/// Makes `import phasecloud` find the sources of this checkout, as an editable installation does. The kit needs no compiled part of the package.
+fn lead_to_the_package(interpreter: &Path) -> Result<(), String> {
+    let where_to = "import site; print(site.getsitepackages()[0])";
+    let output = Command::new(interpreter).args(["-c", where_to]).output().map_err(|e| e.to_string())?;
+    let file = Path::new(text(&output.stdout).trim()).join("phasecloud.pth");
+    let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("python");
+    std::fs::write(&file, package.display().to_string()).map_err(|e| format!("{}: {e}", file.display()))
+}
 
 fn succeed(command: &mut Command) -> Result<(), String> {
     let output = command.stdin(Stdio::null()).output().map_err(|e| format!("{command:?}: {e}"))?;
@@ -55,7 +66,7 @@ static WITH_HEYOKA: LazyLock<Result<PathBuf, String>> = LazyLock::new(|| {
     let interpreter = INTERPRETER.as_ref()?;
     if succeed(Command::new(interpreter).args(["-c", "import heyoka"])).is_err() {
         let pip = ["-m", "pip", "install", "--quiet", "--retries", "1", "--only-binary", ":all:", "-r"];
-        succeed(Command::new(interpreter).args(pip).arg(kit().join("requirements-heyoka.txt")))?;
+        succeed(Command::new(interpreter).args(pip).arg(examples().join("requirements-heyoka.txt")))?;
     }
     Ok(interpreter.clone())
 });
@@ -89,7 +100,7 @@ fn monte_carlo_in_python_has_the_exact_moments_within_four_standard_errors() {
     let Some(python) = interpreter() else { return };
     const SAMPLES: usize = 1000;
     let bench = Bench::new();
-    let (python, script) = (python.display().to_string(), kit().join("monte_carlo.py").display().to_string());
+    let (python, script) = (python.display().to_string(), examples().join("monte_carlo.py").display().to_string());
     let command = [&python, "-B", &script, "--samples", &SAMPLES.to_string()];
     bench.run_well(&launch_file(&bench, &command), "out");
 
@@ -119,7 +130,7 @@ fn heyoka_moves_the_same_draws_to_the_same_moments_as_scipy() {
     let Some(python) = required(&WITH_HEYOKA) else { return };
     let bench = Bench::new();
     let case = |label: &str, script: &str| {
-        let script = kit().join(script).display().to_string();
+        let script = examples().join(script).display().to_string();
         let command = [&python.display().to_string(), "-B", &script, "--samples", "300"];
         format!("[[propagator]]\nlabel = \"{label}\"\ncommand = {command:?}\n")
     };
@@ -145,14 +156,14 @@ fn shards_in_python_have_the_moments_of_the_whole() {
         let command = [&python.display().to_string(), "-B", script, "--samples", "301"];
         format!("[[propagator]]\nlabel = \"{label}\"\nshards = {shards}\ncommand = {command:?}\n")
     };
-    let script = kit().join("monte_carlo.py").display().to_string();
+    let script = examples().join("monte_carlo.py").display().to_string();
     let whole =
-        "from phasecloud_kit import SAMPLES, serve\nserve(lambda problem, run: run.snapshot(SAMPLES, 9).__enter__())\n";
+        "from phasecloud.kit import SAMPLES, serve\nserve(lambda problem, run: run.snapshot(SAMPLES, 9).__enter__())\n";
     let unsplit = bench.write("unsplit.py", whole).display().to_string();
     let cases = case("mc", 1, &script) + &case("split", 3, &script) + &case("unsplit", 2, &unsplit);
     let mut command = bench.phasecloud();
     command.arg("run").arg(bench.launch_file("shards", &cases)).arg("--out").arg(bench.path("out"));
-    let output = command.env("PYTHONPATH", kit()).output().unwrap();
+    let output = command.output().unwrap();
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("this propagator cannot be split into shards"), "{said}");
@@ -172,7 +183,7 @@ fn without_heyoka_its_example_says_what_is_missing() {
     let Some(python) = interpreter() else { return };
     let bench = Bench::new();
     bench.write("heyoka.py", "raise ImportError");
-    let script = kit().join("heyoka_monte_carlo.py");
+    let script = examples().join("heyoka_monte_carlo.py");
     let output = Command::new(python).arg("-B").arg(script).env("PYTHONPATH", bench.path(".")).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("pip install -r examples/python/requirements-heyoka.txt"));
@@ -184,11 +195,27 @@ fn the_python_examples_keep_all_rules() {
         let Some(python) = required(interpreter) else { return };
         let bench = Bench::new();
         let mut check = bench.phasecloud();
-        check.args(["check", "--grace", "30", "--"]).arg(python).arg("-B").arg(kit().join(script));
+        check.args(["check", "--grace", "30", "--"]).arg(python).arg("-B").arg(examples().join(script));
         let output = check.args(["--samples", "300"]).output().unwrap();
         assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
         assert!(text(&output.stdout).contains("passed: 17 rules kept, 1 not judged"), "{}", text(&output.stdout));
     }
+}
+
+#[test]
+fn a_new_propagator_keeps_all_rules_beside_its_own_copy_of_the_kit() {
+    let Some(python) = interpreter() else { return };
+    let bench = Bench::new();
+    let written = bench.phasecloud().args(["new", "--python", "mine"]).output().unwrap();
+    assert!(written.status.success(), "{}", text(&written.stderr));
+    // This start refuses to import the package.
+    let start = "import sys, runpy\nsys.meta_path.insert(0, type('', (), {'find_spec': staticmethod(lambda name, *_: sys.exit(name) if name == 'phasecloud' else None)})())\n\
+                 sys.path.insert(0, 'mine')\nrunpy.run_path('mine/propagator.py', run_name='__main__')\n";
+    bench.write("start.py", start);
+    let mut check = bench.phasecloud();
+    check.args(["check", "--grace", "30", "--"]).arg(python).args(["-B", "start.py", "--samples", "300"]);
+    let output = check.output().unwrap();
+    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
 }
 
 #[test]
@@ -198,7 +225,12 @@ fn the_notebook_redraws_a_figure_from_a_results_folder() {
     bench.run_well(&bench.launch_file("four", common::FOUR_CASES), "out");
     let notebook = |method: &str, picture: &str| {
         let mut command = Command::new(python);
-        command.arg("-B").arg(kit().join("results.py")).arg(bench.path("out")).arg(method).arg(bench.path(picture));
+        command
+            .arg("-B")
+            .arg(examples().join("results.py"))
+            .arg(bench.path("out"))
+            .arg(method)
+            .arg(bench.path(picture));
         command.env("MPLCONFIGDIR", bench.path("matplotlib")).output().unwrap()
     };
     let output = notebook("dee-961", "picture.png");
@@ -217,7 +249,7 @@ fn the_notebook_redraws_a_figure_from_a_results_folder() {
 
     // Without a name for the picture it is written beside the results, not into them.
     let mut command = Command::new(python);
-    command.arg("-B").arg(kit().join("results.py")).arg(bench.path("out")).current_dir(bench.path("."));
+    command.arg("-B").arg(examples().join("results.py")).arg(bench.path("out")).current_dir(bench.path("."));
     let output = command.env("MPLCONFIGDIR", bench.path("matplotlib")).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(bench.path("out-mc.png").is_file(), "{}", text(&output.stdout));
@@ -232,7 +264,7 @@ fn the_notebook_redraws_a_figure_from_a_results_folder() {
 fn an_exception_in_a_python_propagator_is_named() {
     let Some(python) = interpreter() else { return };
     let bench = Bench::new();
-    let start = format!("import sys\nsys.path.insert(0, {:?})\nfrom phasecloud_kit import *\n", kit().display());
+    let start = "from phasecloud.kit import *\n";
     for (body, words) in [
         ("raise ValueError('no luck today')", "mc: ValueError: no luck today"),
         ("pass", "mc: ValueError: only 0 of 5 snapshots were sent"),
@@ -331,7 +363,7 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
         }
         let before = files(place);
         let command = Command::new(python)
-            .args(["-B", &kit().join("monte_carlo.py").display().to_string(), "--samples", "300"])
+            .args(["-B", &examples().join("monte_carlo.py").display().to_string(), "--samples", "300"])
             .envs([("PHASECLOUD_LABEL", "mine"), ("PHASECLOUD_RUN_ID", "7"), ("PHASECLOUD_PREFIX", &place.prefix)])
             .env("PHASECLOUD_ROOT", &place.root)
             .env_remove("PHASECLOUD_LAUNCHER")
@@ -369,7 +401,7 @@ fn a_python_propagator_that_is_stopped_leaves_no_files_whether_it_waits_or_compu
 fn a_recorder_that_is_killed_after_a_python_case_was_done_misses_nothing_of_it() {
     let Some(python) = interpreter() else { return };
     let bench = Bench::new();
-    let command = [&python.display().to_string(), "-B", &kit().join("monte_carlo.py").display().to_string()];
+    let command = [&python.display().to_string(), "-B", &examples().join("monte_carlo.py").display().to_string()];
     let words = command.map(|word| format!("\"{word}\"")).join(", ");
     let cases = format!(
         "patience = 60\n[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 2_000\n\

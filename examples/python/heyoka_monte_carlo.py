@@ -10,7 +10,7 @@ import sys
 import numpy as np
 
 from monte_carlo import DRIFT, draw, hamiltonian
-from phasecloud_kit import SAMPLES, serve
+from phasecloud.kit import SAMPLES, serve
 
 try:
     import heyoka as hy

@@ -14,7 +14,7 @@ import argparse
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from phasecloud_kit import SAMPLES, serve
+from phasecloud.kit import SAMPLES, serve
 
 BLOCK = 4000  # orbits that share a step size: their numbers stay in the cache
 RELATIVE, ABSOLUTE = 1e-11, 1e-13  # the Hamiltonian of 1e5 orbits then drifts by 8e-11 at most in two years

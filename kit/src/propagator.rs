@@ -333,14 +333,7 @@ fn send_passage(
         Passage::Counted { rows, samples, independent } => (rows, samples, independent, String::new()),
         Passage::Cannot(reason) => (Vec::new(), 0, true, reason),
     };
-    // The true curve never falls; rounding and quadrature may make an estimate do so.
-    let mut least = 0.0f64;
-    for row in rows.iter_mut().filter(|row| !row[1].is_nan()) {
-        least = least.max(row[1]);
-        row[1] = least;
-        // An estimate that was raised stays within its interval; of a withheld one only the interval is known.
-        row[3] = if row[3].is_nan() { row[3] } else { row[3].max(least) };
-    }
+    never_falling(&mut rows);
     let header = PassageHeader {
         run_id: assignment.said.run_id,
         seconds: clock.seconds(),
@@ -355,4 +348,16 @@ fn send_passage(
         reason: pack(&reason),
     };
     Ok(outlet.send_items(header, rows.as_flattened())?)
+}
+
+/// Raises the rows of a first-passage curve to what they have reached before. The true curve never falls; rounding and quadrature may make an
+/// estimate do so.
+pub fn never_falling(rows: &mut [[f64; PASSAGE_COLUMNS]]) {
+    let mut least = 0.0f64;
+    for row in rows.iter_mut().filter(|row| !row[1].is_nan()) {
+        least = least.max(row[1]);
+        row[1] = least;
+        // An estimate that was raised stays within its interval; of a withheld one only the interval is known.
+        row[3] = if row[3].is_nan() { row[3] } else { row[3].max(least) };
+    }
 }

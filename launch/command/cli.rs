@@ -6,14 +6,18 @@ use bridge::endpoint::Endpoint;
 use clap::{Args, Parser, Subcommand};
 
 use super::ask::AskArguments;
+use super::completions::{CompletionsArguments, ManArguments};
 use super::domain::DomainArguments;
+use super::export::ExportArguments;
 use super::fidelity::FidelityArguments;
+use super::init::InitArguments;
 use super::map::MapArguments;
 use super::new::NewArguments;
 use super::node::NodeArguments;
 use super::orbit::OrbitArguments;
 use super::report::ReportArguments;
 use super::run::RunArguments;
+use super::schema::SchemaArguments;
 use super::serve::ServeArguments;
 use super::submit::SubmitArguments;
 use crate::check::CheckArguments;
@@ -27,7 +31,7 @@ use crate::shown::Logged;
 /// How the uncertainty of a satellite's orbit evolves over years: competing density propagators over shared memory.
 #[derive(Debug, Parser)]
 #[command(
-    version,
+    version = super::version::LONG,
     after_help = "Without a command, `phasecloud` does `phasecloud run`: scenario 1 of Sun et al. (2022) with the paper's four cases and the exact answer.\n\n\
     Exit codes: 0 all cases compared; 1 a case failed, the rest was still compared and written, or \
     a process that all need failed and nothing was; 2 bad input, nothing started; 130 stopped on request, what was finished is kept (a second Ctrl-C discards it)."
@@ -60,6 +64,8 @@ pub enum Command {
     Clean,
     /// Run again what was recorded, with any part of it replaced
     Replay(ReplayArguments),
+    /// Write a recording as an MCAP file, which other programs read
+    Export(ExportArguments),
     /// Attach to a live run and show how far it is
     Watch(WatchArguments),
     /// List the live runs and who takes part in each topic
@@ -91,6 +97,14 @@ pub enum Command {
     Check(CheckArguments),
     /// Write the skeleton of a propagator of your own
     New(NewArguments),
+    /// Write a scenario, a launch file and a page to start from into a new folder
+    Init(InitArguments),
+    /// Print the script by which a shell completes this command
+    Completions(CompletionsArguments),
+    /// Print the JSON Schema of a kind of file, by which editors complete and check
+    Schema(SchemaArguments),
+    /// Print the manual page, or write those of all commands
+    Man(ManArguments),
     /// Create and hold a domain for nodes that are started by hand
     Domain(DomainArguments),
     /// Check that results folders are whole and unchanged, by the checksums in their manifests

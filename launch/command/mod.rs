@@ -3,11 +3,14 @@
 mod ask;
 mod clean;
 mod cli;
+mod completions;
 mod derived;
 mod domain;
+mod export;
 mod fidelity;
 mod from_environment;
 mod graph;
+mod init;
 #[cfg(feature = "hosts")]
 mod join;
 mod map;
@@ -18,10 +21,12 @@ mod rare;
 mod replay;
 pub mod report;
 mod run;
+mod schema;
 mod serve;
 mod submit;
 mod validate;
 mod verify;
+mod version;
 
 use std::process::ExitCode;
 
@@ -62,6 +67,7 @@ fn carry_out() -> ExitCode {
         Command::Fidelity(arguments) => output::end(fidelity::run(&arguments)),
         Command::Clean => clean::run(),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Export(arguments) => output::end(export::run(&arguments)),
         Command::Topics(target) => output::end(observe::topics::run(&target)),
         Command::Echo(arguments) => output::end(observe::echo::run(&arguments)),
         Command::Hz(arguments) => output::end(observe::hz::run(&arguments)),
@@ -71,6 +77,10 @@ fn carry_out() -> ExitCode {
         Command::Validate { files } => output::end(validate::run(&files)),
         Command::Check(arguments) => output::end(check::run(&arguments)),
         Command::New(arguments) => new::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
+        Command::Completions(arguments) => output::end(completions::run(&arguments)),
+        Command::Schema(arguments) => output::end(schema::run(&arguments)),
+        Command::Man(arguments) => output::end(completions::man(&arguments)),
         Command::Domain(arguments) => domain::run(&arguments),
         Command::Verify { folders } => output::end(verify::run(&folders)),
         Command::Node(arguments) => node::run(arguments),

@@ -103,9 +103,15 @@ const MANIFEST: &str = include_str!("../new/Cargo.toml.in");
 const PROGRAM: &str = include_str!("../new/main.rs");
 const PYTHON: [(&str, &str); 4] = [
     ("propagator.py", include_str!("../../examples/python/monte_carlo.py")),
-    ("phasecloud_kit.py", include_str!("../../examples/python/phasecloud_kit.py")),
-    ("phasecloud_layout.py", include_str!("../../examples/python/phasecloud_layout.py")),
+    ("phasecloud_kit.py", include_str!("../../python/phasecloud/kit/__init__.py")),
+    ("phasecloud_layout.py", include_str!("../../python/phasecloud/kit/layout.py")),
     ("requirements.txt", include_str!("../../examples/python/requirements.txt")),
+];
+/// The kit's imports in the package phasecloud, and those of its copies beside a program, which need no package.
+const BESIDE: [(&str, &str); 3] = [
+    ("from phasecloud.kit import", "from phasecloud_kit import"),
+    ("from . import layout\n", "import phasecloud_layout as layout\n"),
+    ("from .layout import", "from phasecloud_layout import"),
 ];
 
 /// Writes a skeleton into a new folder and says what to do with it.
@@ -124,15 +130,30 @@ pub fn run(arguments: &NewArguments) -> ExitCode {
 
 fn write(arguments: &NewArguments) -> Result<String, String> {
     let folder = &arguments.folder;
-    let name = folder.file_name().unwrap_or_default().to_string_lossy();
-    if !is_plain_name(&name) {
-        return Err(format!(
-            "\"{}\" is not allowed: the last part of the path is the propagator's name, and {PLAIN_NAME}",
-            printable(&folder.to_string_lossy())
-        ));
-    }
+    let name = plain_name(folder, "propagator")?;
     check_place(folder)?;
     let files = if arguments.python { python_files() } else { rust_files(&name)? };
+    write_files(folder, files)?;
+    Ok(if arguments.python { python_next(folder) } else { rust_next(folder, &name) })
+}
+
+/// The last part of a path, as the name of what is written there.
+pub(super) fn plain_name(folder: &Path, what: &str) -> Result<String, String> {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    if is_plain_name(&name) {
+        return Ok(name.into_owned());
+    }
+    Err(format!(
+        "\"{}\" is not allowed: the last part of the path is the {what}'s name, and {PLAIN_NAME}",
+        printable(&folder.to_string_lossy())
+    ))
+}
+
+/// Writes files into a new folder.
+pub(super) fn write_files(
+    folder: &Path,
+    files: impl IntoIterator<Item = (&'static str, String)>,
+) -> Result<(), String> {
     let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
     // Fails where there is something already: nothing is ever overwritten.
     std::fs::create_dir(folder).map_err(|e| failed(folder, e))?;
@@ -143,11 +164,11 @@ fn write(arguments: &NewArguments) -> Result<String, String> {
         }
         std::fs::write(&path, text).map_err(|e| failed(&path, e))?;
     }
-    Ok(if arguments.python { python_next(folder) } else { rust_next(folder, &name) })
+    Ok(())
 }
 
 /// Refuses a folder that exists, since nothing is overwritten, and one whose parent does not exist.
-fn check_place(folder: &Path) -> Result<(), String> {
+pub(super) fn check_place(folder: &Path) -> Result<(), String> {
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
     if std::fs::symlink_metadata(folder).is_ok() {
         return Err(format!("{} is there already; take another name", folder.display()));
@@ -161,7 +182,8 @@ fn check_place(folder: &Path) -> Result<(), String> {
 }
 
 fn python_files() -> Vec<(&'static str, String)> {
-    PYTHON.map(|(path, text)| (path, text.to_owned())).into()
+    let beside = |text: &str| BESIDE.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to));
+    PYTHON.map(|(path, text)| (path, beside(text))).into()
 }
 
 /// The lock file makes the new crate use the versions that its libraries were tested with.
@@ -196,7 +218,7 @@ fn rust_files(name: &str) -> Result<Vec<(&'static str, String)>, String> {
 }
 
 /// A path, quoted where needed so that a shell reads it as one word.
-fn word(path: &Path) -> String {
+pub(super) fn word(path: &Path) -> String {
     let text = path.display().to_string();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
     if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }

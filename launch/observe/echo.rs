@@ -8,13 +8,12 @@ use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use clap::Args;
-use messages::describe::{Field, FieldKind, Value};
+use messages::describe::{Field, Value};
 use messages::domain::Place;
-use messages::payload::{Item, Shape};
-use messages::port::{Message, PortError};
+use messages::port::PortError;
 use messages::topic::{Topic, Visitor};
-use serde_json::{Map, json};
 
+use super::taken::{Taken, plain, words};
 use super::{End, follow, with_topic};
 use crate::domain::attach::{self, Target};
 use crate::output;
@@ -54,17 +53,6 @@ struct Echo<'a> {
     arguments: &'a EchoArguments,
 }
 
-/// A message taken apart.
-struct Shown {
-    topic: &'static str,
-    header: Vec<(String, Field, Value)>,
-    items: usize,
-    shape: Shape,
-    rows: Vec<Vec<Value>>,
-    /// Number of messages before this one that could not be printed in time.
-    missed: usize,
-}
-
 impl Visitor for Echo<'_> {
     type Out = Result<End, PortError>;
 
@@ -84,11 +72,11 @@ impl Visitor for Echo<'_> {
 }
 
 /// Takes messages and passes them on.
-fn take<T: Topic>(place: &Place, most: usize, sender: SyncSender<Option<Shown>>) -> Result<End, PortError> {
+fn take<T: Topic>(place: &Place, most: usize, sender: SyncSender<Option<Taken>>) -> Result<End, PortError> {
     use std::sync::mpsc::TrySendError::{Disconnected, Full};
     let mut missed = 0;
     follow::<T>(place, "echo", |message| {
-        let shown = message.map(|message| take_apart(&message, most, missed));
+        let shown = message.map(|message| Taken { missed, ..Taken::of::<T>(message.header(), message.items(), most) });
         let is_message = shown.is_some();
         match sender.try_send(shown) {
             Ok(()) => missed = if is_message { 0 } else { missed },
@@ -99,33 +87,8 @@ fn take<T: Topic>(place: &Place, most: usize, sender: SyncSender<Option<Shown>>)
     })
 }
 
-fn take_apart<T: Topic>(message: &Message<T>, most: usize, missed: usize) -> Shown {
-    let header = T::values(message.header());
-    let (shape, items) = (T::shape(message.header()), message.items());
-    let rows = if T::Item::FIELDS.is_empty() {
-        number_rows(bytemuck::cast_slice(bytemuck::cast_slice::<_, u8>(items)), &shape, most)
-    } else {
-        let fields =
-            |item: &T::Item| T::Item::FIELDS.iter().filter_map(|field| field.value(bytemuck::bytes_of(item))).collect();
-        items.iter().take(most).map(fields).collect()
-    };
-    Shown { topic: T::NAME, header, items: items.len(), shape, rows, missed }
-}
-
-/// The numbers before the table of a payload, if it has any, as a row of their own, and the first rows of the table.
-fn number_rows(numbers: &[f64], shape: &Shape, most: usize) -> Vec<Vec<Value>> {
-    let (head, numbers) = numbers.split_at(shape.head.min(numbers.len()));
-    let head = (!head.is_empty()).then(|| head.iter().map(|&x| Value::Real(vec![x])).collect());
-    let columns = shape.columns.len().max(1);
-    let count = numbers.len().div_ceil(columns);
-    let at = |row: usize, column: usize| if shape.by_column { column * count + row } else { row * columns + column };
-    let row =
-        |row| (0..columns).filter_map(|column| numbers.get(at(row, column))).map(|&x| Value::Real(vec![x])).collect();
-    head.into_iter().chain((0..count.min(most)).map(row)).collect()
-}
-
 /// Prints what comes; returns why it ended, if it ended before the messages did.
-fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Shown>>) -> Option<End> {
+fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Taken>>) -> Option<End> {
     let mut left = arguments.count.unwrap_or(usize::MAX);
     let mut out = std::io::stdout().lock();
     while left > 0 {
@@ -134,7 +97,7 @@ fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Shown>>) -> O
         if shown.missed > 0 {
             remark!("{} messages were not shown, they came too fast", shown.missed);
         }
-        let text = if arguments.json { json_line(&shown) } else { block(&shown) };
+        let text = if arguments.json { shown.json().to_string() } else { block(&shown) };
         if !output::note(writeln!(out, "{text}").and_then(|()| out.flush())) {
             return Some(End::Stopped);
         }
@@ -144,7 +107,7 @@ fn print_all(arguments: &EchoArguments, receiver: &Receiver<Option<Shown>>) -> O
 }
 
 /// A message as text: one line per field, then rows of the payload.
-fn block(shown: &Shown) -> String {
+fn block(shown: &Taken) -> String {
     let mut text = format!("{}\n", shown.topic);
     for (name, field, value) in &shown.header {
         let unit = if field.unit.is_empty() { String::new() } else { format!(" {}", field.unit) };
@@ -161,51 +124,12 @@ fn block(shown: &Shown) -> String {
     text
 }
 
-/// Whether a field is the number of a run. Runs are named in hexadecimal digits everywhere; all other numbers are
-/// decimal.
-fn is_run(field: &Field) -> bool {
-    field.kind == FieldKind::U64 && field.name == "run_id"
-}
-
-fn words(field: &Field, value: &Value) -> String {
-    match value {
-        Value::Whole(number) if is_run(field) => format!("{number:012x}"),
-        other => plain(other),
-    }
-}
-
-fn plain(value: &Value) -> String {
-    match value {
-        Value::Whole(number) => number.to_string(),
-        Value::Real(numbers) => numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" "),
-        Value::Text(text) => text.clone(),
-    }
-}
-
 fn code(field: &Field, value: &Value) -> String {
     let name = match value {
         Value::Whole(number) => field.codes.and_then(|codes| codes.name_of(*number)),
         _ => None,
     };
     name.map_or(String::new(), |name| format!(" ({name})"))
-}
-
-/// A message as one JSON object.
-fn json_line(shown: &Shown) -> String {
-    let value = |value: &Value| match value {
-        Value::Whole(number) => json!(number),
-        Value::Real(numbers) if numbers.len() == 1 => json!(numbers[0]),
-        Value::Real(numbers) => json!(numbers),
-        Value::Text(text) => json!(text),
-    };
-    let field = |(name, field, field_value): &(String, Field, Value)| {
-        let shown = if is_run(field) { json!(words(field, field_value)) } else { value(field_value) };
-        (name.clone(), shown)
-    };
-    let header: Map<_, _> = shown.header.iter().map(field).collect();
-    let rows: Vec<Vec<_>> = shown.rows.iter().map(|row| row.iter().map(value).collect()).collect();
-    let payload = json!({"items": shown.items, "columns": shown.shape.columns, "rows": rows});
-    json!({"topic": shown.topic, "header": header, "payload": payload}).to_string()
 }
 
 #[cfg(test)]
@@ -215,11 +139,13 @@ mod tests {
     use messages::topic::{Passage, Snapshot};
 
     use super::*;
+    use messages::payload::Shape;
+    use serde_json::json;
 
-    fn shown<T: Topic>(header: &T::Header) -> Shown {
+    fn shown<T: Topic>(header: &T::Header) -> Taken {
         let header = T::values(header);
         let shape = Shape { head: 0, columns: Vec::new(), by_column: false };
-        Shown { topic: "x", header, items: 0, shape, rows: Vec::new(), missed: 0 }
+        Taken { topic: "x", header, items: 0, shape, rows: Vec::new(), missed: 0 }
     }
 
     #[test]
@@ -227,7 +153,7 @@ mod tests {
         let snapshot = shown::<Snapshot>(&SnapshotHeader { run_id: 255, total: 100_000, ..SnapshotHeader::default() });
         let text = block(&snapshot);
         assert!(text.contains("0000000000ff\n") && text.contains(" 100000\n"), "{text}");
-        let json: serde_json::Value = serde_json::from_str(&json_line(&snapshot)).unwrap();
+        let json: serde_json::Value = snapshot.json();
         assert_eq!((&json["header"]["run_id"], &json["header"]["total"]), (&json!("0000000000ff"), &json!(100_000)));
         let text = block(&shown::<Passage>(&PassageHeader { samples: 4096, ..PassageHeader::default() }));
         assert!(text.contains(" 4096\n"), "{text}");
@@ -244,7 +170,7 @@ mod tests {
             "{text}"
         );
         assert!(line("replicates").is_empty() && line("details").is_empty(), "{text}");
-        let json: serde_json::Value = serde_json::from_str(&json_line(&snapshot)).unwrap();
+        let json: serde_json::Value = snapshot.json();
         assert_eq!(json["header"]["resolution"], json!(500));
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod echo;
 pub mod hz;
+pub(crate) mod taken;
 pub mod topics;
 pub mod watch;
 mod web;

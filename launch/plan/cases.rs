@@ -10,6 +10,7 @@ use messages::service::Service;
 use nodes::files::input::{InputError, InputFile};
 use nodes::files::unknown_key::{self, UnknownKey, nearest};
 use nodes::methods::{BuiltIn, Misfit};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
@@ -67,16 +68,28 @@ pub enum Runs {
 pub const KEYS: [&str; 7] = ["label", "node", "command", "shards", "reduce", "hosts", "most_seconds"];
 
 /// What every propagator's table has besides its settings.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawCase {
+    #[schemars(with = "String")]
     label: Spanned<String>,
+    #[schemars(with = "Option<String>")]
     node: Option<Spanned<String>>,
+    #[schemars(with = "Option<Vec<String>>")]
     command: Option<Spanned<Vec<String>>>,
+    #[schemars(with = "Option<i64>")]
     shards: Option<Spanned<i64>>,
+    #[schemars(with = "Option<bool>")]
     reduce: Option<Spanned<bool>>,
+    #[schemars(with = "Option<Vec<String>>")]
     hosts: Option<Spanned<Vec<Spanned<String>>>>,
+    #[schemars(with = "Option<f64>")]
     most_seconds: Option<Spanned<f64>>,
+}
+
+/// The schema of a case without its settings.
+pub(super) fn case_schema(generator: &mut SchemaGenerator) -> Schema {
+    RawCase::json_schema(generator)
 }
 
 /// All cases, in the file's order; `bins` are those of the comparison grid.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use bridge::endpoint::{Access, Endpoint, Tls};
 use bridge::plan::HOME;
 use nodes::files::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -26,10 +27,12 @@ pub struct Hosts {
 }
 
 /// The table as it stands in the file.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RawHosts {
+    #[schemars(with = "Vec<String>")]
     names: Spanned<Vec<Spanned<String>>>,
+    #[schemars(with = "String")]
     listen: Spanned<String>,
     authority: Option<PathBuf>,
     certificate: Option<PathBuf>,

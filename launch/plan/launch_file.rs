@@ -13,21 +13,21 @@ use nodes::files::plain_number::plain;
 use nodes::files::scenario_file::{self, AnyScenario};
 use nodes::files::toml_words::choice;
 use nodes::methods::accuracy::AccuracySetting;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use toml::Spanned;
 use toml::de::Deserializer;
 
+use super::built_in;
 use super::checks::{check_name, checked_seconds};
 use super::programs;
+use super::references::References;
 use crate::plan::cases::{self, Case, Runs};
 use crate::plan::hosts::{Hosts, RawHosts, WITHOUT_HOSTS};
 
 /// The case in whose effort that of all is measured unless the file names another one, as in the paper (Sect. 4.2).
 const MONTE_CARLO: &str = "mc";
-
-/// The launch file that `phasecloud run` takes when none is named, and the scenario it names.
-const DEFAULT: (&str, &str) = (include_str!("../scenario-1.toml"), include_str!("../scenarios/scenario-1.toml"));
 
 /// A checked launch file.
 #[derive(Debug, Clone)]
@@ -60,7 +60,7 @@ pub struct Launch {
 }
 
 /// When a process that has ended before the run did is started again.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Restart {
     /// Not at all.
@@ -70,36 +70,9 @@ pub enum Restart {
     OnFailure,
 }
 
-/// `reference = "exact"`, or `reference = ["exact", "mc"]`.
-#[derive(Debug)]
-struct References(Vec<String>);
-
-impl<'de> Deserialize<'de> for References {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-
-        impl<'de> serde::de::Visitor<'de> for Visitor {
-            type Value = References;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("the label of a case, or a list of labels")
-            }
-
-            fn visit_str<E: serde::de::Error>(self, label: &str) -> Result<References, E> {
-                Ok(References(vec![label.into()]))
-            }
-
-            fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<References, A::Error> {
-                let mut labels = Vec::new();
-                while let Some(label) = list.next_element()? {
-                    labels.push(label);
-                }
-                Ok(References(labels))
-            }
-        }
-
-        deserializer.deserialize_any(Visitor)
-    }
+/// The schema of a launch file without its cases.
+pub(super) fn top_schema(generator: &mut SchemaGenerator) -> Schema {
+    Raw::json_schema(generator)
 }
 
 /// A scenario with the file it came from.
@@ -112,23 +85,32 @@ pub struct ScenarioInput {
 }
 
 /// The file's top level, without the propagators.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Raw {
+    #[schemars(with = "String")]
     name: Spanned<String>,
+    #[schemars(with = "Vec<PathBuf>")]
     scenarios: Spanned<Vec<Spanned<PathBuf>>>,
+    #[schemars(with = "References")]
     reference: Spanned<References>,
+    #[schemars(with = "Option<String>")]
     baseline: Option<Spanned<String>>,
+    #[schemars(with = "Option<f64>")]
     tolerance: Option<Spanned<f64>>,
+    #[schemars(with = "Option<[u16; 2]>")]
     bins: Option<Spanned<toml::Value>>,
+    #[schemars(with = "Option<f64>")]
     patience: Option<Spanned<f64>>,
     #[serde(default, deserialize_with = "choice")]
     restart: Restart,
     hosts: Option<RawHosts>,
     /// The accuracy of the built-in cases that do not set their own.
+    #[schemars(with = "Option<AccuracySetting>")]
     accuracy: Option<Spanned<AccuracySetting>>,
     /// The cases are read on their own; this field is here so that the message about an unknown key names them, too.
     #[serde(rename = "propagator")]
+    #[schemars(skip)]
     _propagators: Option<IgnoredAny>,
 }
 
@@ -163,16 +145,24 @@ impl Launch {
         self.cases.iter().map(|case| case.shards as usize).sum()
     }
 
-    /// Reads a launch file, or the one built in; `scenario` replaces the scenarios it names.
+    /// Reads a launch file, or one that is built in, by its name or if none is named; `scenario` replaces the scenarios it names.
     ///
     /// # Errors
     /// [`InputError`] with file, line and key.
     pub fn load(path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
-        let file = match path {
-            Some(path) => InputFile::read(path)?,
-            None => InputFile::from_text(Path::new("launch/scenario-1.toml"), DEFAULT.0),
-        };
-        Self::check(&file, path, scenario)
+        match (built_in::launch_file(path), path) {
+            (Some(file), _) => Self::check(&file, None, scenario),
+            (None, None) => Err(InputError {
+                file: PathBuf::new(),
+                line: 0,
+                key: String::new(),
+                problem: "name a launch file".into(),
+            }),
+            (None, Some(path)) => {
+                let file = InputFile::read(path).map_err(|error| built_in::with_names(error, path))?;
+                Self::check(&file, Some(path), scenario)
+            }
+        }
     }
 
     /// The same as [`Launch::load`] for a caller that will start the programs that the file names: they must be there.
@@ -188,7 +178,7 @@ impl Launch {
         }
     }
 
-    /// Checks a launch file that has been read from `path`, or the one built in; `scenario` as for [`Launch::load`].
+    /// Checks a launch file that has been read from `path`, or is built in; `scenario` as for [`Launch::load`].
     ///
     /// # Errors
     /// [`InputError`] with file, line and key.
@@ -340,10 +330,10 @@ fn scenarios(
     if let Some(replacement) = replacement {
         return Ok(vec![scenario(InputFile::read(replacement)?)?]);
     }
-    let Some(path) = path else {
-        return Ok(vec![scenario(InputFile::from_text(Path::new("launch/scenarios/scenario-1.toml"), DEFAULT.1))?]);
+    let read = |relative: &Path| match path {
+        Some(path) => InputFile::read(&path.parent().unwrap_or(Path::new(".")).join(relative)),
+        None => built_in::scenario(relative),
     };
-    let folder = path.parent().unwrap_or(Path::new("."));
     let named = raw.scenarios.get_ref();
     if named.is_empty() {
         return Err(file.error(&raw.scenarios, "names no scenario; it must name at least one file"));
@@ -351,8 +341,7 @@ fn scenarios(
     let mut names = BTreeSet::new();
     let mut inputs = Vec::new();
     for relative in named {
-        let content =
-            InputFile::read(&folder.join(relative.get_ref())).map_err(|e| file.error(relative, &e.to_string()))?;
+        let content = read(relative.get_ref()).map_err(|e| file.error(relative, &e.to_string()))?;
         let input = scenario(content)?;
         if !names.insert(input.content.name().to_owned()) {
             let problem = format!("a second scenario with the name \"{}\"; names must differ", input.content.name());

@@ -1,8 +1,11 @@
 //! Launch files: what is to run, checked before anything starts.
 
+pub(crate) mod built_in;
 pub mod cases;
 mod checks;
 pub mod hosts;
 pub mod launch_file;
 pub(crate) mod preflight;
 pub(crate) mod programs;
+mod references;
+pub(crate) mod schema;

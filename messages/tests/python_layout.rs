@@ -1,4 +1,4 @@
-//! The headers in `examples/python/phasecloud_layout.py` are those of `layout.rs`, byte for byte.
+//! The headers in `python/phasecloud/kit/layout.py` are those of `layout.rs`, byte for byte.
 #![allow(missing_docs)]
 
 use std::fmt::Write;
@@ -15,7 +15,7 @@ const REQUIRE: &str = "PHASECLOUD_REQUIRE_PYTHON";
 
 /// Prints the layouts of the Python file in the form of [`rust_says`].
 const PYTHON_SAYS: &str = r#"
-import ctypes, phasecloud_layout as layout
+import ctypes, layout
 names = {ctypes.c_uint64: "u64", ctypes.c_double: "f64", ctypes.c_uint32: "u32", ctypes.c_uint8: "u8"}
 def rust_name(kind):
     if kind in names:
@@ -69,7 +69,7 @@ fn rust_says() -> String {
 
 #[test]
 fn python_has_the_same_headers_and_codes() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/python");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../python/phasecloud/kit");
     let python = Command::new("python3").args(["-B", "-c", PYTHON_SAYS]).env("PYTHONPATH", folder).output();
     let output = match python {
         Ok(output) => output,

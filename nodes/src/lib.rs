@@ -3,7 +3,8 @@
 //!
 //! - [`methods`]: the built-in propagators, one module per method, and their registry;
 //! - [`services`]: scenario, estimator, comparator, recorder and player;
-//! - [`files`]: scenario and sweep files, and how mistakes in TOML files are reported.
+//! - [`files`]: scenario and sweep files, and how mistakes in TOML files are reported;
+//! - [`assigning`]: the assignment that a scenario file makes; [`in_process`]: a case that is computed without any other process.
 //!
 //! A process is a [`kit::session::Session`] (its access to the run) and a loop that sleeps until a message arrives. The science
 //! is in `density`, the contract in `messages`, and what any propagator needs in `kit`.
@@ -14,6 +15,8 @@
 
 #[cfg(test)]
 mod arbitrary_messages;
+pub mod assigning;
 pub mod files;
+pub mod in_process;
 pub mod methods;
 pub mod services;

@@ -5,7 +5,7 @@ use super::*;
 fn load(text: &str) -> Result<Launch, InputError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("l.toml");
-    std::fs::write(folder.path().join("s.toml"), DEFAULT.1).unwrap();
+    std::fs::write(folder.path().join("s.toml"), include_str!("../../scenarios/scenario-1.toml")).unwrap();
     std::fs::write(&path, text).unwrap();
     Launch::load(Some(&path), None)
 }

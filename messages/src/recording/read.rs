@@ -34,6 +34,11 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// Where it lies in the file: messages lie there in the order in which they were written.
+    pub fn position(&self) -> u64 {
+        self.payload_at
+    }
+
     /// How many items the message has.
     pub fn items<T: Topic>(&self) -> usize {
         self.payload_bytes as usize / size_of::<T::Item>()

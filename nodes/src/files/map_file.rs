@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use density::reliability::{Point, Quantity};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -11,21 +12,29 @@ use crate::files::input::{InputError, InputFile};
 use crate::files::plain_number::plain;
 use crate::files::sweep::{Sweep, Varied};
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Raw {
+    #[schemars(with = "PathBuf")]
     scenario: Spanned<PathBuf>,
+    #[schemars(with = "std::collections::BTreeMap<String, crate::files::sweep_values::Values>")]
     vary: Spanned<Varied>,
+    #[schemars(with = "RawQuantity")]
     quantity: Spanned<RawQuantity>,
+    #[schemars(with = "Option<f64>")]
     tolerance: Option<Spanned<f64>>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawQuantity {
+    #[schemars(with = "String", extend("enum" = ["reentry", "time-of-reentry", "required-area-to-mass", "required-radiation", "mean-e"]))]
     name: Spanned<String>,
+    #[schemars(with = "Option<f64>")]
     within: Option<Spanned<f64>>,
+    #[schemars(with = "Option<f64>")]
     after: Option<Spanned<f64>>,
+    #[schemars(with = "Option<f64>")]
     probability: Option<Spanned<f64>>,
 }
 
@@ -58,6 +67,11 @@ pub struct MapFile {
 }
 
 const NAMES: &str = "\"reentry\", \"time-of-reentry\", \"required-area-to-mass\", \"required-radiation\", \"mean-e\"";
+
+/// The schema of a map file.
+pub(super) fn schema(generator: &mut SchemaGenerator) -> Schema {
+    Raw::json_schema(generator)
+}
 
 impl MapFile {
     /// Reads a map file, and checks the scenarios of all its points.

@@ -6,6 +6,7 @@ mod key_path;
 pub mod map_file;
 pub mod plain_number;
 pub mod scenario_file;
+pub mod schema;
 pub mod sweep;
 mod sweep_values;
 pub mod toml_words;

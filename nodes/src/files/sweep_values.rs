@@ -1,5 +1,8 @@
 //! The values that a sweep gives to one key: a list, or a range with a count.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use toml::{Table, Value};
 
 use crate::files::plain_number::plain;
@@ -12,6 +15,28 @@ pub(crate) const MOST_SCENARIOS: usize = 1_000_000;
 pub(crate) enum Values {
     List(Vec<f64>),
     Range { from: f64, to: f64, count: usize },
+}
+
+impl JsonSchema for Values {
+    fn schema_name() -> Cow<'static, str> {
+        "Values".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [
+            { "type": "array", "items": { "type": "number" }, "minItems": 1 },
+            {
+                "type": "object",
+                "properties": {
+                    "from": { "type": "number" },
+                    "to": { "type": "number" },
+                    "count": { "type": "integer", "minimum": 1, "maximum": MOST_SCENARIOS }
+                },
+                "required": ["from", "to", "count"],
+                "additionalProperties": false
+            }
+        ] })
+    }
 }
 
 const FORMS: &str = "a list of numbers, or { from = 0.1, to = 0.2, count = 5 }";

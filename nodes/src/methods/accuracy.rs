@@ -1,7 +1,10 @@
 //! The accuracy with which a case propagates orbits, as a launch file gives it: the largest error.
 
+use std::borrow::Cow;
+
 use density::flow::{Accuracy, Flow};
 use density::model::registry::Planar;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -29,6 +32,16 @@ impl<'de> Deserialize<'de> for AccuracySetting {
         level
             .map(Self)
             .ok_or_else(|| D::Error::custom(format!("{error:e} is not allowed, it must be 1e-6, 1e-9 or 1e-12")))
+    }
+}
+
+impl JsonSchema for AccuracySetting {
+    fn schema_name() -> Cow<'static, str> {
+        "Accuracy".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "enum": Accuracy::ALL.map(Accuracy::largest_error) })
     }
 }
 

@@ -15,12 +15,13 @@ use density::sampling::{Draws, SamplingPlan, draw_variables};
 use density::uncertain::{UncertainProblem, UncertainTask};
 use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::methods::Misfit;
 
 /// The model in which a case moves its orbits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ModelChoice {
     /// Averaged, in the plane.
@@ -42,7 +43,7 @@ impl From<ModelChoice> for Simplification {
 }
 
 /// A force, or the Earth's shadow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Force {
     /// Solar radiation pressure.

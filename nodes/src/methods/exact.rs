@@ -8,6 +8,7 @@ use density::grid::Grid;
 use density::uncertain::ThirdMoments;
 use messages::content::Density;
 use messages::layout::PASSAGE_COLUMNS;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::methods::accuracy::AccuracySetting;
@@ -22,7 +23,7 @@ const ESTIMATES: usize = 4;
 const MOST_HEAD: usize = 12 + ESTIMATES;
 
 /// Settings of the exact reference.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// Tolerated error of the moments, in standard deviations.

@@ -10,6 +10,7 @@ use density::mixture::unscented::Unscented;
 use density::mixture::{self, Split};
 use density::uncertain::UncertainProblem;
 use messages::content::{self, Content, Kind};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::files::input::{Mode, positive_option};
@@ -26,7 +27,7 @@ use course::{Course, InPlane, Uncertain};
 const LAYERS: usize = 12;
 
 /// How the initial Gaussian is split.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SplitChoice {
     /// On a lattice planned for the problem.
@@ -43,7 +44,7 @@ pub enum SplitChoice {
 }
 
 /// Settings of a GMM-UT case.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// How the initial Gaussian is split; in mode `as-printed` along the eccentricity unless set.

@@ -11,6 +11,7 @@ use density::sample_sums::{SampleSums, TooFar};
 use density::sampling::{Draws, SamplingPlan};
 use messages::content::Samples;
 use messages::layout::PASSAGE_TIMES;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::files::input::{natural, positive};
@@ -25,7 +26,7 @@ use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 
 /// How draws depend on one another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DrawsChoice {
     /// Not at all: independent draws.
@@ -37,7 +38,7 @@ pub enum DrawsChoice {
 }
 
 /// How samples get from the start to a snapshot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Through {
     /// Each is propagated on its own.
@@ -51,7 +52,7 @@ pub enum Through {
 const MAP_ERROR: f64 = 1e-9;
 
 /// Settings of a Monte Carlo case.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// Number of samples.

@@ -13,7 +13,7 @@ pub mod mc;
 mod method;
 pub mod qmc;
 
-use kit::{Failure, Session};
+use kit::{Failure, Propagator, Session};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use accuracy::AccuracySetting;
@@ -40,6 +40,14 @@ macro_rules! methods {
             pub fn from_settings<'de, D: Deserializer<'de>>(name: &str, table: D) -> Option<Result<Self, D::Error>> {
                 $(if name == <$settings as Method>::NAME {
                     return Some(<$settings>::deserialize(table).map(Self::$variant));
+                })+
+                None
+            }
+
+            /// The schema of the settings of the propagator `name`.
+            pub fn schema(name: &str, generator: &mut schemars::SchemaGenerator) -> Option<schemars::Schema> {
+                $(if name == <$settings as Method>::NAME {
+                    return Some(<$settings as schemars::JsonSchema>::json_schema(generator));
                 })+
                 None
             }
@@ -85,6 +93,11 @@ macro_rules! methods {
             /// Why not.
             pub fn check_reduce(&self) -> Result<(), String> {
                 match self { $(Self::$variant(settings) => settings.check_reduce()),+ }
+            }
+
+            /// The propagator with these settings.
+            pub fn propagator(self) -> Box<dyn Propagator> {
+                match self { $(Self::$variant(settings) => Box::new(settings.propagator())),+ }
             }
 
             /// Propagates scenario after scenario until asked to stop.

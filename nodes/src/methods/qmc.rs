@@ -8,6 +8,7 @@ use kit::Propagator;
 use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::{Form, Passage};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::files::input::{natural, positive};
@@ -18,7 +19,7 @@ use crate::methods::mc::{self, DrawsChoice, MonteCarlo};
 use crate::methods::{Method, Misfit};
 
 /// Settings of a case of quasi-Monte Carlo.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// Number of samples of all replicates together: a power of two for each.

@@ -2,20 +2,16 @@
 
 use std::path::PathBuf;
 
-use density::flow::Flow;
-use density::grid::{comparison_grids, grids_over_leaves};
-use density::in_space::pilot;
-use density::uncertain::UncertainProblem;
 use messages::port::Inlet;
 use messages::report::{Event, Report};
 use messages::text::unpack;
 use messages::topic::{Request, Scenario, Status};
 
-use crate::files::scenario_file::{self, AnyScenario, ScenarioFile, ScenarioInSpace};
+use crate::assigning::Assigning;
+use crate::files::scenario_file::{self, AnyScenario};
 use crate::files::sweep::Sweep;
 use crate::services::request::read_request;
 use crate::services::roomy::Roomy;
-use kit::assignment::{Assignment, Plane, Uncertain};
 use kit::failure::Failure;
 use kit::session::Session;
 
@@ -116,12 +112,8 @@ impl Publisher<'_> {
             )));
         }
         let position = self.position;
-        let make = Make { run_id: self.session.run_id, place: (position, self.count), bins: self.bins };
-        let name = scenario.name();
-        let assignment = match scenario {
-            AnyScenario::InPlane { scenario, .. } => make.in_plane(scenario)?,
-            AnyScenario::InSpace(scenario) => make.in_space(scenario)?,
-        };
+        let assigning = Assigning { run_id: self.session.run_id, place: (position, self.count), bins: self.bins };
+        let (name, assignment) = (scenario.name(), assigning.assignment(scenario)?);
         self.position += 1;
         if position < self.first {
             return Ok(());
@@ -178,41 +170,6 @@ impl Publisher<'_> {
                 None => self.session.wait(&[&self.reports])?,
             }
         }
-    }
-}
-
-/// Makes the assignment of a scenario.
-struct Make {
-    run_id: u64,
-    place: (u32, u32),
-    bins: (usize, usize),
-}
-
-impl Make {
-    fn in_plane(&self, ScenarioFile { name, problem, spread, .. }: &ScenarioFile) -> Result<Assignment, Failure> {
-        let (phi_bins, e_bins) = self.bins;
-        let problem = problem.clone();
-        Ok(match spread {
-            None => {
-                let grids = comparison_grids(&problem, &Flow::new(problem.model), phi_bins, e_bins)?;
-                Assignment::in_plane(self.run_id, name, self.place, Plane { problem, grids })
-            }
-            Some(spread) => {
-                let problem = UncertainProblem { plane: problem, spread: *spread };
-                let grids = grids_over_leaves(&problem, phi_bins, e_bins)?;
-                Assignment::with_uncertainty(self.run_id, name, self.place, Uncertain { problem, grids })
-            }
-        })
-    }
-
-    /// Inclination and node have as many bins as the eccentricity.
-    fn in_space(&self, ScenarioInSpace { name, cloud, .. }: &ScenarioInSpace) -> Result<Assignment, Failure> {
-        let Some(problem) = cloud else {
-            return Err(Failure::Refused(format!("{name} describes an orbit without a cloud about it")));
-        };
-        let (phi_bins, others) = self.bins;
-        let axes = pilot::axes(problem, &[phi_bins, others, others, others])?;
-        Ok(Assignment::in_space(self.run_id, name, self.place, (**problem).clone(), axes))
     }
 }
 

@@ -1,6 +1,7 @@
 //! When the satellite re-enters, as a scenario file says it.
 
 use density::model::earth;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -8,10 +9,12 @@ use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
 
 /// The table `[disposal]`: the critical eccentricity, or the height of the pericentre from which it follows.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Disposal {
+    #[schemars(with = "Option<Measure>")]
     critical_e: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     altitude: Option<Spanned<Measure>>,
 }
 

@@ -3,6 +3,7 @@
 use std::time::{Duration, SystemTime};
 
 use density::model::earth;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::value::Datetime;
@@ -10,9 +11,10 @@ use toml::value::Datetime;
 use crate::files::input::{InputError, InputFile};
 
 /// The table `[epoch]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EpochTable {
+    #[schemars(with = "String")]
     date: Spanned<Datetime>,
 }
 

@@ -11,6 +11,7 @@ use density::model::planar::Force;
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
 use density::problem::check_times;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -86,24 +87,37 @@ impl ModelInSpace {
     }
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Raw {
+    #[schemars(with = "String")]
     name: Spanned<String>,
     model: Model,
+    #[schemars(with = "Epoch")]
     epoch: Spanned<Epoch>,
+    #[schemars(with = "Orbit")]
     orbit: Spanned<Orbit>,
+    #[schemars(with = "Start")]
     initial: Spanned<Start>,
+    #[schemars(with = "Times")]
     times: Spanned<Times>,
+    #[schemars(with = "Option<Disposal>")]
     disposal: Option<Spanned<Disposal>>,
 }
 
 /// The table `[epoch]`: where the Sun and the Moon are at `t = 0`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Epoch {
+    #[schemars(with = "Measure")]
     sun_longitude: Spanned<Measure>,
+    #[schemars(with = "Option<Measure>")]
     moon_longitude: Option<Spanned<Measure>>,
+}
+
+/// The schema of such a file.
+pub(super) fn schema(generator: &mut SchemaGenerator) -> Schema {
+    Raw::json_schema(generator)
 }
 
 /// Checks a scenario file whose model is one in space; it must describe a cloud if one `is_needed`.

@@ -3,6 +3,7 @@
 use density::problem::InitialGaussian;
 use density::problem_error::Field;
 use density::uncertain::{Distribution, Spread};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -10,17 +11,26 @@ use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
 
 /// The table `[initial]`: means, either one or two standard deviations of each variable, and their correlation.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Initial {
+    #[schemars(with = "Measure")]
     phi: Spanned<Measure>,
+    #[schemars(with = "Measure")]
     e: Spanned<Measure>,
+    #[schemars(with = "Option<Measure>")]
     delta_phi: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     delta_e: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     sigma_phi: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     sigma_e: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     correlation: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     sigma_radiation: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<String>", extend("enum" = ["gaussian", "log-normal"]))]
     radiation_distribution: Option<Spanned<String>>,
 }
 

@@ -1,9 +1,11 @@
 //! A number with a unit, as a person writes it: `2.2` in the key's own unit, or `"126 deg"`.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::fmt;
 
 use density::model::earth;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Visitor};
 use toml::Spanned;
 
@@ -54,6 +56,16 @@ impl Dimension {
 pub(super) enum Measure {
     Number(f64),
     Text(String),
+}
+
+impl JsonSchema for Measure {
+    fn schema_name() -> Cow<'static, str> {
+        "Measure".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": ["number", "string"] })
+    }
 }
 
 impl<'de> Deserialize<'de> for Measure {

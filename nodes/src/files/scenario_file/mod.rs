@@ -7,6 +7,7 @@ use density::model::registry::{DEFAULT_FORCES, Planar};
 use density::problem::Problem;
 use density::problem_error::{Field, ProblemError};
 use density::uncertain::{Distribution, Spread, UncertainProblem};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -59,16 +60,26 @@ impl ScenarioFile {
     }
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Raw {
+    #[schemars(with = "String")]
     name: Spanned<String>,
     model: Option<Model>,
     epoch: Option<EpochTable>,
+    #[schemars(with = "Orbit")]
     orbit: Spanned<Orbit>,
+    #[schemars(with = "Initial")]
     initial: Spanned<Initial>,
+    #[schemars(with = "Times")]
     times: Spanned<Times>,
+    #[schemars(with = "Disposal")]
     disposal: Spanned<Disposal>,
+}
+
+/// The schemas of a scenario file: in a planar model, and in one in space.
+pub(super) fn schemas(generator: &mut SchemaGenerator) -> [Schema; 2] {
+    [Raw::json_schema(generator), in_space::schema(generator)]
 }
 
 /// Reads and checks a scenario file.

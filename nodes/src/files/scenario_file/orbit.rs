@@ -5,6 +5,7 @@ use density::model::earth;
 use density::model::parameter::Parameter;
 use density::model::registry::{self, DEFAULT_FORCES, ModelError, Planar};
 use density::problem_error::Field;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -13,25 +14,36 @@ use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
 
 /// The table `[model]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Model {
+    #[schemars(with = "Option<String>", extend("enum" = ["planar", "vectorial", "osculating"]))]
     pub(super) name: Option<Spanned<String>>,
+    #[schemars(with = "Option<Measure>")]
     pub(super) obliquity: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Vec<String>>", extend("items" = { "type": "string", "enum": ["srp", "j2", "sun", "moon"] }))]
     forces: Option<Spanned<Vec<Spanned<String>>>>,
 }
 
 /// The table `[orbit]`: either a parameter for every force, or the satellite from which all of them follow.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Orbit {
+    #[schemars(with = "Option<Measure>")]
     radiation: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     oblateness: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     sun: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     moon: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     semi_major_axis: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     altitude: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     area_to_mass: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     reflectivity: Option<Spanned<Measure>>,
 }
 

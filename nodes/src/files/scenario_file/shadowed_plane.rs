@@ -9,6 +9,7 @@ use density::model::vectorial::Vectorial;
 use density::problem::InitialGaussian;
 
 use super::disposal::Disposal;
+use super::epoch::Epoch;
 use super::in_space::{self, ModelInSpace, ScenarioInSpace};
 use super::initial::Initial;
 use super::orbit::{self, Orbit};
@@ -25,6 +26,7 @@ pub(super) fn check(file: &InputFile) -> Result<ScenarioInSpace, InputError> {
         return Err(file.error(obliquity, "has no effect: the planar model has the Sun in the equator; leave it out"));
     }
     check_name(file, &raw.name)?;
+    let epoch = raw.epoch.as_ref().map(|table| Epoch::read(file, table)).transpose()?;
     let axis = orbit::semi_major_axis(file, &raw.orbit)?;
     let forces = in_space::forces(file, raw.model.as_ref(), &raw.orbit, axis)?;
     let model = Vectorial { forces, obliquity: 0.0, sun_longitude: 0.0 };
@@ -38,7 +40,7 @@ pub(super) fn check(file: &InputFile) -> Result<ScenarioInSpace, InputError> {
         model: SpaceModel::Vectorial { model, axis },
         initial,
         spread: Initial::spread(file, &raw.initial)?,
-        times: times::read(file, &raw.times)?,
+        times: times::read(file, &raw.times, epoch.as_ref())?,
         critical_e: Disposal::read(file, &raw.disposal, axis)?,
         shadow: true,
         reentry_altitude: raw.disposal.get_ref().reentry_altitude(file)?,

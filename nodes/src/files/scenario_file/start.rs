@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use density::in_space::{InitialInSpace, PAIR_NAMES};
 use density::uncertain::Spread;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -13,33 +14,52 @@ use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
 
 /// The table `[initial]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Start {
+    #[schemars(with = "Option<Measure>")]
     phi: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     argument_of_pericentre: Option<Spanned<Measure>>,
+    #[schemars(with = "Measure")]
     e: Spanned<Measure>,
+    #[schemars(with = "Measure")]
     inclination: Spanned<Measure>,
+    #[schemars(with = "Measure")]
     node: Spanned<Measure>,
+    #[schemars(with = "Option<Measure>")]
     pub(super) mean_anomaly: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     sigma_phi: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     sigma_e: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     sigma_inclination: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     sigma_node: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     sigma_radiation: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<String>", extend("enum" = ["gaussian", "log-normal"]))]
     radiation_distribution: Option<Spanned<String>>,
+    #[schemars(with = "Option<Correlation>")]
     correlation: Option<Spanned<Correlation>>,
 }
 
 /// The table `[initial.correlation]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Correlation {
+    #[schemars(with = "Option<Measure>")]
     phi_e: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     phi_inclination: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     phi_node: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     e_inclination: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     e_node: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     inclination_node: Option<Spanned<Measure>>,
 }
 

@@ -2,6 +2,7 @@
 
 use density::problem::MOST_YEARS;
 use messages::scenario::MOST_SNAPSHOTS;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::value::Datetime;
@@ -12,12 +13,16 @@ use crate::files::input::{InputError, InputFile};
 use crate::files::plain_number::plain;
 
 /// The table `[times]`: either the end and a step, or the times themselves.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Times {
+    #[schemars(with = "Option<Measure>")]
     end: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
     step: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Vec<f64>>")]
     at: Option<Spanned<Vec<f64>>>,
+    #[schemars(with = "Option<String>")]
     until: Option<Spanned<Datetime>>,
 }
 

@@ -3,6 +3,7 @@
 use density::mesh::Placement;
 use density::mesh::lattice::MOST_DEGREE;
 use messages::content::MOST_RESOLUTION;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::DensityEvolution;
@@ -13,7 +14,7 @@ use crate::methods::accuracy::AccuracySetting;
 use crate::methods::{Method, Misfit};
 
 /// Where the characteristics start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlacementChoice {
     /// Random draws from the initial Gaussian, as in the paper.
@@ -25,7 +26,7 @@ pub enum PlacementChoice {
 }
 
 /// How scattered densities become a density on the grid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MeshChoice {
     /// Triangles of the initial points, carried by the flow, each with its probability.
@@ -35,7 +36,7 @@ pub enum MeshChoice {
 }
 
 /// Settings of a DEE case.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// Number of characteristics; on a lattice the largest square number up to it, and where the radiation parameter is uncertain the

@@ -19,6 +19,8 @@ mod tables;
 mod tape;
 mod verdicts;
 
+pub use rows::{diagnostic_names, interval_of};
+
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -113,7 +113,7 @@ pub(super) fn passages(scenario: &str, method: &str, recorded: &RecordedPassage)
 
 /// The type of the interval of a row: a confidence interval if the curve was counted from `samples` samples, strict
 /// bounds if the probability is withheld, else the method's own estimate of its error.
-fn interval_of(row: &[f64], samples: u64) -> &'static str {
+pub fn interval_of(row: &[f64], samples: u64) -> &'static str {
     match (row[2].is_nan(), row[1].is_nan(), samples) {
         (true, ..) => "",
         (_, true, _) => "bounds",
@@ -123,7 +123,7 @@ fn interval_of(row: &[f64], samples: u64) -> &'static str {
 }
 
 /// Names of a message's diagnostics.
-fn diagnostic_names(kind: u32) -> &'static [&'static str] {
+pub fn diagnostic_names(kind: u32) -> &'static [&'static str] {
     match kind {
         diagnostic::MESH => &["measure_defect", "flipped_mass", "truncated_mass"],
         diagnostic::MIXTURE => &["disagreement"],

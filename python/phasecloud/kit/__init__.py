@@ -1,5 +1,7 @@
 """A kit for phasecloud propagators in Python: write a function, and let `serve` do the rest.
 
+    from phasecloud.kit import SAMPLES, serve
+
     def propagate(problem, run):
         for time in problem.times:
             ...
@@ -28,8 +30,8 @@ from contextlib import contextmanager
 import iceoryx2 as iox
 import numpy as np
 
-import phasecloud_layout as layout
-from phasecloud_layout import CHARACTERISTICS, MIXTURE, SAMPLES  # noqa: F401, for propagators to import from here
+from . import layout
+from .layout import CHARACTERISTICS, MIXTURE, SAMPLES  # noqa: F401, for propagators to import from here
 
 LONGEST_SLEEP = iox.Duration.from_secs(1)
 
@@ -136,7 +138,7 @@ class Run:
     def snapshot(self, kind, rows, **fields):
         """The next snapshot: writable columns in shared memory, sent when the `with` block ends. Do not keep them.
 
-        `fields` are those that the kind has in phasecloud_layout.DETAILS: replicates of samples, treatment, resolution, lattice and
+        `fields` are those that the kind has in layout.DETAILS: replicates of samples, treatment, resolution, lattice and
         degree of characteristics, disagreement of a mixture. Those that are left out are unset.
         """
         session, problem = self._session, self._problem
