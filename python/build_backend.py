@@ -51,7 +51,9 @@ def _command_among_scripts():
 
 
 def _build_command():
-    words = ["cargo", "build", "--release", "--locked", "--package", "phasecloud", "--bin", "phasecloud"]
+    # Both packages are named so that their libraries are those of the extension module, and are built once.
+    packages = ["--package", "phasecloud", "--package", "phasecloud-python"]
+    words = ["cargo", "build", "--release", "--locked", *packages, "--bin", "phasecloud"]
     said = subprocess.run([*words, "--message-format=json-render-diagnostics"], cwd=ROOT, stdout=subprocess.PIPE, check=True)
     for line in said.stdout.splitlines():
         message = json.loads(line)
