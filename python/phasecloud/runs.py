@@ -112,6 +112,6 @@ def _carried_out(words: Sequence[str], show: bool) -> tuple[int, str]:
                     print(line, end="")
         except KeyboardInterrupt:
             process.send_signal(signal.SIGINT)
-            process.wait()
+            process.communicate()
             raise
     return process.returncode, "".join(said)

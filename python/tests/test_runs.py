@@ -1,6 +1,9 @@
 """Runs of the command, and their results folders."""
 
+import signal
 import subprocess
+import threading
+from pathlib import Path
 
 import numpy as np
 import phasecloud as pc
@@ -100,3 +103,21 @@ def test_a_launch_file_is_refused_before_anything_starts(scenario, tmp_path):
     with pytest.raises(pc.RunFailed) as failed:
         pc.run(launch(scenario), out=tmp_path / "full")
     assert failed.value.code == 2 and "full" in failed.value.said
+
+
+def test_ctrl_c_ends_a_run_keeps_what_is_done_and_leaves_nothing_in_shared_memory(scenario, tmp_path):
+    long = scenario.changed({"name": "long", "times": {"end": 400.0, "step": 1.0}})
+    case = {"label": "mc", "node": "mc", "samples": 200_000}
+    table = {"name": "two", "scenarios": [scenario, long], "reference": "mc", "propagator": [case]}
+    interrupt = threading.Timer(8.0, signal.raise_signal, [signal.SIGINT])
+    interrupt.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            pc.run(table, out=tmp_path / "out")
+    finally:
+        interrupt.cancel()
+        interrupt.join()
+    kept = pc.Results(tmp_path / "out")
+    assert not kept.is_complete and "long" in kept.manifest["incomplete_because"]
+    assert len(kept.columns("moments")["t_yr"]) == 5
+    assert not list(Path("/dev/shm").glob(f"*{kept.manifest['run_id']}*"))
