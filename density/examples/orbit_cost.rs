@@ -7,6 +7,7 @@
 use density::flow::Flow;
 use density::model::osculating::Osculating;
 use density::model::planar::Force;
+use density::model::shadow::{ShadowedOsculating, ShadowedVectorial};
 use density::model::sun_moon::SunMoon;
 use density::model::uncertain_radiation::{Linear, UncertainRadiation};
 use density::model::vectorial::Vectorial;
@@ -39,12 +40,17 @@ fn main() {
     let in_plane: Vec<[f64; 4]> = starts.iter().map(|&[phi, e]| [phi, e, 0.0, 0.0]).collect();
     let in_space: Vec<[f64; 4]> = starts.iter().map(|&[phi, e]| [phi, e, 0.3, 2.0]).collect();
     let elements: Vec<[f64; 6]> = starts.iter().map(|&[phi, e]| [phi, e, 0.3, 2.0, phi, 2.5]).collect();
+    let shadowed = ShadowedVectorial { model: vectorial, semi_major_axis: 2.5, reentry_radius: None };
+    let unaveraged = ShadowedOsculating { model: osculating, has_shadow: true, reentry_radius: None };
+    let with_axis: Vec<[f64; 5]> = in_space.iter().map(|&[phi, e, i, node]| [phi, e, i, node, 2.5]).collect();
     for (name, time) in [
         ("planar, each with a C of its own", time(own, &with_own)),
         ("planar, Sun and Moon", time(forces, &starts)),
         ("vectorial, the same orbits", time(flat, &in_plane)),
         ("vectorial, inclined, with obliquity", time(vectorial, &in_space)),
+        ("the same, with the Earth's shadow", time(shadowed, &with_axis[..100])),
         ("osculating, inclined, with obliquity", time(osculating, &elements[..32])),
+        ("the same, with the Earth's shadow", time(unaveraged, &elements[..32])),
     ] {
         println!("{name:36} {time:9.2} µs, {:.1} times as much", time / planar);
     }

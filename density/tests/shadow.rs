@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use density::flow::{Flow, Passages};
+use density::flow::{Accuracy, Flow, Passages};
 use density::model::elements::{Elements, Vectors};
 use density::model::osculating::Osculating;
 use density::model::osculating::kepler::Motion;
@@ -226,6 +226,30 @@ fn the_averaged_model_follows_the_unaveraged_one_to_the_second_order_of_the_forc
     // The shadow is worth much more than what averaging errs by.
     let [found, expected, lit] = whole;
     assert!(apart(lit, expected) > 10.0 * errors[0], "{found:?} {expected:?} {lit:?}");
+}
+
+#[test]
+fn averaged_orbits_are_as_accurate_as_is_asked_for_through_all_seasons_of_the_shadow() {
+    // In the equator, through the Earth, at high inclination, and circular at first.
+    for (obliquity, inclination, radiation, e) in
+        [(0.0, 0.0, 0.15, 0.145), (0.409, 0.0, 0.15, 0.145), (0.409, 1.2, 0.05, 0.1), (0.409, 0.6, 0.1, 0.0)]
+    {
+        let model = averaged(radiation);
+        let model = ShadowedVectorial { model: Vectorial { obliquity, ..model.model }, ..model };
+        let start = model.state(0.0, [2.2069, e, inclination, 0.5, AXIS]);
+        let run = |accuracy, pieces: u32| {
+            let flow = Flow { model, accuracy };
+            let time = |k: u32| 2.0 * f64::from(k) / f64::from(pieces);
+            (0..pieces).fold(start, |state, k| flow.carry_one(state, time(k), time(k + 1)).unwrap())
+        };
+        let fine = run(Accuracy::Fine, 1);
+        assert!((fine[6] - 1.0).abs() > 1e-4, "it passes the shadow");
+        let errors = [(Accuracy::Coarse, 1), (Accuracy::Medium, 1), (Accuracy::Fine, 300)];
+        let errors = errors.map(|(accuracy, pieces)| apart(run(accuracy, pieces), fine));
+        assert!(errors[0] < 1e-6 && errors[1] < 1e-9 && errors[2] < 1e-11, "{obliquity} {inclination}: {errors:?}");
+        let back = Flow::new(model).carry_one(fine, 2.0, 0.0).unwrap();
+        assert!(apart(back, start) < 1e-11);
+    }
 }
 
 #[test]

@@ -212,9 +212,9 @@ impl<M: Edged> Lane<M> {
 /// The local error that is allowed in a step, where a Taylor series of the same accuracy has this number of coefficients.
 fn tolerance(coefficients: usize) -> f64 {
     match coefficients {
-        ..=12 => 1e-8,
-        13..=15 => 1e-11,
-        _ => 2e-14,
+        ..=12 => 3e-9,
+        13..=15 => 1e-12,
+        _ => 1e-14,
     }
 }
 
