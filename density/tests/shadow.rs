@@ -276,6 +276,10 @@ fn a_pericentre_at_the_reentry_height_is_noted_whatever_the_semi_major_axis_is_t
     let mut slices: Vec<&mut [f64]> = columns.iter_mut().map(|column| column.as_mut_slice()).collect();
     let note = |time: f64| time;
     passages[0] = -1.0;
+    // Nothing happens in no time.
+    flow.carry_watching(&mut slices, (0.0, 0.0), 0.5, Passages { passages: &mut passages, pending: -1.0, note: &note })
+        .unwrap();
+    assert_eq!(passages[0], -1.0);
     flow.carry_watching(&mut slices, (0.0, 1.0), 0.5, Passages { passages: &mut passages, pending: -1.0, note: &note })
         .unwrap();
     let [_, e, _, _, axis] =

@@ -225,6 +225,15 @@ impl<M: Edged, const P: usize> RungeKutta<M, P> {
         self.lanes[lane].has_rate = false;
     }
 
+    /// Writes the clearance of a lane that does not move.
+    fn write_at_rest(&mut self, lane: usize) {
+        let own = &self.lanes[lane];
+        let clearance = own.model.clearance(M::State::<f64>::from_fn(|k| own.state[k]));
+        for (n, coefficients) in self.clearance.iter_mut().enumerate() {
+            coefficients[lane] = if n == 0 { clearance } else { 0.0 };
+        }
+    }
+
     /// Writes the polynomial of a lane's step, and that of the clearance.
     fn write(&mut self, lane: usize) {
         let own = &mut self.lanes[lane];
@@ -301,6 +310,8 @@ impl<M: Edged + Model, const P: usize> Series<P> for RungeKutta<M, P> {
             self.lanes[lane].find_step(self.tolerance);
             if with_clearance && self.lanes[lane].step > 0.0 {
                 self.write(lane);
+            } else if with_clearance {
+                self.write_at_rest(lane);
             }
         }
     }

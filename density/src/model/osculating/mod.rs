@@ -94,7 +94,7 @@ impl Osculating {
     }
 
     /// Nominal mean motion of the satellite, in units of the Sun's.
-    pub(super) fn pace(&self) -> f64 {
+    pub(in crate::model) fn pace(&self) -> f64 {
         earth::mean_motion(self.semi_major_axis) * earth::YEAR / SUN_MEAN_MOTION
     }
 

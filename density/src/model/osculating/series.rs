@@ -9,9 +9,7 @@
 //! ```
 //!
 //! This takes 11 Cauchy products per order, and 5 more for each body. The powers follow without a root: `y = g^(-3/2)` and `w = y/g` have
-//! `n y_n = -(3/2) Σ_{k=1..n} k g_k w_{n-k}`.
-//!
-//! Half of the lanes are expanded at a time, so that their coefficients stay in the first cache.
+//! `n y_n = -(3/2) Σ_{k=1..n} k g_k w_{n-k}`. Half of the lanes are expanded at a time, so that their coefficients stay in the first cache.
 
 use super::{Body, Osculating, State, halves};
 use crate::model::earth::SUN_MEAN_MOTION;
@@ -28,7 +26,7 @@ pub struct OsculatingSeries<const P: usize> {
     time: Lanes,
     state: [Aligned<P>; 6],
     clearance: Aligned<P>,
-    /// Height of the pericentre above the Earth's centre of which the clearance is, if not of the eccentricity, in nominal semi-major axes.
+    /// See [`Self::watch_height`].
     reentry_radius: Option<f64>,
 }
 
@@ -270,7 +268,6 @@ impl<const P: usize> OsculatingSeries<P> {
     }
 
     /// Lets the clearance be that of the pericentre's height ([`super::above_pericentre`]).
-    #[inline(always)]
     pub(in crate::model) fn watch_height(&mut self, reentry_radius: Option<f64>) {
         self.reentry_radius = reentry_radius;
     }
@@ -296,8 +293,8 @@ impl<const P: usize> Series<P> for OsculatingSeries<P> {
         };
         let zero = Aligned([[0.0; LANES]; P]);
         let blocks = [Block { pressure: [model.pressure(); WIDTH], ..Block::AT_REST }; LANES / WIDTH];
-        let (time, state) = ([0.0; LANES], [zero; 6]);
-        Self { model: *model, constants, blocks, time, state, clearance: zero, reentry_radius: None }
+        let (time, state, clearance) = ([0.0; LANES], [zero; 6], zero);
+        Self { model: *model, constants, blocks, time, state, clearance, reentry_radius: None }
     }
 
     #[inline(always)]
@@ -394,8 +391,7 @@ fn clearance<const P: usize>(block: &Block<P>, reentry_radius: Option<f64>) -> C
         clearance[n] = match reentry_radius {
             None => product(&square, &energy, n),
             Some(radius) => {
-                let constant = if n == 0 { -2.0 * radius } else { 0.0 };
-                each(|l| radius * radius * energy[n][l] + square[n][l] + constant)
+                each(|l| radius * radius * energy[n][l] + square[n][l] - if n == 0 { 2.0 * radius } else { 0.0 })
             }
         };
     }

@@ -147,9 +147,21 @@ impl<const P: usize> ShadowedSeries<P> {
         self.model.outside(self.model.sunward(own.time + signed / SUN_MEAN_MOTION), position)
     }
 
+    /// Whether a satellite in the light is farther from the shadow than it can move in a step of this length, at up to twice its speed.
+    fn is_far_from_shadow(&self, lane: usize, step: f64) -> bool {
+        let (position, velocity) = halves(self.state_of(lane));
+        let toward = dot(position, self.model.sunward(self.lanes[lane].time));
+        let from_axis = (dot(position, position) - toward * toward).max(0.0).sqrt();
+        let apart = toward.max(from_axis - 1.0 / self.model.model.semi_major_axis);
+        apart > 2.0 * step * self.model.model.pace() * dot(velocity, velocity).sqrt()
+    }
+
     /// Length of the step to the first edge within a step of this length.
     fn first_edge(&self, lane: usize, step: f64) -> f64 {
         let is_dark = self.lanes[lane].is_dark;
+        if !is_dark && self.is_far_from_shadow(lane, step) {
+            return f64::INFINITY;
+        }
         let inward = if is_dark { -1.0 } else { 1.0 };
         // Above 0 on this side of the edge, whatever rounding says at an edge that has just been crossed.
         let (mut low, mut at_low) = (0.0, (inward * self.outside(lane, 0.0)).max(f64::MIN_POSITIVE));
