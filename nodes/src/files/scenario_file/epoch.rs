@@ -30,7 +30,8 @@ impl Epoch {
 
     /// The date so many years after the epoch, as `2032-03-01`.
     pub fn date_after(&self, years: f64) -> String {
-        let after = Duration::from_secs_f64((years * earth::YEAR).max(0.0));
+        // To the nearest second, so that the rounding of a number of years does not make the day before of a date.
+        let after = Duration::from_secs_f64((years * earth::YEAR).round().max(0.0));
         let text = self.0.checked_add(after).map(|time| humantime::format_rfc3339_seconds(time).to_string());
         text.map_or("beyond all dates".into(), |text| text.chars().take_while(|c| *c != 'T').collect())
     }
@@ -40,7 +41,9 @@ impl Epoch {
         let end = day(file, date)?;
         let past = format!("is not after the epoch, {}", self.date_after(0.0));
         let after = end.duration_since(self.0).map_err(|_| file.error(date, &past))?;
-        Ok(after.as_secs_f64() / earth::YEAR)
+        let years = after.as_secs_f64() / earth::YEAR;
+        // A thirtieth of a second is more than enough of a date.
+        Ok(format!("{years:.9}").parse().unwrap_or(years))
     }
 }
 

@@ -41,11 +41,12 @@ fn an_epoch_gives_dates_and_the_horizon_may_be_one() {
     // 2028 is a leap year: 731 days.
     assert_eq!(problem.times[..4], [0.0, 0.5, 1.0, 1.5]);
     assert!(problem.times.len() == 5 && (problem.times[4] - 731.0 / 365.256363).abs() < 1e-6, "{:?}", problem.times);
-    let dates = [0.0, 1.0, problem.times[4] + 1e-6].map(|years| epoch.unwrap().date_after(years));
+    let dates = [0.0, 1.0, problem.times[4]].map(|years| epoch.unwrap().date_after(years));
     assert_eq!(dates, ["2027-03-01", "2028-02-29", "2029-03-01"]);
     for (text, words) in [
         (GOOD.replace("end = 2.0", "until = 2029-03-01"), "needs the date at t = 0"),
-        (until.replace("2029", "2027"), "is not after the epoch, 2027-03-01"),
+        (until.replace("until = 2029", "until = 2026"), "is not after the epoch, 2027-03-01"),
+        (until.replace("until = 2029", "until = 2027"), "it must be later"),
         (until.replace("until = 2029-03-01", "until = 07:32:00"), "must be a date from 1970 on"),
         (until.replace("date = 2027", "date = 1957"), "must be a date from 1970 on"),
         (until.replace("until = 2029", "end = 2.0\nuntil = 2029"), "either end and step"),

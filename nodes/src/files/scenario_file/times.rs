@@ -62,7 +62,7 @@ pub(super) fn read(file: &InputFile, times: &Spanned<Times>, epoch: Option<&Epoc
             let epoch = epoch.ok_or_else(|| file.error(until, needs))?;
             times_until(file, (until, epoch.years_until(file, until)?), step)
         }
-        _ => Err(file.error(times, "must have either end and step, or until and step, or at")),
+        _ => Err(file.error(times, "must have either end and step, or at, or until and step")),
     }
 }
 
@@ -73,7 +73,9 @@ fn times_until(
     every: &Spanned<Measure>,
 ) -> Result<Vec<f64>, InputError> {
     if !(LEAST_GAP..=MOST_YEARS).contains(&end) {
-        return Err(file.error(until, &format!("is {} yr after the epoch, it must be at most 1000", plain(end))));
+        return Err(
+            file.error(until, &format!("is {} yr after the epoch; it must be later, by at most 1000 yr", plain(end)))
+        );
     }
     let step =
         number(file, every, "at least 1e-6 yr and at most the time to until", |x| (LEAST_GAP..=end).contains(&x))?;

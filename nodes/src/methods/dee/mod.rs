@@ -38,7 +38,7 @@ pub struct DensityEvolution {
 enum Work {
     Plane(Box<PlaneWork>),
     /// The radiation parameter is uncertain.
-    Layers(LayersWork),
+    Layers(Box<LayersWork>),
 }
 
 /// The characteristics of a scenario in the plane.
@@ -72,7 +72,7 @@ impl Propagator for DensityEvolution {
             let work = LayersWork::new(problem, &self.settings, accuracy, |total| self.shard.part(total))?;
             let content = Characteristics::CarriedMesh { lattice: Some(work.lattice()) }.into();
             let form = Form { content, most_rows: work.rows(), total_rows: work.total() };
-            self.work = Some(Work::Layers(work));
+            self.work = Some(Work::Layers(Box::new(work)));
             return Ok(form);
         }
         let problem = &assignment.plane()?.problem;
