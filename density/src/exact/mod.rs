@@ -111,7 +111,7 @@ pub enum Error {
     /// The eccentricity of the model's orbits does not rise once and fall once in every period.
     #[error(
         "the exact density needs a planar model whose eccentricity grows wherever e sin(phi) > 0, and {model} is none: the pull \
-         towards the Sun must outweigh all else that drives the eccentricity"
+         towards the Sun must outweigh all else that drives the eccentricity; mc, dee and gmm-ut have no such limit"
     )]
     EccentricityTurnsBack {
         /// The model and its parameters.
