@@ -144,15 +144,19 @@ fn what_a_method_cannot_do_in_space_it_refuses_by_name() {
     let cases = [
         case("mc", "node = \"mc\"\nsamples = 1_000"),
         case("exact", "node = \"exact\""),
-        case("dee", "node = \"dee\""),
+        case("dee", "node = \"dee\"\nplacement = \"random\""),
+        case("gmm", "node = \"gmm-ut\"\nsplit = \"solar-angle\""),
         case("full", "node = \"mc\"\nsamples = 1_000\nmodel = \"osculating\""),
     ];
     let output = bench.run(&bench.write("launch.toml", &launch("mc", &cases)), "out");
     assert_eq!(output.status.code(), Some(1));
     let told = text(&output.stderr) + &text(&output.stdout);
-    for words in
-        ["exact: the scenario's model is \"vectorial\"", "dee: the scenario's model", "does not say where the Moon is"]
-    {
+    for words in [
+        "exact: the scenario's model is \"vectorial\"",
+        "placement: in space dee reads out the flow",
+        "in space, gmm-ut takes split = \"adaptive\"",
+        "does not say where the Moon is",
+    ] {
         assert!(told.contains(words), "{words}: {told}");
     }
     let planar = launch("mc", &[case("mc", "node = \"mc\"\nsamples = 100\nmodel = \"vectorial\"")]);
@@ -235,4 +239,40 @@ fn fidelity_prints_how_far_every_simpler_model_and_every_force_moves_the_figures
     bench.write("flat.toml", common::SCENARIO_1);
     let output = bench.phasecloud().args(["fidelity", "flat.toml"]).output().unwrap();
     assert!(output.status.code() == Some(2) && text(&output.stderr).contains("the simplest model"));
+}
+
+#[test]
+fn a_mixture_and_characteristics_in_space_have_the_moments_of_quasi_monte_carlo() {
+    let bench = Bench::new();
+    bench.write("mine.toml", &VECTORIAL.replace("inclination = \"1 deg\"\nnode", "inclination = \"10 deg\"\nnode"));
+    let cases = [
+        case("qmc", "node = \"qmc\"\nsamples = 16_384"),
+        case("gmm", "node = \"gmm-ut\"\nsigma_points = 600"),
+        case("dee", "node = \"dee\"\nsamples = 100_000\naccuracy = 1e-9"),
+    ];
+    bench.run_well(&bench.write("launch.toml", &launch("qmc", &cases)), "out");
+    let rows = bench.table("out/moments.csv");
+    for (method, allowed) in [("gmm", 0.005), ("dee", 0.001)] {
+        for time in ["0.0", "0.3", "0.5"] {
+            let [found, right] = [method, "qmc"].map(|method| row(&rows, method, time));
+            for variable in VARIABLES {
+                let deviation = number(right, &format!("std_{variable}"));
+                for key in [format!("mean_{variable}"), format!("std_{variable}")] {
+                    let apart = number(found, &key) - number(right, &key);
+                    let apart = if key.contains("_rad") { density::angle::nearest(apart, 0.0) } else { apart };
+                    let of = |row: &Row| number(row, &format!("se_{key}"));
+                    let error = of(right).hypot(if method == "dee" { of(found) } else { 0.0 });
+                    let beyond = apart.abs() - 3.0 * error;
+                    assert!(beyond < allowed * deviation, "{method}: {key} at {time}: {apart} {error} {deviation}");
+                }
+            }
+            let distances = bench.table("out/distances.csv");
+            let is_here =
+                |row: &&Row| row["method"] == method && row["t_yr"] == time && row["measure"] == "total_variation";
+            for row in distances.iter().filter(is_here) {
+                let distance: f64 = row["value"].parse().unwrap();
+                assert!(distance < 0.05, "{method}: {row:?}");
+            }
+        }
+    }
 }

@@ -130,7 +130,7 @@ pub fn curve_of_groups(points: impl ExactSizeIterator<Item = usize>, groups: usi
 pub const FEW: f64 = 50.0;
 
 /// The 97.5 % quantile of Student's distribution, by bisection of its distribution function (Abramowitz & Stegun 26.7.3 and 26.7.4).
-fn student_quantile(freedom: usize) -> f64 {
+pub(crate) fn student_quantile(freedom: usize) -> f64 {
     let (mut low, mut high) = (0.0, 0.5 * PI);
     for _ in 0..60 {
         let middle: f64 = 0.5 * (low + high);

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::cell::{Cell, Tree};
 use super::chebyshev::{Basis, Polynomial};
 use super::passing::{self, Decision, Passing};
-use super::{CellMap, FlowMap, REACH, Refused, Settings, Summary, Unresolved};
+use super::{CellMap, FlowMap, Refused, Settings, Summary, Unresolved};
 use crate::flow::{Accuracy, Flow};
 use crate::gaussian::Gaussian;
 use crate::model::variable::Place;
@@ -66,7 +66,7 @@ impl<'a, M: Model, const N: usize> Builder<'a, M, N> {
 
     /// Finds the cells.
     pub fn map(self) -> Result<FlowMap<M, N>, Refused> {
-        let whole = Cell::around_the_mean(REACH);
+        let whole = Cell::around_the_mean(self.settings.reach);
         let (mut tree, mut cells) = (Tree::new(whole), Vec::new());
         let mut summary = Summary {
             orbits: 0,

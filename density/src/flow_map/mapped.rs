@@ -192,15 +192,7 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
     pub fn passage_counts(&self, times: &[f64]) -> Vec<u64> {
         let chunk_counts = |chunk: usize| {
             let mut counts = vec![0u64; times.len() + 1];
-            self.with_sorted(chunk, |sorted| {
-                let mut value = [[0.0; LANES]];
-                sorted.for_lanes(|cell, at, places| {
-                    let Passing::At(polynomial) = &self.map.cells[cell as usize].passing else { return };
-                    evaluate(std::slice::from_ref(polynomial), at, &mut value);
-                    places.iter().zip(&value[0]).for_each(|(_, &time)| counts[point(time, times)] += 1);
-                });
-            });
-            self.directly_in(chunk).for_each(|position| counts[point(self.passages[position], times)] += 1);
+            self.passages_in(chunk, |_, time| counts[point(time, times)] += 1);
             counts
         };
         let add = |mut sums: Vec<u64>, counts: Vec<u64>| {
@@ -211,6 +203,19 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
         let mut counts = chunks.map(chunk_counts).reduce(|| vec![0; times.len() + 1], add);
         counts.truncate(times.len());
         counts
+    }
+
+    /// Calls `note` with the place in a chunk and the time of passage of the orbits that pass.
+    fn passages_in(&self, chunk: usize, mut note: impl FnMut(usize, f64)) {
+        self.with_sorted(chunk, |sorted| {
+            let mut value = [[0.0; LANES]];
+            sorted.for_lanes(|cell, at, places| {
+                let Passing::At(polynomial) = &self.map.cells[cell as usize].passing else { return };
+                evaluate(std::slice::from_ref(polynomial), at, &mut value);
+                places.iter().zip(&value[0]).for_each(|(&place, &time)| note(place as usize, time));
+            });
+        });
+        self.directly_in(chunk).for_each(|position| note(self.direct[position] % CHUNK, self.passages[position]));
     }
 }
 

@@ -5,7 +5,7 @@
 //! halved where the flow bends, until an estimate of the error is below a setting. Moving an orbit then costs one evaluation
 //! of a polynomial for each snapshot, whatever the horizon.
 //!
-//! The domain is the box of [`REACH`] standard deviations about the mean. In the plane it may hold starts with a negative
+//! The domain is the box of [`Settings::reach`] standard deviations about the mean. In the plane it may hold starts with a negative
 //! eccentricity: `(phi, -e)` is `(phi + π, e)`, and the state `(e sin phi, e cos phi)` is analytic through `e = 0`.
 //! A start is left to direct propagation where no map is worth its orbits: outside the box, and in cells that hold less
 //! probability than [`Settings::smallest_share`] and are not resolved yet, as at a separatrix, where neighbours
@@ -43,7 +43,7 @@ use passing::Passing;
 
 pub use mapped::MappedOrbits;
 
-/// How far the domain of a map reaches from the mean along each axis, in standard deviations. Beyond lie 8e-11 of a Gaussian.
+/// How far the domain of a map reaches from the mean along each axis unless set, in standard deviations. Beyond lie 8e-11 of a Gaussian.
 pub const REACH: f64 = 6.5;
 
 /// What a map may cost and how far it may be off.
@@ -57,11 +57,14 @@ pub struct Settings {
     pub smallest_share: f64,
     /// Least probability that a map must cover.
     pub least_mapped: f64,
+    /// How far the domain reaches from the mean along each axis, in standard deviations. With many variables it holds mostly starts that no
+    /// cloud has, and a smaller one takes far fewer orbits.
+    pub reach: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { error: 1e-9, most_orbits: 300_000, smallest_share: 1e-5, least_mapped: 0.5 }
+        Self { error: 1e-9, most_orbits: 300_000, smallest_share: 1e-5, least_mapped: 0.5, reach: REACH }
     }
 }
 

@@ -23,15 +23,19 @@
 //! | [`cloud`] | orbits of any model, on their way |
 //! | [`mean_cloud`] | unaveraged orbits, read out as averages over a revolution |
 //! | [`fidelity`] | how far simpler models move the figures of a cloud |
+//! | [`task`] | the model and the Gaussian for methods that place points themselves |
+//! | [`disposal`] | the questions of a disposal designer |
 //! | [`pilot`] | the axes on which clouds are compared |
 
 pub mod acting;
 pub mod cloud;
+pub mod disposal;
 pub mod draws;
 pub mod fidelity;
 pub mod mean_cloud;
 pub mod models;
 pub mod pilot;
+pub mod task;
 
 use std::f64::consts::PI;
 use std::fmt;

@@ -35,6 +35,7 @@
 //! | [`osculating`] | the same in space without any average |
 //! | [`shadow`] | the same with the Earth's shadow |
 //! | [`irradiated`] | a model in space whose radiation parameter is a variable of the orbit |
+//! | [`unfolded`] | a model in space for clouds whose inclination may be below 0 |
 //! | [`vector`] | vectors in space |
 //! | `part` | arithmetic on Taylor coefficients, for recurrences written by hand |
 //! | [`elements`] | the elements of an orbit in space, and the vectors that stand for them |
@@ -58,6 +59,7 @@ pub mod registry;
 pub mod shadow;
 pub mod sun_moon;
 pub mod uncertain_radiation;
+pub mod unfolded;
 pub mod variable;
 pub mod vector;
 pub mod vectorial;

@@ -164,7 +164,7 @@ impl MapFile {
     /// # Errors
     /// If its values are not allowed.
     pub fn point(&self, index: usize) -> Result<Point, InputError> {
-        let scenario = self.sweep.scenario(index)?;
+        let scenario = self.sweep.in_plane(index)?;
         Ok(Point { problem: scenario.problem, spread: scenario.spread })
     }
 

@@ -8,7 +8,6 @@ use density::mixture::plan::{Adaptive, LEAST_POINTS};
 use density::mixture::split::Direction;
 use density::mixture::unscented::Unscented;
 use density::mixture::{self, Split};
-use density::uncertain::UncertainProblem;
 use messages::content::{self, Content, Kind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,10 +20,13 @@ use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::{Form, Passage, Propagator};
 
-use course::{Course, InPlane, Uncertain};
+use course::{Course, InPlane, Planned};
 
-/// With a third variable a mixture may have this many times the components that `sigma_points` allows in the plane.
-const LAYERS: usize = 12;
+/// How many times the components that `sigma_points` allows in the plane a mixture over so many variables may have. In space orbits take ten
+/// times as long, and clouds of satellites are right with a few thousand.
+const fn layers(variables: usize) -> usize {
+    if variables == 3 { 12 } else { 1 }
+}
 
 /// How the initial Gaussian is split.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -59,7 +61,7 @@ pub struct Settings {
     /// Whether the library of a split that is not adaptive keeps the variance exactly; false unless set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep_variance: Option<bool>,
-    /// Most sigma points of an adaptive split; where the radiation parameter is uncertain, a twelfth of its most components.
+    /// Most sigma points of an adaptive split; with a third variable a twelfth of its most components, in space that number.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub sigma_points: Option<usize>,
     /// Most components that are published; if there are more, they are merged, which keeps mean and covariance
@@ -194,10 +196,7 @@ impl Method for Settings {
     }
 
     fn most_numbers(&self, _: (usize, usize), variables: usize) -> usize {
-        let components = match variables > 2 {
-            true => LAYERS.saturating_mul(self.most_components()),
-            false => self.most_components(),
-        };
+        let components = layers(variables).saturating_mul(self.most_components());
         components.saturating_mul(content::Mixture::column_count(variables))
     }
 
@@ -223,8 +222,12 @@ impl GaussianMixture {
     /// The mixture of a scenario.
     fn plan(&self, assignment: &Assignment) -> Result<Box<dyn Course>, Failure> {
         let Settings { accuracy, merge_to, .. } = self.settings;
+        if let Some(problem) = &assignment.in_space {
+            let planned = problem.perform(self.planned(problem, problem.variables().len())?);
+            return planned.unwrap_or_else(|error| Err(Failure::Refused(error.to_string())));
+        }
         if let Some(uncertain) = &assignment.uncertain {
-            return self.plan_with_uncertainty(&uncertain.problem);
+            return uncertain.problem.perform(self.planned(&uncertain.problem, 3)?);
         }
         let problem = &assignment.plane()?.problem;
         let flow = AccuracySetting::flow(accuracy, problem.model);
@@ -233,18 +236,18 @@ impl GaussianMixture {
         Ok(Box::new(InPlane { propagator, times, merge_to, mixture: None, disagreement: f64::NAN }))
     }
 
-    /// The mixture of a problem with an uncertain radiation parameter.
-    fn plan_with_uncertainty(&self, problem: &UncertainProblem) -> Result<Box<dyn Course>, Failure> {
+    /// The task of planning a mixture in more than two variables.
+    fn planned<'a, P>(&self, problem: &'a P, variables: usize) -> Result<Planned<'a, P>, Failure> {
         let Settings { accuracy, merge_to, mode, .. } = self.settings;
         if self.settings.split() != SplitChoice::Adaptive || merge_to.is_some() || mode != Mode::Corrected {
-            let why = "where the radiation parameter is uncertain, gmm-ut takes split = \"adaptive\" in mode = \"corrected\" without \
-                       merge_to alone";
+            let why = "where the radiation parameter is uncertain, and in space, gmm-ut takes split = \"adaptive\" in mode = \"corrected\" \
+                       without merge_to alone";
             return Err(Failure::Refused(why.into()));
         }
-        let components = LAYERS.saturating_mul(self.settings.sigma_points());
+        let components = layers(variables).saturating_mul(self.settings.sigma_points());
         let fineness = Fineness { components, ..Fineness::default() };
         let (accuracy, unscented) = (accuracy.unwrap_or_default().0, self.settings.for_mixture().unscented);
-        problem.perform(Uncertain { problem, accuracy, unscented, fineness })
+        Ok(Planned { problem, accuracy, unscented, fineness })
     }
 }
 

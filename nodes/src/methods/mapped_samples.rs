@@ -1,14 +1,20 @@
-//! Samples that move by a flow map instead of one by one: what `through = "flow-map"` makes of a Monte Carlo case.
+//! Samples that move by a flow map instead of one by one: what `through = "flow-map"` makes of a Monte Carlo case, and what DEE does in space.
 
+use std::f64::consts::{PI, TAU};
 use std::fmt::Debug;
 use std::ops::Range;
 
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_counts};
 use density::flow::{Accuracy, Flow};
 use density::flow_map::{FlowMap, MappedOrbits, Refused, Settings as MapSettings};
+use density::gaussian::Gaussian;
 use density::grid::Grid;
+use density::in_space::draws::{Distributed, Start};
+use density::in_space::task::SpaceTask;
+use density::in_space::{SpaceProblem, SpaceProblemError};
 use density::model::Model;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::model::unfolded::{InSpace, Unfolded};
 use density::orbits::LostOrbit;
 use density::sample_sums::{SampleSums, TooFar};
 use density::sampling::{Draws, SamplingPlan, variables_of};
@@ -64,30 +70,61 @@ impl<M: Model, const N: usize> Cloud for MappedOrbits<M, N> {
     }
 }
 
+/// Orbits in space, whose inclinations are read out as 0 or more also at the start.
+#[derive(Debug)]
+struct InSpaceCloud<C>(C);
+
+impl<C: Cloud> Cloud for InSpaceCloud<C> {
+    fn advance_watching(&mut self, index: usize, critical: f64) -> Result<(), LostOrbit> {
+        self.0.advance_watching(index, critical)
+    }
+
+    fn read_out(&self, columns: &mut [f64]) {
+        self.0.read_out(columns);
+        let (rest, nodes) = columns.split_at_mut(3 * self.counts().0);
+        let inclinations = &mut rest[2 * self.counts().0..];
+        for (inclination, node) in inclinations.iter_mut().zip(nodes).filter(|(inclination, _)| **inclination < 0.0) {
+            *inclination = -*inclination;
+            *node = (*node + PI).rem_euclid(TAU);
+        }
+    }
+
+    fn reduce(&self, grid: &Grid, critical_e: f64) -> Result<SampleSums, TooFar> {
+        self.0.reduce(grid, critical_e)
+    }
+
+    fn passage_counts(&self, times: &[f64]) -> Vec<u64> {
+        self.0.passage_counts(times)
+    }
+
+    fn counts(&self) -> (usize, usize) {
+        self.0.counts()
+    }
+}
+
 /// What the samples of a case are.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// The draws.
     pub plan: SamplingPlan,
-    /// How many samples the whole case has.
-    pub samples: usize,
     /// The numbers of those of this process.
     pub numbers: Range<usize>,
     /// The accuracy of samples that are propagated directly.
     pub accuracy: Accuracy,
-    /// The largest error of the map.
-    pub map_error: f64,
+    /// What the map may cost, and how far it may be off.
+    pub map: MapSettings,
+    /// Whether it must know first passages, which takes a finer one where orbits just touch the critical value.
+    pub passages: bool,
 }
 
-impl Case {
-    /// What a map may cost depends on the whole case, so that all shards have the same one.
-    fn map_settings(&self) -> MapSettings {
-        MapSettings {
-            error: self.map_error,
-            most_orbits: (self.samples / 4).clamp(LEAST_ORBITS, MOST_ORBITS),
-            smallest_share: LEAST_SAMPLES / self.samples as f64,
-            least_mapped: LEAST_MAPPED,
-        }
+/// A map for so many samples that is off by at most `error`. What it may cost depends on the whole case, so that all shards have the same one.
+pub fn map_for(samples: usize, error: f64) -> MapSettings {
+    MapSettings {
+        error,
+        most_orbits: (samples / 4).clamp(LEAST_ORBITS, MOST_ORBITS),
+        smallest_share: LEAST_SAMPLES / samples as f64,
+        least_mapped: LEAST_MAPPED,
+        ..MapSettings::default()
     }
 }
 
@@ -102,16 +139,21 @@ impl MappedSamples {
             let why = "where the radiation parameter is uncertain, a flow map takes independent draws without replicates alone";
             return Err(Failure::Refused(why.into()));
         }
-        let cloud = match &assignment.uncertain {
-            Some(uncertain) => {
+        let cloud = match (&assignment.uncertain, &assignment.in_space) {
+            (_, Some(problem)) => {
+                let draw = Distributed::of(problem).map(|distributed| distributed.draw(&case.plan));
+                let refuse = |why: SpaceProblemError| Failure::Refused(why.to_string());
+                problem.perform(InSpaceTask { problem, case, draw: draw.map_err(refuse)? }).map_err(refuse)?
+            }
+            (Some(uncertain), _) => {
                 let problem = &uncertain.problem;
                 problem.perform(OnLeaves { problem, case, times: &assignment.times, critical })
             }
-            None => {
+            (None, None) => {
                 let problem = &assignment.plane()?.problem;
                 let flow = Flow { model: problem.model, accuracy: case.accuracy };
                 let gaussian = problem.initial.into();
-                let map = FlowMap::new(flow, gaussian, &problem.times, Some(critical), &case.map_settings());
+                let map = FlowMap::new(flow, gaussian, &problem.times, case.passages.then_some(critical), &case.map);
                 let polar = case.plan.polar(&problem.initial);
                 map.map(|map| -> Box<dyn Cloud> {
                     Box::new(MappedOrbits::new(map, case.numbers, Box::new(move |number| polar(number).into())))
@@ -174,8 +216,31 @@ impl UncertainTask for OnLeaves<'_> {
     fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output {
         let Self { problem, case, times, critical } = self;
         let flow = Flow { model, accuracy: case.accuracy };
-        let map = FlowMap::new(flow, problem.gaussian(), times, Some(critical), &case.map_settings())?;
+        let map = FlowMap::new(flow, problem.gaussian(), times, case.passages.then_some(critical), &case.map)?;
         let draw = variables_of(&problem.gaussian(), UncertainRadiation::<S>::VARIABLES, case.plan.seed);
         Ok(Box::new(MappedOrbits::new(map, case.numbers, Box::new(draw))))
+    }
+}
+
+/// Makes the samples in space.
+struct InSpaceTask<'a, D> {
+    problem: &'a SpaceProblem,
+    case: Case,
+    draw: D,
+}
+
+impl<D: Fn(usize) -> Start + Send + Sync + 'static> SpaceTask for InSpaceTask<'_, D> {
+    type Output = Result<Box<dyn Cloud>, Refused>;
+
+    fn with<M: InSpace<N>, const N: usize>(self, model: Unfolded<M, N>, initial: Gaussian<N>) -> Self::Output {
+        let Self { problem, case, draw } = self;
+        let flow = Flow { model, accuracy: case.accuracy };
+        let critical = case.passages.then_some(problem.critical_e);
+        let map = FlowMap::new(flow, initial, &problem.times, critical, &case.map)?;
+        let variables = move |number: usize| -> [f64; N] {
+            let Start { variables, radiation, .. } = draw(number);
+            std::array::from_fn(|k| variables.get(k).copied().unwrap_or(radiation))
+        };
+        Ok(Box::new(InSpaceCloud(MappedOrbits::new(map, case.numbers, Box::new(variables)))))
     }
 }

@@ -14,11 +14,11 @@ use messages::layout::PASSAGE_TIMES;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::files::input::{natural, positive};
-use crate::files::toml_words::{choice, choice_option};
+use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
-use crate::methods::drawing::{Drawing, Forces, ModelChoice, check_forces};
-use crate::methods::mapped_samples::{Case, MappedSamples};
+use crate::methods::drawing::{Drawing, check_forces};
+use crate::methods::mapped_samples::{Case, MappedSamples, map_for};
+use crate::methods::sampling_settings::sampling_settings;
 use crate::methods::{Method, Misfit};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
@@ -51,38 +51,21 @@ pub enum Through {
 /// The error of a flow map unless it is set.
 const MAP_ERROR: f64 = 1e-9;
 
-/// Settings of a Monte Carlo case.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Settings {
-    /// Number of samples.
-    #[serde(deserialize_with = "positive")]
-    pub samples: usize,
-    /// Seed of the draws.
-    #[serde(deserialize_with = "natural")]
-    pub seed: u64,
-    /// How draws depend on one another: independent, antithetic pairs, or a scrambled Sobol sequence.
-    #[serde(deserialize_with = "choice")]
-    pub draws: DrawsChoice,
-    /// Number of independent groups, from whose spread the standard errors follow; 1 is allowed only for independent
-    /// draws.
-    #[serde(deserialize_with = "positive")]
-    pub replicates: usize,
-    /// How samples get from the start to a snapshot.
-    #[serde(deserialize_with = "choice")]
-    pub through: Through,
-    /// Largest error of a flow map; 1e-9 unless set.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub map_error: Option<f64>,
-    /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<AccuracySetting>,
-    /// The model in which orbits move, if not in the scenario's: a simpler one.
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "choice_option")]
-    pub model: Option<ModelChoice>,
-    /// The forces that act, if not all of the scenario's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub forces: Option<Forces>,
+sampling_settings! {
+    /// Settings of a Monte Carlo case. Independent draws need no replicates: 1 is allowed only for them.
+    after_seed {
+        /// How draws depend on one another: independent, antithetic pairs, or a scrambled Sobol sequence.
+        #[serde(deserialize_with = "choice")]
+        draws: DrawsChoice,
+    }
+    after_replicates {
+        /// How samples get from the start to a snapshot.
+        #[serde(deserialize_with = "choice")]
+        through: Through,
+        /// Largest error of a flow map; 1e-9 unless set.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        map_error: Option<f64>,
+    }
 }
 
 impl Default for Settings {
@@ -144,7 +127,7 @@ impl Method for Settings {
             }
             (Through::FlowMap, _, true) => Err(Misfit::no_effect(
                 if self.model.is_some() { "model" } else { "forces" },
-                "beside through = \"flow-map\", which is for planar scenarios in their own model",
+                "beside through = \"flow-map\", which is for scenarios in their own model",
             )),
             _ => Ok(()),
         }
@@ -228,7 +211,8 @@ impl MonteCarlo {
     fn map(&self, assignment: &Assignment, numbers: Range<usize>) -> Result<MappedSamples, Failure> {
         let Settings { samples, accuracy, map_error, .. } = self.settings;
         let (accuracy, map_error) = (accuracy.unwrap_or_default().0, map_error.unwrap_or(MAP_ERROR));
-        let case = Case { plan: self.settings.plan(), samples, numbers, accuracy, map_error };
+        let case =
+            Case { plan: self.settings.plan(), numbers, accuracy, map: map_for(samples, map_error), passages: true };
         MappedSamples::new(case, assignment)
     }
 

@@ -12,6 +12,7 @@ mod mapped_samples;
 pub mod mc;
 mod method;
 pub mod qmc;
+mod sampling_settings;
 
 use kit::{Failure, Propagator, Session};
 use serde::{Deserialize, Deserializer, Serialize};

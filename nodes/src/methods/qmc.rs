@@ -8,38 +8,17 @@ use kit::Propagator;
 use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::{Form, Passage};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-use crate::files::input::{natural, positive};
-use crate::files::toml_words::choice_option;
 use crate::methods::accuracy::AccuracySetting;
-use crate::methods::drawing::{Forces, ModelChoice, check_forces};
+use crate::methods::drawing::check_forces;
 use crate::methods::mc::{self, DrawsChoice, MonteCarlo};
+use crate::methods::sampling_settings::sampling_settings;
 use crate::methods::{Method, Misfit};
 
-/// Settings of a case of quasi-Monte Carlo.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Settings {
-    /// Number of samples of all replicates together: a power of two for each.
-    #[serde(deserialize_with = "positive")]
-    pub samples: usize,
-    /// Seed of the scrambles.
-    #[serde(deserialize_with = "natural")]
-    pub seed: u64,
-    /// Number of independent replicates, from whose spread the standard errors follow.
-    #[serde(deserialize_with = "positive")]
-    pub replicates: usize,
-    /// How accurately orbits are propagated; the launch file's `accuracy` unless set here.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<AccuracySetting>,
-    /// The model in which orbits move, if not in the scenario's: a simpler one.
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "choice_option")]
-    pub model: Option<ModelChoice>,
-    /// The forces that act, if not all of the scenario's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub forces: Option<Forces>,
+sampling_settings! {
+    /// Settings of a case of quasi-Monte Carlo. Each replicate has a power of two samples.
+    after_seed {}
+    after_replicates {}
 }
 
 impl Default for Settings {

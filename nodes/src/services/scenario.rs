@@ -69,7 +69,6 @@ pub fn run(session: &Session, settings: &ScenarioSettings) -> Result<(), Failure
             for index in 0..sweep.len() {
                 let scenario = sweep.scenario(index).map_err(|e| Failure::Refused(e.to_string()));
                 let published = scenario.and_then(|scenario| {
-                    let scenario = AnyScenario::InPlane { scenario, semi_major_axis: None };
                     let combination = |why: Failure| why.about(&sweep.combination(index));
                     publisher.publish(&scenario, None).map_err(combination)
                 });

@@ -1,5 +1,6 @@
 //! DEE: characteristics that carry the density along the flow (Sect. 3.2).
 
+mod in_space;
 mod layers;
 mod settings;
 
@@ -18,6 +19,7 @@ use messages::layout::PASSAGE_COLUMNS;
 use crate::files::input::Mode;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::course::Course;
+use in_space::InSpace;
 use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
 use kit::shard::Shard;
@@ -37,6 +39,7 @@ pub struct DensityEvolution {
 #[derive(Debug)]
 enum Work {
     Plane(Box<PlaneWork>),
+    InSpace(Box<InSpace>),
     /// The radiation parameter is uncertain.
     Layers(Box<LayersWork>),
 }
@@ -67,6 +70,12 @@ impl Propagator for DensityEvolution {
     }
 
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
+        self.work = None;
+        if let Some(problem) = &assignment.in_space {
+            let (work, form) = InSpace::new(problem, &self.settings, self.shard, assignment)?;
+            self.work = Some(Work::InSpace(Box::new(work)));
+            return Ok(form);
+        }
         if let Some(Uncertain { problem, .. }) = &assignment.uncertain {
             let accuracy = self.settings.accuracy.unwrap_or_default().0;
             let work = LayersWork::new(problem, &self.settings, accuracy, |total| self.shard.part(total))?;
@@ -104,6 +113,7 @@ impl Propagator for DensityEvolution {
 
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
         let work = match self.work.as_mut().ok_or_else(Failure::no_scenario)? {
+            Work::InSpace(work) => return work.advance(index),
             Work::Layers(work) => return work.advance(index),
             Work::Plane(work) => work,
         };
@@ -119,6 +129,7 @@ impl Propagator for DensityEvolution {
     fn write(&self, columns: &mut [f64]) {
         let work = match &self.work {
             Some(Work::Plane(work)) => work,
+            Some(Work::InSpace(work)) => return work.write(columns),
             Some(Work::Layers(work)) => return work.write(columns),
             None => return,
         };
@@ -127,13 +138,24 @@ impl Propagator for DensityEvolution {
         n.copy_from_slice(&work.densities);
     }
 
+    fn trajectories(&self) -> u64 {
+        match &self.work {
+            Some(Work::InSpace(work)) => work.trajectories(),
+            _ => 0,
+        }
+    }
+
     /// The curve follows from the flow that a lattice interpolates, or from scattered characteristics, which all have
     /// equal weight. Only the first shard computes it, from all points of the case.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
-        if self.shard.index > 0 {
-            return Ok(Passage::Cannot("the first shard computes it for all".into()));
-        }
+        let cannot = |why: &str| Ok(Passage::Cannot(why.into()));
         let work = match self.work.as_ref().ok_or_else(Failure::no_scenario)? {
+            Work::InSpace(_) => {
+                return cannot(
+                    "in space the characteristics say where points are at the snapshots, not where they have been between; take qmc",
+                );
+            }
+            _ if self.shard.index > 0 => return cannot("the first shard computes it for all"),
             Work::Layers(work) => return Ok(Passage::Curve(rows(&work.passage_curve(times)?, times))),
             Work::Plane(work) => work,
         };

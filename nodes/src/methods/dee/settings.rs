@@ -67,6 +67,9 @@ pub struct Settings {
     pub accuracy: Option<AccuracySetting>,
 }
 
+/// Points at which the flow is read out in space.
+pub(super) const POINTS: usize = 1 << 18;
+
 /// Degree of a lattice that is large enough for it, unless set.
 const USUAL_DEGREE: usize = 7;
 
@@ -241,8 +244,11 @@ impl Method for Settings {
     }
 
     fn most_numbers(&self, _: (usize, usize), variables: usize) -> usize {
-        let layers = if variables > 2 { LAYERS } else { 1 };
-        self.samples.saturating_mul(layers).saturating_mul(variables + 1)
+        match variables {
+            0..=2 => self.samples.saturating_mul(3),
+            3 => self.samples.saturating_mul(LAYERS).saturating_mul(4),
+            _ => POINTS.saturating_mul(variables),
+        }
     }
 
     fn rows_to_share(&self) -> Result<usize, String> {

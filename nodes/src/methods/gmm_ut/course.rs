@@ -3,6 +3,9 @@
 use std::fmt::Debug;
 
 use density::flow::{Accuracy, Flow};
+use density::gaussian::Gaussian;
+use density::in_space::SpaceProblem;
+use density::in_space::task::SpaceTask;
 use density::mixture::adaptive::{AdaptiveMixture, Fineness};
 use density::mixture::any_model::Component;
 use density::mixture::merge::merge;
@@ -11,6 +14,7 @@ use density::mixture::{Mixture, MixturePropagator};
 use density::model::Model;
 use density::model::registry::Planar;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::model::unfolded::{InSpace, Unfolded};
 use density::uncertain::{UncertainProblem, UncertainTask};
 use messages::content;
 
@@ -117,21 +121,39 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> Course for OverVariables<M,
     }
 }
 
-/// Plans the mixture of a problem with an uncertain radiation parameter.
-pub(super) struct Uncertain<'a> {
-    pub problem: &'a UncertainProblem,
+/// Plans the mixture of a problem in more than two variables.
+pub(super) struct Planned<'a, P> {
+    pub problem: &'a P,
     pub accuracy: Accuracy,
     pub unscented: Unscented,
     pub fineness: Fineness,
 }
 
-impl UncertainTask for Uncertain<'_> {
+impl<P> Planned<'_, P> {
+    fn course<M: Model<Variables = [f64; N]>, const N: usize>(
+        &self,
+        model: M,
+        initial: &Gaussian<N>,
+        times: &[f64],
+    ) -> Result<Box<dyn Course>, Failure> {
+        let flow = Flow { model, accuracy: self.accuracy };
+        let mixture = AdaptiveMixture::new(flow, initial, times, self.unscented, self.fineness)?;
+        Ok(Box::new(OverVariables { mixture, times: times.to_vec(), components: Vec::new(), disagreement: f64::NAN }))
+    }
+}
+
+impl UncertainTask for Planned<'_, UncertainProblem> {
     type Output = Result<Box<dyn Course>, Failure>;
 
     fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output {
-        let Self { problem, accuracy, unscented, fineness } = self;
-        let times = problem.plane.times.clone();
-        let mixture = AdaptiveMixture::new(Flow { model, accuracy }, &problem.gaussian(), &times, unscented, fineness)?;
-        Ok(Box::new(OverVariables { mixture, times, components: Vec::new(), disagreement: f64::NAN }))
+        self.course(model, &self.problem.gaussian(), &self.problem.plane.times)
+    }
+}
+
+impl SpaceTask for Planned<'_, SpaceProblem> {
+    type Output = Result<Box<dyn Course>, Failure>;
+
+    fn with<M: InSpace<N>, const N: usize>(self, model: Unfolded<M, N>, initial: Gaussian<N>) -> Self::Output {
+        self.course(model, &initial, &self.problem.times)
     }
 }
