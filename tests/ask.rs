@@ -130,3 +130,59 @@ fn a_rare_event_is_estimated_with_an_interval_and_the_exact_probability_stands_b
         text(&output.stdout)
     );
 }
+
+const IN_SPACE: &str = "name = \"mine\"\n[model]\nname = \"vectorial\"\nforces = [\"srp\", \"j2\", \"sun\", \"moon\"]\n\
+    [epoch]\nsun_longitude = 0.0\n[orbit]\nsemi_major_axis = 2.5\nradiation = 0.105\n\
+    [initial]\nphi = 2.2069\ne = 0.145\ninclination = \"5 deg\"\nnode = \"40 deg\"\nsigma_phi = 0.1\nsigma_e = 0.0125\n\
+    sigma_inclination = \"0.5 deg\"\nsigma_node = \"5 deg\"\nsigma_radiation = 0.03\n[initial.correlation]\nphi_node = 0.5\n\
+    [times]\nend = 2.0\nstep = 1.0\n[disposal]\naltitude = 120\n";
+
+#[test]
+fn in_space_every_figure_has_an_interval_and_the_probabilities_are_those_of_a_run() {
+    let bench = Bench::new();
+    let answer = answer(&bench, IN_SPACE);
+    assert_eq!((answer["method"].as_str(), answer["derived"]["model"].as_str()), (Some("qmc"), Some("vectorial")));
+    let launch = "name = \"l\"\nscenarios = [\"mine.toml\"]\nreference = \"qmc\"\n[[propagator]]\nlabel = \"qmc\"\nnode = \"qmc\"\nsamples = 16_384\nseed = 3\n";
+    bench.run_well(&bench.write("launch.toml", launch), "out");
+    let rows = bench.table("out/first_passage.csv");
+    let number = |row: &std::collections::HashMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
+    for point in answer["curve"].as_array().unwrap().iter().filter(|point| point["t_yr"] == 1.0 || point["t_yr"] == 2.0)
+    {
+        let of = |key: &str| point[key].as_f64().unwrap();
+        let row = rows.iter().find(|row| number(row, "t_yr") == of("t_yr")).unwrap();
+        // Both intervals hold the truth with 95 %.
+        let widths = (of("high") - of("low")).hypot(number(row, "high") - number(row, "low"));
+        assert!((of("probability") - number(row, "prob_reached_critical_e")).abs() < widths, "{point} {row:?}");
+        assert!(of("low") <= of("probability") && of("probability") <= of("high"));
+    }
+    let at_end = answer["curve"].as_array().unwrap().last().unwrap()["probability"].as_f64().unwrap();
+    for reached in answer["reached"].as_array().unwrap() {
+        let (wanted, factor) =
+            (reached["probability"].as_f64().unwrap(), reached["radiation_factor"].as_f64().unwrap());
+        assert!((factor > 1.0) == (wanted > at_end), "{reached} {at_end}");
+        let interval = &reached["radiation_factor_interval"];
+        assert!(interval["low"].as_f64().unwrap() < factor && factor < interval["high"].as_f64().unwrap(), "{reached}");
+        assert_eq!(reached["t_yr"].is_null(), wanted > at_end, "{reached}");
+    }
+    let largest = &answer["sensitivities"][0];
+    assert!(
+        largest["low"].as_f64().unwrap() * largest["high"].as_f64().unwrap() > 0.0,
+        "it is seen through the noise: {largest}"
+    );
+}
+
+#[test]
+fn in_space_rare_events_are_estimated_without_an_exact_probability_and_unaveraged_orbits_are_refused() {
+    let bench = Bench::new();
+    let output =
+        ask(&bench, &IN_SPACE.replace("radiation = 0.105", "radiation = 0.095"), &["--rare", "2000", "--json"]);
+    let answer: Value = serde_json::from_str(&text(&output.stdout)).unwrap();
+    let ever = &answer["rare"][0];
+    assert!(ever["importance_sampling"]["probability"].is_number() && ever["exact"].is_null(), "{answer}");
+    let unaveraged = IN_SPACE
+        .replace("vectorial", "osculating")
+        .replace("sun_longitude = 0.0", "sun_longitude = 0.0\nmoon_longitude = 0.0");
+    let output = ask(&bench, &unaveraged, &[]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("\"osculating\" is not averaged"), "{}", text(&output.stderr));
+}

@@ -10,7 +10,7 @@ use density::exact::{Error, Estimated};
 use density::first_passage::over_leaves::Passed;
 use density::uncertain::{Spread, UncertainProblem};
 use nodes::files::plain_number::plain;
-use nodes::files::scenario_file::{self, Epoch, ScenarioFile};
+use nodes::files::scenario_file::{self, AnyScenario, Epoch, ScenarioFile};
 use serde_json::json;
 
 use super::derived::{self, Derived};
@@ -20,9 +20,10 @@ use crate::report::new_table;
 /// Arguments of `phasecloud ask`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  phasecloud ask my-scenario.toml\n\n\
-    The probabilities are those of the exact first-passage curve (docs/methods.md), each with an estimate of its error; a figure whose error \
-    estimate is above 1e-3 is withheld. With --rare two methods that know orbits alone estimate probabilities down to 1e-9, each with a \
-    95 % interval (docs/methods.md); the exact ones stand beside them where there are any. The model is the scenario's: in the plane, averaged, without Earth's shadow.\n\n\
+    In the plane the probabilities are those of the exact first-passage curve (docs/methods.md), each with an estimate of its error; a figure \
+    whose error estimate is above 1e-3 is withheld. In space they are counted from quasi-random orbits, each with a 95 % interval. With --rare \
+    two methods that know orbits alone estimate probabilities down to 1e-9, each with a 95 % interval; the exact ones stand beside them where \
+    there are any. The model is the scenario's: averaged, without Earth's shadow.\n\n\
     Exit codes: 0 answered; 1 it cannot be computed; 2 bad input.")]
 pub struct AskArguments {
     /// The scenario file
@@ -34,13 +35,13 @@ pub struct AskArguments {
     /// its critical value, and that it is above it at the end
     #[arg(long, value_name = "ORBITS", num_args = 0..=1, default_missing_value = "5000")]
     pub rare: Option<usize>,
-    /// Seed of the random orbits of --rare
-    #[arg(long, default_value_t = 1, requires = "rare")]
+    /// Seed of the orbits of --rare, and of those in space
+    #[arg(long, default_value_t = 1)]
     pub seed: u64,
 }
 
 /// Probabilities of re-entry for which a time and a radiation parameter are looked for.
-const PROBABILITIES: [f64; 3] = [0.5, 0.9, 0.99];
+pub(super) const PROBABILITIES: [f64; 3] = [0.5, 0.9, 0.99];
 /// Error estimate of a probability above which it is withheld.
 const LARGEST_ERROR: f64 = 1e-3;
 /// Most times at which the probability is printed.
@@ -67,26 +68,41 @@ struct Answer {
 
 /// Answers.
 pub fn run(arguments: &AskArguments) -> ExitCode {
-    let scenario = match scenario_file::load(&arguments.scenario) {
+    let AskArguments { scenario: path, json, rare, seed } = arguments;
+    let scenario = match scenario_file::load_cloud(path) {
         Ok(scenario) => scenario,
         Err(error) => {
             remark!("error: {error}");
             return ExitCode::from(BAD_INPUT);
         }
     };
-    if let Some(orbits) = arguments.rare {
-        return super::rare::run(&scenario, orbits, arguments.seed, arguments.json);
+    if let Some(orbits) = rare {
+        return super::rare::run(&scenario, *orbits, *seed, *json);
     }
     remark!("computing: a wide cloud or a long time may take a minute or more");
-    match answer(scenario) {
-        Ok(answer) if arguments.json => say!("{}", in_json(&answer)),
-        Ok(answer) => print(&answer),
+    let done = match scenario {
+        AnyScenario::InPlane { scenario, .. } => in_plane(scenario, *json).map_err(|error| error.to_string()),
+        AnyScenario::InSpace(scenario) => {
+            super::ask_in_space::run(&scenario, *seed, *json).map_err(|error| error.to_string())
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            remark!("error: {}: {error}", arguments.scenario.display());
-            return ExitCode::FAILURE;
+            remark!("error: {}: {error}", path.display());
+            ExitCode::FAILURE
         }
     }
-    ExitCode::SUCCESS
+}
+
+fn in_plane(scenario: ScenarioFile, in_json: bool) -> Result<(), Error> {
+    let answer = answer(scenario)?;
+    if in_json {
+        say!("{}", self::in_json(&answer))
+    } else {
+        print(&answer)
+    }
+    Ok(())
 }
 
 fn answer(scenario: ScenarioFile) -> Result<Answer, Error> {
@@ -164,7 +180,7 @@ fn with_uncertainty(name: String, problem: &UncertainProblem, epoch: Option<Epoc
 }
 
 /// Every year up to the horizon, or every few years of a long one, or parts of a year of a short one; the horizon itself comes last.
-fn years(end: f64) -> Vec<f64> {
+pub(super) fn years(end: f64) -> Vec<f64> {
     let steps = [0.001, 0.01, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
     let step = steps.into_iter().find(|step| end / step <= MOST_TIMES as f64).unwrap_or(end);
     // As a person would write them: three times 0.1 is 0.3.

@@ -1,6 +1,7 @@
 //! The commands of `phasecloud`, one per file, each with its arguments.
 
 mod ask;
+mod ask_in_space;
 mod clean;
 mod cli;
 mod completions;

@@ -5,13 +5,17 @@ use std::process::ExitCode;
 use density::exact::{Estimated, Exact, ExactSettings};
 use density::first_passage::exact::exact_curve;
 use density::flow::Flow;
+use density::gaussian::Gaussian;
+use density::in_space::SpaceProblem;
+use density::in_space::task::SpaceTask;
 use density::model::registry::Planar;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::model::unfolded::{InSpace, Unfolded};
 use density::problem::Problem;
 use density::rare::{Answer, Event, Question, Refused, importance, subset};
 use density::uncertain::{UncertainProblem, UncertainTask};
 use nodes::files::plain_number::plain;
-use nodes::files::scenario_file::ScenarioFile;
+use nodes::files::scenario_file::{AnyScenario, ScenarioInSpace};
 use serde_json::{Value, json};
 
 use crate::report::new_table;
@@ -29,49 +33,86 @@ struct Found {
 }
 
 /// Answers with so many orbits for each event and method.
-pub fn run(scenario: &ScenarioFile, orbits: usize, seed: u64, in_json: bool) -> ExitCode {
-    let found: Vec<Found> = [Event::Ever, Event::AtEnd].map(|event| find(scenario, event, orbits, seed)).into();
+pub fn run(scenario: &AnyScenario, orbits: usize, seed: u64, in_json: bool) -> ExitCode {
+    let (Some(&years), Some(critical)) = (scenario.times().last(), scenario.critical_e()) else {
+        remark!("error: the scenario has no end, or no critical eccentricity");
+        return ExitCode::FAILURE;
+    };
+    let found: Result<Vec<Found>, String> =
+        [Event::Ever, Event::AtEnd].into_iter().map(|event| find(scenario, event, orbits, seed)).collect();
+    let found = match found {
+        Ok(found) => found,
+        Err(why) => {
+            remark!("error: {why}");
+            return ExitCode::FAILURE;
+        }
+    };
     let is_answered = found.iter().any(|found| found.by_importance.is_ok() || found.by_subsets.is_ok());
+    let asked = Asked { years, critical };
     if in_json {
-        say!(
-            "{}",
-            json!({"scenario": scenario.name, "rare": found.iter().map(|found| found.json(&scenario.problem)).collect::<Vec<_>>()})
-        );
+        let found: Vec<Value> = found.iter().map(|found| found.json(asked)).collect();
+        say!("{}", json!({"scenario": scenario.name(), "rare": found}));
     } else {
-        print(scenario, &found);
+        print(scenario, asked, &found);
     }
     if is_answered { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-fn find(scenario: &ScenarioFile, event: Event, orbits: usize, seed: u64) -> Found {
+/// Until when \[yr\], and at which eccentricity.
+#[derive(Clone, Copy)]
+struct Asked {
+    years: f64,
+    critical: f64,
+}
+
+fn find(scenario: &AnyScenario, event: Event, orbits: usize, seed: u64) -> Result<Found, String> {
+    let scenario = match scenario {
+        AnyScenario::InPlane { scenario, .. } => scenario,
+        AnyScenario::InSpace(ScenarioInSpace { cloud, .. }) => {
+            let problem = cloud.as_ref().ok_or("there is no cloud")?;
+            let found = problem.perform(InMoreVariables { problem: &**problem, event, orbits, seed });
+            return found.map_err(|error| error.to_string());
+        }
+    };
     let problem = &scenario.problem;
     let years = end(problem);
-    match scenario.uncertain() {
-        Some(problem) => problem.perform(OnLeaves { problem: &problem, event, orbits, seed }),
+    Ok(match scenario.uncertain() {
+        Some(problem) => problem.perform(InMoreVariables { problem: &problem, event, orbits, seed }),
         None => {
             let (flow, gaussian) = (Flow::new(problem.model), problem.initial.into());
             let question = Question { flow, gaussian, years, critical: problem.critical_e, event };
             let exact = exact(problem, event);
             by_orbits(&question, exact, (orbits, seed))
         }
-    }
+    })
 }
 
-/// The question where the radiation parameter is uncertain.
-struct OnLeaves<'a> {
-    problem: &'a UncertainProblem,
+/// The question about a cloud in more than two variables.
+struct InMoreVariables<'a, P> {
+    problem: &'a P,
     event: Event,
     orbits: usize,
     seed: u64,
 }
 
-impl UncertainTask for OnLeaves<'_> {
+impl UncertainTask for InMoreVariables<'_, UncertainProblem> {
     type Output = Found;
 
     fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Found {
         let Self { problem, event, orbits, seed } = self;
         let (years, critical) = (end(&problem.plane), problem.plane.critical_e);
         let question = Question { flow: Flow::new(model), gaussian: problem.gaussian(), years, critical, event };
+        by_orbits(&question, None, (orbits, seed))
+    }
+}
+
+impl SpaceTask for InMoreVariables<'_, SpaceProblem> {
+    type Output = Found;
+
+    fn with<M: InSpace<N>, const N: usize>(self, model: Unfolded<M, N>, gaussian: Gaussian<N>) -> Found {
+        let Self { problem, event, orbits, seed } = self;
+        let (years, critical) = (problem.times.last().copied().unwrap_or(0.0), problem.critical_e);
+        let question = Question { flow: Flow::new(model), gaussian, years, critical, event };
         by_orbits(&question, None, (orbits, seed))
     }
 }
@@ -101,21 +142,21 @@ fn end(problem: &Problem<Planar>) -> f64 {
     problem.times.last().copied().unwrap_or(0.0)
 }
 
-fn words(event: Event, problem: &Problem<Planar>) -> String {
-    let (critical, years) = (plain(problem.critical_e), plain(end(problem)));
+fn words(event: Event, Asked { years, critical }: Asked) -> String {
+    let (critical, years) = (plain(critical), plain(years));
     match event {
         Event::Ever => format!("e reaches {critical} by {years} yr"),
         Event::AtEnd => format!("e is above {critical} at {years} yr"),
     }
 }
 
-fn print(scenario: &ScenarioFile, found: &[Found]) {
-    say!("{}\n", scenario.name);
+fn print(scenario: &AnyScenario, asked: Asked, found: &[Found]) {
+    say!("{}\n", scenario.name());
     let head = ["event", "method", "probability", "standard error", "95 % interval", "orbits"];
     let mut table = new_table(head.map(str::to_owned).into(), 2);
     let mut refusals = Vec::new();
     for Found { event, by_importance, by_subsets, exact } in found {
-        let event = words(*event, &scenario.problem);
+        let event = words(*event, asked);
         for (method, answer) in [("importance sampling", by_importance), ("subset simulation", by_subsets)] {
             match answer {
                 Ok(Answer { probability, standard_error, interval: (low, high), orbits }) => table.add_row([
@@ -140,11 +181,12 @@ fn print(scenario: &ScenarioFile, found: &[Found]) {
     }
     say!("{table}\n");
     refusals.iter().for_each(|refusal| say!("{refusal}"));
-    say!("The model is the scenario's: in the plane, averaged over each revolution, without Earth's shadow.");
+    let place = if scenario.in_plane().is_some() { "in the plane" } else { "in space" };
+    say!("The model is the scenario's: {place}, averaged over each revolution, without Earth's shadow.");
 }
 
 impl Found {
-    fn json(&self, problem: &Problem<Planar>) -> Value {
+    fn json(&self, Asked { years, critical }: Asked) -> Value {
         let Self { event, by_importance, by_subsets, exact } = self;
         let answer = |answer: &Result<Answer, Refused>| match answer {
             Ok(Answer { probability, standard_error, interval, orbits }) => json!({
@@ -154,8 +196,8 @@ impl Found {
         };
         json!({
             "event": match event { Event::Ever => "ever", Event::AtEnd => "at-end" },
-            "critical_e": problem.critical_e,
-            "t_yr": end(problem),
+            "critical_e": critical,
+            "t_yr": years,
             "importance_sampling": answer(by_importance),
             "subset_simulation": answer(by_subsets),
             "exact": exact.map(|p| json!({"probability": p.value, "error_estimate": p.error})),
