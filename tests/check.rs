@@ -48,6 +48,35 @@ fn our_own_propagators_and_the_examples_keep_all_rules() {
 }
 
 #[test]
+fn propagators_of_scenarios_in_space_keep_all_rules_that_are_judged_there() {
+    let bench = Bench::new();
+    let cubature = example("cubature-in-space").display().to_string();
+    let commands: [(&[&str], &[&str]); 3] = [
+        (&["mc", "--set", "samples=1000"], &["Hamiltonian", "carried density"]),
+        (&["gmm-ut", "--set", "sigma_points=600"], &["Hamiltonian", "carried density"]),
+        (&[&cubature], &["Hamiltonian", "carried density"]),
+    ];
+    let options = [&GRACE[..], &["--model", "vectorial"]].concat();
+    for (command, unjudged) in commands {
+        let (code, lines) = check(&bench, &options, command);
+        assert_eq!((code, rules(&lines, "FAIL")), (Some(0), vec![]), "{command:?} {lines:?}");
+        assert_eq!(rules(&lines, "-"), unjudged, "{command:?}");
+    }
+}
+
+#[test]
+fn a_propagator_of_the_plane_refuses_scenarios_in_space_and_wrong_moments_there_are_found() {
+    let bench = Bench::new();
+    let stt = example("stt-gaussian").display().to_string();
+    let options = [&GRACE[..], &["--model", "vectorial"]].concat();
+    let (code, lines) = check(&bench, &options, &[&stt]);
+    assert_eq!((code, rules(&lines, "FAIL").contains(&"first scenario")), (Some(1), true), "{lines:?}");
+    // The orbits of a simpler model are not those that are asked for.
+    let (code, lines) = check(&bench, &options, &["mc", "--set", "samples=1000", "--set", "model=\"planar\""]);
+    assert_eq!((code, rules(&lines, "FAIL").contains(&"moments")), (Some(1), true), "{lines:?}");
+}
+
+#[test]
 fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
     let bench = Bench::new();
     let program = example("faulty-propagator").display().to_string();

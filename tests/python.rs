@@ -191,11 +191,15 @@ fn without_heyoka_its_example_says_what_is_missing() {
 
 #[test]
 fn the_python_examples_keep_all_rules() {
-    for (interpreter, script) in [(&INTERPRETER, "monte_carlo.py"), (&WITH_HEYOKA, "heyoka_monte_carlo.py")] {
+    for (interpreter, script, model) in [
+        (&INTERPRETER, "monte_carlo.py", "planar"),
+        (&WITH_HEYOKA, "heyoka_monte_carlo.py", "planar"),
+        (&WITH_HEYOKA, "heyoka_vectorial.py", "vectorial"),
+    ] {
         let Some(python) = required(interpreter) else { return };
         let bench = Bench::new();
         let mut check = bench.phasecloud();
-        check.args(["check", "--grace", "30", "--"]).arg(python).arg("-B").arg(examples().join(script));
+        check.args(["check", "--model", model, "--grace", "30", "--"]).arg(python).arg("-B").arg(examples().join(script));
         let output = check.args(["--samples", "300"]).output().unwrap();
         assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
         assert!(text(&output.stdout).contains("passed: 17 rules kept, 1 not judged"), "{}", text(&output.stdout));

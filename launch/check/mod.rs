@@ -7,9 +7,12 @@
 //! | [`scenarios`] | the small problems it is given |
 //! | [`trial`] | one process in one domain: started, asked, listened to, stopped |
 //! | [`answer`] | what it sent and did |
+//! | [`table`] | a snapshot that has been decoded |
 //! | [`delivery`] | rules about what was sent: counts, order, times, numbers |
 //! | [`passages`] | whether a first-passage curve is right |
 //! | [`physics`] | rules about what the numbers mean: Hamiltonian, density, mass, moments |
+//! | [`in_space`] | the right answers in space |
+//! | [`moments`] | moments beside the right ones |
 //! | [`conduct`] | rules about how the process behaves: ready, two scenarios, refusal, the end |
 //! | [`amount`] | how the report writes the size of an error |
 //! | [`verdict`] | the rules and what was found, as a table or as JSON |
@@ -18,9 +21,12 @@ mod amount;
 mod answer;
 mod conduct;
 mod delivery;
+mod in_space;
+mod moments;
 mod passages;
 mod physics;
 mod scenarios;
+mod table;
 mod trial;
 mod verdict;
 
@@ -35,13 +41,14 @@ use crate::crew::commands::own_path;
 use crate::domain;
 use crate::exit::{BAD_INPUT, INTERRUPTED};
 use clap::Args;
+use scenarios::TrialModel;
 use trial::{Abort, Limits, Trial};
 use verdict::{Findings, Rule};
 
 /// Arguments of `phasecloud check`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  phasecloud check -- python3 my_propagator.py --samples 500\n  \
-    phasecloud check mc --set samples=2000\n\n\
+    phasecloud check mc --set samples=2000\n  phasecloud check --model vectorial -- ./my-propagator\n\n\
     Exit codes: 0 all rules are kept; 1 a rule is broken; 2 the command cannot be started, or what a built-in \
     propagator is given is not allowed; 130 stopped on request.")]
 pub struct CheckArguments {
@@ -54,6 +61,9 @@ pub struct CheckArguments {
     /// Seconds that it may take to end after SIGTERM; `phasecloud run` kills after 1.5
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
     pub grace: f64,
+    /// The model of the scenarios that it is given
+    #[arg(long, value_enum, default_value_t)]
+    pub model: TrialModel,
     /// The samples are drawn anew for every snapshot: do not expect them to keep their Hamiltonian
     #[arg(long)]
     pub redrawn: bool,
@@ -72,7 +82,7 @@ pub fn run(arguments: &CheckArguments) -> ExitCode {
         }
     };
     let command = full_command(&arguments.command);
-    match conduct_trials(&command, &limits, arguments.redrawn) {
+    match conduct_trials(&command, &limits, arguments) {
         Ok(findings) => {
             findings.print(&command, arguments.json);
             if findings.passed() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
@@ -121,12 +131,13 @@ fn full_command(words: &[String]) -> Vec<String> {
 
 /// Three processes one after the other: one that answers two scenarios and is stopped while it waits, one that is stopped
 /// while it computes, and one that is asked what cannot be answered.
-fn conduct_trials(command: &[String], limits: &Limits, redrawn: bool) -> Result<Findings, Abort> {
+fn conduct_trials(command: &[String], limits: &Limits, arguments: &CheckArguments) -> Result<Findings, Abort> {
+    let CheckArguments { model, redrawn, .. } = *arguments;
     let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])
         .map_err(|e| Abort::Fatal(format!("cannot catch signals: {e}")))?;
     domain::sweep();
     let mut findings = Findings::default();
-    let [first, second] = scenarios::known();
+    let [first, second] = scenarios::known(model);
 
     let mut trial = Trial::start(command, &signals, limits)?;
     let ready = trial.wait_until_ready()?;
@@ -152,7 +163,7 @@ fn conduct_trials(command: &[String], limits: &Limits, redrawn: bool) -> Result<
     let mut trial = Trial::start(command, &signals, limits)?;
     let mut outcome = trial.wait_until_ready()?.outcome;
     if outcome.is_done() {
-        outcome = trial.ask_for_the_first_snapshot(scenarios::long())?.outcome;
+        outcome = trial.ask_for_the_first_snapshot(scenarios::long(model))?.outcome;
     }
     match outcome.is_done() {
         true => conduct::stopped(&mut findings, Rule::StopComputing, &trial.stop()?),
@@ -163,7 +174,7 @@ fn conduct_trials(command: &[String], limits: &Limits, redrawn: bool) -> Result<
     let mut trial = Trial::start(command, &signals, limits)?;
     let outcome = trial.wait_until_ready()?.outcome;
     match outcome.is_done() {
-        true => conduct::refused(&mut findings, &trial.ask(scenarios::impossible())?),
+        true => conduct::refused(&mut findings, &trial.ask(scenarios::impossible(model))?),
         false => conduct::not_reached(&mut findings, Rule::Refusal, &outcome),
     }
     Ok(findings)

@@ -3,6 +3,7 @@
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::times::first_passage_times;
 use density::flow::Flow;
+use density::in_space::disposal::{self, Effort, REPLICATES};
 use density::sampling::{Draws, SamplingPlan};
 use kit::assignment::Assignment;
 use messages::layout::PassageHeader;
@@ -61,7 +62,14 @@ pub fn judge(
 
 /// The curve of orbits of our own.
 fn own_curve(assignment: &Assignment) -> Result<Vec<f64>, String> {
-    let (problem, times) = (&assignment.plane().map_err(|e| e.to_string())?.problem, assignment.passage_times());
+    let times = assignment.passage_times();
+    if let Some(problem) = &assignment.in_space {
+        let effort = Effort { orbits: ORBITS / REPLICATES, seed: 1 };
+        let curve = disposal::curve(problem, effort, &times);
+        let curve = curve.map_err(|why| format!("our own orbits cannot be followed: {why}"))?;
+        return Ok(curve.probability.into_iter().map(|p| p.value).collect());
+    }
+    let problem = &assignment.plane().map_err(|e| e.to_string())?.problem;
     let plan = SamplingPlan { draws: Draws::Sobol, seed: 1, replicates: std::num::NonZeroUsize::MIN };
     let (x1, x2) = plan.draw(&problem.initial, ORBITS);
     let end = times.last().copied().unwrap_or(0.0);

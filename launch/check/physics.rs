@@ -7,12 +7,12 @@ use std::f64::consts::SQRT_2;
 
 use density::angle::nearest;
 use density::binning;
-use density::dynamics::{State, density_growth, density_growth_without_jacobian};
+use density::dynamics::{density_growth, density_growth_without_jacobian};
 use density::exact::{Exact, ExactSettings};
 use density::flow::Flow;
 use density::model::PlanarHamiltonian;
 use kit::assignment::{Assignment, Plane};
-use kit::kind::{self, Estimated, Snapshot, Trajectories, groups};
+use kit::kind::{Estimated, Trajectories, groups};
 use kit::snapshot_rules::decode;
 use messages::content::{Characteristics, Content};
 use messages::layout::{DensityHeader, SnapshotHeader};
@@ -21,58 +21,28 @@ use nodes::services::reading::Reading;
 
 use super::amount::{amount, to_within};
 use super::answer::{Answer, Received};
+use super::in_space::Right;
+use super::moments::{Compared, GENEROUS, SIGMAS, Unit, Worst};
 use super::passages;
+use super::table::Table;
 use super::verdict::{Findings, Rule};
 
 /// Tolerated change of the Hamiltonian, which spans about 0.001 over a cloud, and relative error of a density carried
 /// along.
 const KEPT: f64 = 1e-6;
-/// Tolerated error of a sample's moment, in standard errors: a larger one has a probability of 6e-7.
-const SIGMAS: f64 = 5.0;
-/// Tolerated error of other methods' moments, in standard deviations or products of them, and of probabilities.
-const GENEROUS: f64 = 0.1;
 /// Tolerated error of other methods' mass on the grid.
 const MASS: f64 = 0.01;
+/// Most of the probability that lies outside a comparison grid in space.
+const OUTSIDE_IN_SPACE: f64 = 2e-3;
 /// Tolerated error of the sum of a mixture's weights.
 const WEIGHTS: f64 = 1e-6;
 /// Names of the moments, in the order of a message.
 const MOMENTS: [&str; 6] = ["mean phi", "std phi", "mean e", "std e", "covariance", "probability above critical e"];
 
-/// A snapshot with its position and its columns.
-struct Table<'a> {
-    index: usize,
-    snapshot: Snapshot<'a>,
-    columns: Vec<&'a [f64]>,
-}
-
-impl Table<'_> {
-    fn states(&self) -> Vec<State> {
-        let pairs = self.columns[0].iter().zip(self.columns[1]);
-        pairs.map(|(&phi, &e)| State::from_polar(phi, e)).collect()
-    }
-
-    /// Whether NaN in it stands for a figure that its sender withholds.
-    fn may_withhold(&self) -> bool {
-        kind::of(&self.snapshot.content).may_withhold()
-    }
-
-    fn trajectories(&self) -> Trajectories {
-        kind::of(&self.snapshot.content).trajectories()
-    }
-
-    fn time(&self) -> f64 {
-        self.snapshot.header.time
-    }
-
-    fn rows(&self) -> f64 {
-        f64::from(self.snapshot.header.rows)
-    }
-}
-
 /// Judges all snapshots of an answer, up to the first that cannot be decoded.
 pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     let assignment = &answer.assignment;
-    let Some(plane) = &assignment.plane else { return };
+    let plane = assignment.plane.as_ref();
     let table = |(index, received)| {
         let Received { header, items }: &Received<SnapshotHeader> = received;
         let snapshot = decode(header, items, assignment, index).ok()?;
@@ -84,11 +54,16 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
         let name = |text: String| format!("{}: {text}", assignment.said.name);
         result.map(name).map_err(name)
     };
+    let right = match assignment.in_space.as_ref().map(|problem| Right::new(problem, assignment)).transpose() {
+        Ok(right) => right,
+        Err(why) => return findings.take(Rule::Moments, named(Err(why))),
+    };
     let (trajectories, first) = (first.trajectories(), first.snapshot.content);
-    if trajectories == Trajectories::Ordered || (trajectories == Trajectories::Unordered && !redrawn) {
+    let keep_energy = trajectories == Trajectories::Ordered || (trajectories == Trajectories::Unordered && !redrawn);
+    if let Some(plane) = plane.filter(|_| keep_energy) {
         findings.take(Rule::Hamiltonian, named(hamiltonian(plane, &tables)));
     }
-    if let Content::Characteristics(characteristics) = first {
+    if let (Some(plane), Content::Characteristics(characteristics)) = (plane, first) {
         findings.take(Rule::CarriedDensity, named(carried_density(plane, &characteristics, &tables)));
     }
     let mut case = CaseEstimator::default();
@@ -106,7 +81,7 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
                 return findings.take(Rule::Mass, seen);
             }
         };
-        match mass(table, &estimated) {
+        match mass(table, &estimated, plane.is_some()) {
             Ok(mass) if mass.is_nan() => {
                 findings.good(Rule::Mass, format!("{}, snapshot {}: withheld", assignment.said.name, table.index));
             }
@@ -115,7 +90,15 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
                 findings.problem(Rule::Mass, format!("{}, snapshot {}: {why}", assignment.said.name, table.index))
             }
         }
-        worst.take(plane, table, &estimated.values[..MOMENTS.len()]);
+        let compared = match (plane, &right) {
+            (Some(plane), _) => compared(plane, table, &estimated.values[..MOMENTS.len()]),
+            (None, Some(right)) => Ok(right.compared(assignment, table, &estimated)),
+            (None, None) => Ok(Vec::new()),
+        };
+        match compared {
+            Ok(all) => all.into_iter().for_each(|one| worst.take(one, table.may_withhold())),
+            Err(why) => worst.trouble(why),
+        }
     }
     if least_mass.is_finite() {
         findings.good(Rule::Mass, format!("{}: at least {least_mass:.4}", assignment.said.name));
@@ -207,9 +190,10 @@ fn carried_density(plane: &Plane, first: &Characteristics, tables: &[Table]) -> 
     Ok(to_within("right", worst))
 }
 
-/// The comparison grid holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the probability lies outside.
-fn mass(table: &Table, estimated: &Estimated) -> Result<f64, String> {
-    let outside = (-8.0f64).exp();
+/// The comparison grid in the plane holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the probability lies outside; in space it
+/// encloses a pilot cloud, at most [`OUTSIDE_IN_SPACE`] outside.
+fn mass(table: &Table, estimated: &Estimated, is_in_plane: bool) -> Result<f64, String> {
+    let outside = if is_in_plane { (-8.0f64).exp() } else { OUTSIDE_IN_SPACE };
     if let Content::Mixture(_) = table.snapshot.content {
         let sum: f64 = table.columns[0].iter().sum();
         if (sum - 1.0).abs() > WEIGHTS {
@@ -231,70 +215,34 @@ fn mass(table: &Table, estimated: &Estimated) -> Result<f64, String> {
     if allowed.contains(&mass) { Ok(mass) } else { Err(format!("the grid holds {mass:.4}")) }
 }
 
-/// The worst moment of all snapshots.
-#[derive(Debug, Default)]
-struct Worst {
-    good: Option<(f64, String)>,
-    problems: Vec<String>,
-    withheld: Vec<String>,
-}
-
-impl Worst {
-    /// Compares the moments of a snapshot with the exact ones.
-    fn take(&mut self, plane: &Plane, table: &Table, moments: &[f64]) {
-        let flow = Flow::new(plane.problem.model);
-        let exact = Exact::new(&plane.problem, &flow, ExactSettings::default());
-        let (time, critical_e) = (table.time(), plane.problem.critical_e);
-        let right = exact.moments(time).and_then(|right| Ok((right, exact.probability_above(critical_e, time)?)));
-        let (right, above) = match right {
-            Ok(right) => right,
-            Err(why) => return self.problems.push(format!("the exact moments cannot be computed: {why}")),
-        };
-        let (a, b) = (right.std_phi, right.std_e);
-        let right = [right.mean_phi, right.std_phi, right.mean_e, right.std_e, right.cov_phi_e, above.value];
-        let (allowed, units, unit) = match &table.snapshot.content {
-            Content::Samples(samples) => {
-                let independent = groups(samples).is_none();
-                (sample_errors(plane, table, independent, right[5]), SIGMAS, "standard errors")
-            }
-            _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), GENEROUS, "standard deviations"),
-        };
-        let off = |error: f64, difference: f64| match () {
-            () if error.is_finite() => format!("off by {} {unit}", amount(error * units)),
-            () if difference.is_nan() => "it is no number".into(),
-            () => format!("off by {}, and the samples are all alike: no chance explains it", amount(difference.abs())),
-        };
-        for (k, (seen, right)) in moments.iter().copied().zip(right).enumerate() {
-            let difference = if k == 0 { nearest(seen - right, 0.0) } else { seen - right };
-            if seen.is_nan() && table.may_withhold() {
-                self.withheld.push(format!("{} at {time} yr", MOMENTS[k]));
-                continue;
-            }
-            let error = (difference / allowed[k]).abs();
-            let text = format!("{} at {time} yr is {seen:.7}, exact {right:.7}", MOMENTS[k]);
-            if error.is_nan() || error > 1.0 {
-                self.problems.push(format!("{text}: {}", off(error, difference)));
-            } else if self.good.as_ref().is_none_or(|(worst, _)| error > *worst) {
-                self.good = Some((error, format!("largest error {} {unit}: {text}", amount(error * units))));
-            }
+/// Compares the moments of a snapshot with the exact ones.
+///
+/// # Errors
+/// Why there are no exact ones.
+fn compared(plane: &Plane, table: &Table, moments: &[f64]) -> Result<Vec<Compared>, String> {
+    let flow = Flow::new(plane.problem.model);
+    let exact = Exact::new(&plane.problem, &flow, ExactSettings::default());
+    let (time, critical_e) = (table.time(), plane.problem.critical_e);
+    let right = exact.moments(time).and_then(|right| Ok((right, exact.probability_above(critical_e, time)?)));
+    let (right, above) = right.map_err(|why| format!("the exact moments cannot be computed: {why}"))?;
+    let (a, b) = (right.std_phi, right.std_e);
+    let right = [right.mean_phi, right.std_phi, right.mean_e, right.std_e, right.cov_phi_e, above.value];
+    let (allowed, unit) = match &table.snapshot.content {
+        Content::Samples(samples) => {
+            let independent = groups(samples).is_none();
+            (sample_errors(plane, table, independent, right[5]), Unit::StandardErrors)
         }
-    }
-
-    fn verdict(self) -> Result<String, String> {
-        match (self.problems.first(), self.good) {
-            (Some(first), _) if self.problems.len() > 1 => {
-                Err(format!("{first}; and {} more", self.problems.len() - 1))
-            }
-            (Some(first), _) => Err(first.clone()),
-            (None, good) => {
-                let withheld = match &self.withheld[..] {
-                    [] => None,
-                    all => Some(format!("withheld: {}", all.join(", "))),
-                };
-                Ok(good.map(|(_, text)| text).into_iter().chain(withheld).collect::<Vec<_>>().join("; "))
-            }
-        }
-    }
+        _ => ([a, a, b, b, a * b, 1.0].map(|unit| unit * GENEROUS), Unit::Deviations),
+    };
+    let one = |k: usize| Compared {
+        what: format!("{} at {time} yr", MOMENTS[k]),
+        seen: moments[k],
+        right: right[k],
+        is_angle: k == 0,
+        allowed: allowed[k],
+        unit,
+    };
+    Ok((0..MOMENTS.len()).map(one).collect())
 }
 
 /// What samples may be off: [`SIGMAS`] standard errors of independent draws, and room for one sample in a count. Opposites in

@@ -6,7 +6,7 @@ use std::process::{Command, ExitStatus};
 use std::time::{Duration, Instant};
 
 use density::orbits::LostOrbit;
-use kit::assignment::{Assignment, Plane};
+use kit::assignment::Assignment;
 use kit::environment::{GRACE_VARIABLE, LABEL_VARIABLE, LAUNCHER_VARIABLE, REDUCE_VARIABLE, RUN_VARIABLE};
 use kit::shard::{SHARD_VARIABLE, SHARDS_VARIABLE};
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, Place, ROOT_VARIABLE};
@@ -153,9 +153,7 @@ impl<'a> Trial<'a> {
     }
 
     fn send(&mut self, scenario: Scenario) -> Result<Assignment, Abort> {
-        let Scenario { name, problem, grids } = scenario;
-        let plane = Plane { problem, grids };
-        let assignment = Assignment::in_plane(self.run_id, name, (self.asked, SCENARIOS as u32), plane);
+        let assignment = scenario.assignment(self.run_id, (self.asked, SCENARIOS as u32));
         self.asked += 1;
         let (header, items) = assignment.to_parts().map_err(|error| Abort::Fatal(error.to_string()))?;
         if let Some(ports) = &self.ports {

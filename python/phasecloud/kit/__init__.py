@@ -99,6 +99,14 @@ class Problem:
             raise ValueError(f"this propagator moves orbits of the model {' or '.join(models)}, not of {self.model}")
 
 
+def _columns(kind, variables):
+    """Number of columns of a snapshot of a cloud with so many variables: samples have a column for each, a mixture has weight, means and the upper
+    triangle of the covariance, row by row."""
+    if kind == SAMPLES:
+        return variables
+    return 1 + variables + variables * (variables + 1) // 2 if kind == MIXTURE else layout.COLUMNS[kind]
+
+
 def _axes(entry):
     axes = [(entry.first, entry.first_bins), (entry.second, entry.second_bins)]
     return axes[: entry.dimensions]
@@ -131,12 +139,14 @@ class Run:
         """Says before the first snapshot how many rows the largest snapshot has; needed only if the number of rows grows."""
         if self.outlet is not None:
             raise ValueError("reserve comes before the first snapshot")
-        self._reserved = layout.COLUMNS[kind] * rows
+        self._reserved = _columns(kind, len(self._problem.variables)) * rows
         self.outlet = Outlet(self._session, "phasecloud/snapshot", layout.SnapshotHeader, self._reserved)
 
     @contextmanager
     def snapshot(self, kind, rows, **fields):
         """The next snapshot: writable columns in shared memory, sent when the `with` block ends. Do not keep them.
+
+        Samples have a column for each of `problem.variables`, in their order.
 
         `fields` are those that the kind has in layout.DETAILS: replicates of samples, treatment, resolution, lattice and
         degree of characteristics, disagreement of a mixture. Those that are left out are unset.
@@ -149,7 +159,7 @@ class Run:
         details = layout.details(kind, fields)
         if self.outlet is None:
             self.reserve(kind, rows)
-        columns = layout.COLUMNS[kind]
+        columns = _columns(kind, len(problem.variables))
         if not 0 < rows * columns <= self._reserved:
             reserved = self._reserved // columns
             raise ValueError(f"{rows} rows, but there is room for {reserved}; call reserve before the first snapshot")
