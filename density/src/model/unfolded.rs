@@ -7,7 +7,8 @@
 use super::irradiated::{Irradiated, WithRadiation};
 use super::uncertain_radiation::Scale;
 use super::vectorial::{VARIABLES, Vectorial};
-use super::{Coordinates, Kind, Lanes, Model, Quantity, Series, Variable};
+use super::{Coordinates, Kind, Lanes, Model, Quantity, Task, Variable};
+use crate::flow::FromEquations;
 
 /// The variables of a cloud in space, with an inclination that may be negative.
 const WITHOUT_BOUND: [Variable; 4] = [
@@ -42,7 +43,7 @@ pub struct Unfolded<M, const N: usize>(pub M);
 impl<M: InSpace<N>, const N: usize> Model for Unfolded<M, N> {
     type State<T: Quantity> = M::State<T>;
     type Variables = [f64; N];
-    type Series<const P: usize> = UnfoldedSeries<M, N, P>;
+    type Series<const P: usize> = FromEquations<Self, P>;
 
     const VARIABLES: &'static [Variable] = M::UNFOLDED;
     const REENTRY: usize = M::REENTRY;
@@ -83,47 +84,10 @@ impl<M: InSpace<N>, const N: usize> Model for Unfolded<M, N> {
     fn conserved(&self, time: f64, state: M::State<f64>) -> Vec<(&'static str, f64)> {
         self.0.conserved(time, state)
     }
-}
 
-/// The series of the model itself.
-pub struct UnfoldedSeries<M: Model, const N: usize, const P: usize>(M::Series<P>);
-
-impl<M: InSpace<N>, const N: usize, const P: usize> Series<P> for UnfoldedSeries<M, N, P> {
-    type Model = Unfolded<M, N>;
-
-    #[inline(always)]
-    fn new(model: &Unfolded<M, N>) -> Self {
-        Self(M::Series::new(&model.0))
-    }
-
-    #[inline(always)]
-    fn start(&mut self, lane: usize, state: M::State<f64>, time: f64) {
-        self.0.start(lane, state, time);
-    }
-
-    #[inline(always)]
-    fn expand(&mut self, with_clearance: bool) {
-        self.0.expand(with_clearance);
-    }
-
-    #[inline(always)]
-    fn move_on(&mut self, steps: &Lanes) {
-        self.0.move_on(steps);
-    }
-
-    #[inline(always)]
-    fn is_inside(&self, lane: usize) -> bool {
-        self.0.is_inside(lane)
-    }
-
-    #[inline(always)]
-    fn coordinate(&self, k: usize) -> &[Lanes; P] {
-        self.0.coordinate(k)
-    }
-
-    #[inline(always)]
-    fn clearance(&self) -> &[Lanes; P] {
-        self.0.clearance()
+    /// Hands the task to the model itself, whose states these are, so that its own series moves the orbits.
+    fn perform<T: Task>(&self, task: T) -> T::Output {
+        self.0.perform(task)
     }
 }
 
