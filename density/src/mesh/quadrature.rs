@@ -6,6 +6,8 @@
 //! weights. A cell whose image reaches `e = 0` or the cut is divided until its parts do not reach it or no longer
 //! matter. All weights are positive.
 
+mod spread;
+
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
@@ -107,7 +109,7 @@ impl Disc {
 
 /// The points of all cells, and the disc of each cell.
 #[derive(Debug, Clone)]
-struct Whole {
+pub(super) struct Whole {
     samples: Samples,
     discs: Vec<Disc>,
 }
@@ -199,14 +201,9 @@ impl Quadrature {
     }
 
     /// The sums of the powers 1, phi, e, phi², phi e and e² of the distances from `centre`, with the solar angles on the branch around
-    /// that of the centre; and the sums of sine and cosine of the solar angle. `visit` sees each point and its weight.
-    pub(super) fn power_sums(
-        &self,
-        [x1, x2]: [&[f64]; 2],
-        centre: [f64; 2],
-        mut visit: impl FnMut(f64, f64, f64),
-    ) -> ([f64; 6], [f64; 2]) {
-        let Samples { phi, e, weights } = self.cut_open(self.whole_cells(x1, x2), [x1, x2], centre[0] + PI);
+    /// that of the centre; and the sums of sine and cosine of the solar angle.
+    pub(super) fn power_sums(&self, [x1, x2]: [&[f64]; 2], centre: [f64; 2], whole: Whole) -> ([f64; 6], [f64; 2]) {
+        let Samples { phi, e, weights } = self.cut_open(whole, [x1, x2], centre[0] + PI);
         let (mut powers, mut vector) = ([0.0; 6], [0.0; 2]);
         for ((&phi, &e), &weight) in phi.iter().zip(&e).zip(&weights) {
             let (dphi, de) = (nearest(phi, centre[0]) - centre[0], e - centre[1]);
@@ -215,7 +212,6 @@ impl Quadrature {
             let (sin, cos) = phi.sin_cos();
             vector[0] += weight * sin;
             vector[1] += weight * cos;
-            visit(phi, e, weight);
         }
         (powers, vector)
     }
@@ -232,7 +228,7 @@ impl Quadrature {
     }
 
     /// The points of all cells, one cell after the other, and the disc of each cell.
-    fn whole_cells(&self, x1: &[f64], x2: &[f64]) -> Whole {
+    pub(super) fn whole_cells(&self, x1: &[f64], x2: &[f64]) -> Whole {
         let along = [x1, x2].map(|values| self.along_inner(values));
         let cells = self.lines[0].len() - 1;
         let rows: Vec<(Samples, Vec<Disc>)> =

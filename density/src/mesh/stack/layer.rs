@@ -75,24 +75,34 @@ impl LayerMesh {
         self.quadrature.mean_vector([&x1, &x2])
     }
 
-    /// The sums over the cloud with these states; `third` is the distance of its third variable from the mean.
+    /// The sums over the cloud with these states; `third` is the distance of its third variable from the mean, and `share` where in the
+    /// part of the cloud that each point stands for it is counted.
     pub(super) fn sums(
         &self,
         [x1, x2]: &[Vec<f64>; 2],
         grid: &Grid,
         centre: [f64; 2],
         critical_e: f64,
-        third: f64,
+        (third, share): (f64, [f64; 2]),
     ) -> Sums {
         let mut sums = Sums::zero(grid);
-        (sums.powers, sums.vector) = self.quadrature.power_sums([x1, x2], centre, |phi, e, weight| {
+        let whole = self.quadrature.whole_cells(x1, x2);
+        let mut counted = 0.0;
+        self.quadrature.spread(&whole, share, |state, weight| {
+            let e = state.eccentricity();
+            counted += weight;
             if e > critical_e {
                 sums.above += weight;
             }
-            if let Some(bin) = grid.bin(phi, e) {
+            if let Some(bin) = grid.bin(state.x1.atan2(state.x2), e) {
                 sums.joint[bin] += weight;
             }
         });
+        (sums.powers, sums.vector) = self.quadrature.power_sums([x1, x2], centre, whole);
+        // The places differ from layer to layer; the probability of a layer does not.
+        let scale = sums.powers[0] / counted;
+        sums.above *= scale;
+        sums.joint.iter_mut().for_each(|bin| *bin *= scale);
         sums.with_third = [third * sums.powers[0], third * sums.powers[1], third * sums.powers[2]];
         sums
     }

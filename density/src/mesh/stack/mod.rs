@@ -6,8 +6,8 @@
 //! the nearest layers, of the same degree as those between the points of a layer.
 //!
 //! In each layer a few points to every cell of the lattice follow from the polynomials (`super::quadrature`). Moments are sums over
-//! these points, and so is the joint density: each point puts its probability into its bin, of which there are many points in all layers
-//! together. Means over the third variable are sums over evenly spaced layers (the trapezoidal rule, which for a smooth function under a Gaussian
+//! these points, and so is the joint density: each point puts its probability into one bin, at a place that differs from layer to layer, and
+//! there are many points in all layers together. Means over the third variable are sums over evenly spaced layers (the trapezoidal rule, which for a smooth function under a Gaussian
 //! converges faster than any power of the step: Trefethen & Weideman, SIAM Review 56, 2014). The step is halved until moments and joint
 //! density stand; where the Gaussian is cut at `C = 0`, the last two sums are combined to Simpson's rule.
 //!
@@ -225,7 +225,8 @@ impl Carried<'_> {
         let one = |&(position, share): &(f64, f64)| {
             let (z, states) = (z_at(position), self.states(position));
             let weight = share * self.stack.density(z);
-            let sums = layer.sums(&states, grid, centre, problem.plane.critical_e, mean + sigma * z - start.mean);
+            let third = mean + sigma * z - start.mean;
+            let sums = layer.sums(&states, grid, centre, problem.plane.critical_e, (third, place_of(position)));
             let diagnostics = match is_judged {
                 true => layer.judge(&states, self.rough_states(position), grid),
                 false => MeshDiagnostics::default(),
@@ -268,6 +269,13 @@ impl Carried<'_> {
             mass,
         }
     }
+}
+
+/// Where the points of a layer at this position are counted in the part of the cloud that each stands for: the shares of all layers fill the unit
+/// square evenly (the additive recurrence by powers of the plastic number, as in [`super::points`]).
+fn place_of(position: f64) -> [f64; 2] {
+    const PLASTIC: f64 = 1.324_717_957_244_746;
+    [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)].map(|step| (0.5 + position * step).fract())
 }
 
 /// The figures of a stack with a step.
