@@ -199,7 +199,11 @@ fn the_python_examples_keep_all_rules() {
         let Some(python) = required(interpreter) else { return };
         let bench = Bench::new();
         let mut check = bench.phasecloud();
-        check.args(["check", "--model", model, "--grace", "30", "--"]).arg(python).arg("-B").arg(examples().join(script));
+        check
+            .args(["check", "--model", model, "--grace", "30", "--"])
+            .arg(python)
+            .arg("-B")
+            .arg(examples().join(script));
         let output = check.args(["--samples", "300"]).output().unwrap();
         assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
         assert!(text(&output.stdout).contains("passed: 17 rules kept, 1 not judged"), "{}", text(&output.stdout));

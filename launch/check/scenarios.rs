@@ -109,7 +109,8 @@ pub fn impossible(model: TrialModel) -> Result<Scenario, LostOrbit> {
             };
             let initial =
                 InitialInSpace { mean: [0.5, 0.1, 0.0, 0.0], sigma: [0.01, 0.002, 0.0, 0.0], correlation: [0.0; 6] };
-            let problem = SpaceProblem { model, initial, spread: None, times, critical_e };
+            let problem =
+                SpaceProblem { model, initial, spread: None, times, critical_e, shadow: false, reentry_altitude: None };
             let axes = vec![phi, e, Axis { high: 0.1, ..e }, phi];
             Posed::InSpace(Box::new(problem.clone()), vec![axes; problem.times.len()])
         }
@@ -142,7 +143,7 @@ fn second_in_space() -> SpaceProblem {
 
 fn posed_in_space(model: Vectorial, initial: InitialInSpace, times: Vec<f64>) -> SpaceProblem {
     let model = SpaceModel::Vectorial { model, axis: Some(2.5) };
-    SpaceProblem { model, initial, spread: None, times, critical_e: 0.5 }
+    SpaceProblem { model, initial, spread: None, times, critical_e: 0.5, shadow: false, reentry_altitude: None }
 }
 
 fn in_space(name: &'static str, problem: SpaceProblem) -> Result<Scenario, LostOrbit> {

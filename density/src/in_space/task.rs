@@ -21,7 +21,7 @@ impl SpaceProblem {
     /// variable can have.
     ///
     /// # Errors
-    /// [`SpaceProblemError`] if the model is not averaged.
+    /// [`SpaceProblemError`] if the model is not averaged, or has the Earth's shadow, in which the semi-major axis is one more variable.
     pub fn perform<T: SpaceTask>(&self, task: T) -> Result<T::Output, SpaceProblemError> {
         let SpaceModel::Vectorial { model, .. } = self.model else {
             let name = self.model.name();
@@ -31,6 +31,10 @@ impl SpaceProblem {
             );
             return Err(wrong("model", problem));
         };
+        if self.shadow {
+            let problem = "\"shadow\" makes the semi-major axis a variable that is not one of the cloud; the methods for it are mc and qmc";
+            return Err(wrong("model.forces", problem.into()));
+        }
         match (self.spread.is_some(), self.is_logarithmic()) {
             (false, _) => Ok(task.with(Unfolded(model), self.gaussian()?)),
             (_, false) => Ok(task.with(Unfolded(WithRadiation::<_, Linear>::new(model)), self.gaussian()?)),
@@ -77,6 +81,12 @@ mod tests {
         let mut certain = SpaceProblem { spread: None, ..problem };
         (certain.initial.sigma[3], certain.initial.correlation) = (0.0, [0.0; 6]);
         assert_eq!(certain.perform(Deviations).unwrap(), [0.1, 0.02, 0.02, NARROWEST]);
+    }
+
+    #[test]
+    fn the_earths_shadow_is_refused_by_name() {
+        let error = SpaceProblem { shadow: true, ..example::problem() }.perform(Deviations).unwrap_err();
+        assert!(error.key == "model.forces" && error.problem.contains("mc and qmc"), "{error}");
     }
 
     #[test]

@@ -29,7 +29,9 @@ fn forces(axis: f64, radiation: f64) -> SunMoon {
 fn problem(axis: f64, radiation: f64, initial: InitialInSpace, spread: Option<Spread>) -> SpaceProblem {
     let model = Vectorial { forces: forces(axis, radiation), obliquity: 0.409, sun_longitude: 1.0 };
     let model = SpaceModel::Vectorial { model, axis: Some(axis) };
-    SpaceProblem { model, initial, spread, times: TIMES.into(), critical_e: 1.0 - 1.0188 / axis }.checked().unwrap()
+    let critical_e = 1.0 - 1.0188 / axis;
+    let times = TIMES.into();
+    SpaceProblem { model, initial, spread, times, critical_e, shadow: false, reentry_altitude: None }.checked().unwrap()
 }
 
 /// One of [`NAMES`].
