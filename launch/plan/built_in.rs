@@ -23,7 +23,7 @@ const SCENARIOS: [(&str, &str); 5] = files![
     "scenarios/scenario-2",
     "scenarios/scenario-3",
     "scenarios/three-dimensional",
-    "scenarios/unaveraged",
+    "scenarios/unaveraged-shadow",
 ];
 
 /// The built-in launch file that is meant: that of `phasecloud run` if none is named, or the one that is named, unless there is a file with
