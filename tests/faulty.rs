@@ -53,6 +53,7 @@ fn a_faulty_propagator_is_named_and_the_others_stay_the_same_bytes() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_propagator_that_does_not_say_all_it_must_is_named_when_patience_ends() {
     let bench = Bench::new();
     bench.run_well(&bench.launch_file("alone", FOUR_CASES), "alone");

@@ -28,6 +28,7 @@ fn shared_memory(run_id: &str) -> u64 {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_service_does_not_grow() {
     let bench = Bench::new();
     let service = start(&bench, &bench.launch_file("small", SMALL));

@@ -155,6 +155,7 @@ fn has_come_to(phase: &str, victim: &str, log: &[Line]) -> bool {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_process_killed_in_any_phase_of_its_life_changes_no_byte() {
     let bench = Bench::new();
     let launch = launch_file(&bench, "on-failure");
@@ -221,11 +222,13 @@ fn first_passages_that_died_with_their_sender_before_the_recorder_came_are_waite
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn with_restarts_a_killed_process_changes_no_byte() {
     kill_randomly("on-failure", number("PHASECLOUD_KILLS", 60) / 2, number("PHASECLOUD_SEED", 1));
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn without_restarts_a_killed_process_is_named_and_the_others_are_compared() {
     kill_randomly("never", number("PHASECLOUD_KILLS", 60).div_ceil(2), number("PHASECLOUD_SEED", 1) + 1_000_000);
 }

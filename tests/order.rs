@@ -13,6 +13,7 @@ use common::{Bench, FOUR_CASES, REPRODUCIBLE, number, text};
 use rustix::process::Signal;
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn any_order_of_starts_gives_the_same_bytes() {
     let bench = Bench::new();
     let launch = bench.launch_file("four", FOUR_CASES);

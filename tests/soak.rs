@@ -25,6 +25,7 @@ fn run_and_check(bench: &Bench, launch: &std::path::Path, out: &str) {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn run_after_run_and_run_beside_run_nothing_fails_and_nothing_stays_behind() {
     let bench = Bench::new();
     let launch = bench.launch_file("soak", CASES);

@@ -188,6 +188,7 @@ fn exact_has_the_values_of_the_cases() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn exact_is_silently_wrong_in_no_case_by_the_oracle() {
     for (scenario, _) in all() {
         let problem = &scenario.problem;
@@ -226,6 +227,7 @@ const SEED: u64 = 20_261_127;
 const WITH_ALL_METHODS: u64 = 10;
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn no_method_is_silently_wrong_in_a_random_scenario() {
     let mut wrong = Vec::new();
     for index in 0..SCENARIOS {

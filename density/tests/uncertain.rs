@@ -106,6 +106,7 @@ fn counted(problem: &UncertainProblem, years: f64, replicates: u64) -> (f64, f64
 
 /// `PHASECLOUD_CLIFF=256` counts in 256 replicates instead of 12.
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn the_probability_on_the_cliff_is_that_of_orbits_that_are_counted() {
     let replicates = std::env::var("PHASECLOUD_CLIFF").map_or(12, |text| text.parse().unwrap());
     let (problem, _) = scenario("cliff");
