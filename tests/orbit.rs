@@ -149,7 +149,7 @@ fn what_cannot_be_done_is_refused_in_words() {
         let output = bench.phasecloud().args([command, "mine.toml"]).output().unwrap();
         let said = text(&output.stdout) + &text(&output.stderr);
         match command {
-            "ask" => assert!(said.contains("model.name: \"vectorial\" is a model in space"), "{said}"),
+            "ask" => assert!(said.contains("disposal: must have critical_e or altitude"), "{said}"),
             _ => assert!(output.status.success() && said.contains("model vectorial: C = 0.15"), "{said}"),
         }
     }

@@ -191,10 +191,11 @@ fn without_heyoka_its_example_says_what_is_missing() {
 
 #[test]
 fn the_python_examples_keep_all_rules() {
-    for (interpreter, script, model) in [
-        (&INTERPRETER, "monte_carlo.py", "planar"),
-        (&WITH_HEYOKA, "heyoka_monte_carlo.py", "planar"),
-        (&WITH_HEYOKA, "heyoka_vectorial.py", "vectorial"),
+    let (plane, space) = ("17 rules kept, 1 not judged", "16 rules kept, 2 not judged");
+    for (interpreter, script, model, kept) in [
+        (&INTERPRETER, "monte_carlo.py", "planar", plane),
+        (&WITH_HEYOKA, "heyoka_monte_carlo.py", "planar", plane),
+        (&WITH_HEYOKA, "heyoka_vectorial.py", "vectorial", space), // whose Hamiltonian depends on time
     ] {
         let Some(python) = required(interpreter) else { return };
         let bench = Bench::new();
@@ -206,7 +207,7 @@ fn the_python_examples_keep_all_rules() {
             .arg(examples().join(script));
         let output = check.args(["--samples", "300"]).output().unwrap();
         assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
-        assert!(text(&output.stdout).contains("passed: 17 rules kept, 1 not judged"), "{}", text(&output.stdout));
+        assert!(text(&output.stdout).contains(&format!("passed: {kept}")), "{}", text(&output.stdout));
     }
 }
 
