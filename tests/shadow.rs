@@ -52,7 +52,7 @@ fn a_cloud_that_passes_the_shadow_is_sampled_in_two_ways_that_agree_and_without_
 }
 
 #[test]
-fn what_needs_the_hamiltonian_refuses_the_shadow_by_name() {
+fn what_cannot_follow_the_shadow_refuses_it_by_name() {
     let bench = Bench::new();
     bench.write("mine.toml", PLANAR);
     let cases = [
@@ -66,14 +66,14 @@ fn what_needs_the_hamiltonian_refuses_the_shadow_by_name() {
     let told = text(&output.stderr) + &text(&output.stdout);
     for words in [
         "exact: the scenario's model is \"vectorial\" with the Earth's shadow",
-        "map: the scenario's model is \"vectorial\" with the Earth's shadow",
+        "map: model.forces: \"shadow\" makes the semi-major axis a variable",
         "none: forces: \"sun\" does not act in the scenario",
     ] {
         assert!(told.contains(words), "{words}: {told}");
     }
     let output = bench.phasecloud().args(["ask", "mine.toml"]).output().unwrap();
     assert!(
-        text(&output.stderr).contains("mine.toml:3: model.forces: \"shadow\" takes the Hamiltonian"),
+        text(&output.stderr).contains("mine.toml: model.forces: \"shadow\" makes the semi-major axis a variable"),
         "{}",
         text(&output.stderr)
     );
