@@ -271,7 +271,11 @@ impl Drafting {
         if !kind::of(&content).may_be_reduced() {
             return Err(Failure::Refused("only independent samples can be reduced; leave out `reduce`".into()));
         }
-        let most_bins = assignment.plane()?.grids.iter().map(Grid::len).max().unwrap_or(0);
+        let plane = assignment.plane.as_ref().ok_or_else(|| {
+            let why = "samples can be reduced in the plane alone, with a radiation parameter that is certain; leave out `reduce`";
+            Failure::Refused(why.into())
+        })?;
+        let most_bins = plane.grids.iter().map(Grid::len).max().unwrap_or(0);
         let most_numbers = reduced::most_numbers(most_bins);
         Ok(Self { content: Reduced.into(), most_numbers, reduces: Some(content) })
     }

@@ -24,7 +24,7 @@ pub struct CompletionsArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  phasecloud man | man -l -\n  phasecloud man ~/.local/share/man/man1")]
 pub struct ManArguments {
-    /// Write the pages of all commands into this folder, which is there; without it the first page is printed
+    /// Write the pages of all commands into this folder, which is made if it is not there; without it the first page is printed
     #[arg(value_name = "DIR")]
     pub folder: Option<PathBuf>,
 }
@@ -43,13 +43,15 @@ pub fn man(arguments: &ManArguments) -> ExitCode {
             Ok(page) => print(&page),
             Err(error) => refuse(Path::new("the page"), &error),
         },
-        Some(folder) => match clap_mangen::generate_to(Cli::command(), folder) {
-            Ok(()) => {
-                say!("Written: the pages of phasecloud and its commands into {}", folder.display());
-                ExitCode::SUCCESS
+        Some(folder) => {
+            match std::fs::create_dir_all(folder).and_then(|()| clap_mangen::generate_to(Cli::command(), folder)) {
+                Ok(()) => {
+                    say!("Written: the pages of phasecloud and its commands into {}", folder.display());
+                    ExitCode::SUCCESS
+                }
+                Err(error) => refuse(folder, &error),
             }
-            Err(error) => refuse(folder, &error),
-        },
+        }
     }
 }
 

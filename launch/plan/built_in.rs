@@ -31,7 +31,7 @@ const SCENARIOS: [(&str, &str); 5] = files![
 pub(crate) fn launch_file(named: Option<&Path>) -> Option<InputFile> {
     let name = match named {
         None => DEFAULT,
-        Some(path) if path.exists() => return None,
+        Some(path) if path.is_file() => return None,
         Some(path) => path.to_str()?,
     };
     let (name, text) = LAUNCH_FILES.iter().find(|(known, _)| *known == name)?;

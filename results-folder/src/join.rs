@@ -55,8 +55,13 @@ fn file_names(parts: &[PathBuf]) -> Result<Vec<String>, FolderError> {
     names.collect::<Result<_, _>>().map_err(|e| FolderError::new(first, e))
 }
 
-/// Rows of all tables under the head of the first.
+/// Rows of all tables. Scenarios of different models have different columns: the joined table has those of all, with `NaN` where a
+/// scenario has no such column.
 fn join_tables(tables: &[PathBuf], whole: &Path) -> io::Result<()> {
+    let heads: Vec<Vec<u8>> = tables.iter().map(|table| head_of(table)).collect::<Result<_, _>>()?;
+    if heads.iter().any(|head| *head != heads[0]) {
+        return join_by_columns(tables, whole).map_err(io::Error::other);
+    }
     let mut joined = BufWriter::new(File::create(whole)?);
     for (position, table) in tables.iter().enumerate() {
         let mut rows = BufReader::new(File::open(table)?);
@@ -68,6 +73,38 @@ fn join_tables(tables: &[PathBuf], whole: &Path) -> io::Result<()> {
         io::copy(&mut rows, &mut joined)?;
     }
     joined.flush()
+}
+
+/// The first line of a table.
+fn head_of(table: &Path) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    BufReader::new(File::open(table)?).read_until(b'\n', &mut head)?;
+    Ok(head)
+}
+
+/// Rows of tables with different columns.
+fn join_by_columns(tables: &[PathBuf], whole: &Path) -> Result<(), csv::Error> {
+    let mut columns: Vec<String> = Vec::new();
+    for table in tables {
+        for column in csv::Reader::from_path(table)?.headers()? {
+            if !columns.iter().any(|known| known == column) {
+                columns.push(column.to_owned());
+            }
+        }
+    }
+    let mut joined = csv::Writer::from_path(whole)?;
+    joined.write_record(&columns)?;
+    for table in tables {
+        let mut rows = csv::Reader::from_path(table)?;
+        let head = rows.headers()?.clone();
+        let places: Vec<Option<usize>> =
+            columns.iter().map(|column| head.iter().position(|own| own == column)).collect();
+        for row in rows.records() {
+            let row = row?;
+            joined.write_record(places.iter().map(|place| place.and_then(|place| row.get(place)).unwrap_or("NaN")))?;
+        }
+    }
+    Ok(joined.flush()?)
 }
 
 /// All lines of all files.
@@ -90,4 +127,23 @@ fn join_archives(archives: &[PathBuf], whole: &Path) -> io::Result<()> {
         }
     }
     ManuallyDrop::into_inner(joined).finish()?.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_with_different_columns_are_joined_by_their_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::write(&path, text).unwrap();
+            path
+        };
+        let tables = [table("a", "scenario,mean_e,p\na,1,2\n"), table("b", "scenario,mean_e,mean_C,p\nb,3,4,5\n")];
+        let whole = folder.path().join("whole.csv");
+        join_tables(&tables, &whole).unwrap();
+        assert_eq!(fs::read_to_string(whole).unwrap(), "scenario,mean_e,p,mean_C\na,1,2,NaN\nb,3,5,4\n");
+    }
 }

@@ -49,7 +49,13 @@ pub fn comparisons(problem: &SpaceProblem) -> Vec<(Variant, Variant)> {
 pub struct Figures {
     whole: [f64; QUANTITIES],
     replicates: Vec<[f64; QUANTITIES]>,
+    /// How many orbits there are.
+    orbits: usize,
 }
+
+/// An event that none of `n` independent orbits shows may still have a probability of this, divided by `n`: the upper end of the exact 95 % interval
+/// (Clopper & Pearson, Biometrika 26, 1934).
+const UNSEEN: f64 = 3.7;
 
 /// A figure of a variant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,7 +121,7 @@ pub fn figures(
         let of = |rows: Vec<usize>| of_rows(&columns, &passed, &rows, problem.critical_e);
         let members = |replicate: usize| (0..total).filter(|&row| group(row, REPLICATES) == replicate).collect();
         let replicates = (0..REPLICATES).map(|replicate| of(members(replicate))).collect();
-        all.push(Figures { whole: of((0..total).collect()), replicates });
+        all.push(Figures { whole: of((0..total).collect()), replicates, orbits: total });
     }
     Ok(all)
 }
@@ -149,7 +155,11 @@ impl Figures {
             let count = off.len() as f64;
             let mean = off.iter().sum::<f64>() / count;
             let squares: f64 = off.iter().map(|off| (off - mean).powi(2)).sum();
-            Shift { value: self.whole[q], shift, error: (squares / ((count - 1.0) * count)).sqrt() }
+            let error = (squares / ((count - 1.0) * count)).sqrt();
+            // Where no orbit of all differs, their spread says nothing: a share of up to 3.7/n may differ all the same, with 95 % probability.
+            let is_probability = q / 2 >= VARIABLES.len();
+            let least = if is_probability { 0.5 * UNSEEN / self.orbits as f64 } else { 0.0 };
+            Shift { value: self.whole[q], shift, error: error.max(least) }
         })
     }
 }
@@ -174,6 +184,13 @@ mod tests {
         // More orbits find the same shift.
         let [_, _, more, ..] = shifts(variant, 256);
         assert!((more.shift - e.shift).abs() < 4.0 * e.error.hypot(more.error), "{e:?} {more:?}");
+    }
+
+    #[test]
+    fn a_probability_that_no_orbit_shows_is_not_said_to_be_zero_for_sure() {
+        let [.., above, ever] = shifts(Variant { simplification: None, without: Some("moon") }, 16);
+        let least = 0.5 * UNSEEN / (16 * REPLICATES) as f64;
+        assert!(above.error >= least && ever.error >= least, "{above:?} {ever:?}");
     }
 
     #[test]

@@ -271,7 +271,7 @@ impl Propagator for GaussianMixture {
     }
 
     fn first_passage(&mut self, _times: &[f64]) -> Result<Passage, Failure> {
-        let reason = "a mixture says where orbits are at a time, not where each has been; take mc, dee or exact";
+        let reason = "a mixture says where orbits are at a time, not where each has been; take mc, or qmc in space and exact in the plane";
         Ok(Passage::Cannot(reason.into()))
     }
 

@@ -94,7 +94,7 @@ fn of_mixture(header: &DensityHeader) -> Vec<String> {
     } else if !is_within(disagreement, linearity::DISTRUST) {
         said.push(format!(
             "warning: components are too wide for the flow here (disagreement {disagreement:.2}, above {}); \
-             do not trust the density, split more finely",
+             do not trust the density, and the moments only as far as another method confirms them; split more finely",
             linearity::DISTRUST
         ));
     }

@@ -24,6 +24,17 @@ fn judged_quantities(space: &Space) -> Vec<Quantity> {
     space.quantities().into_iter().filter(is_judged).collect()
 }
 
+/// A variable with a deviation below this is certain: its errors in deviations say nothing. Methods that need a deviation give such a variable
+/// one of 5e-10.
+const CERTAIN: f64 = 1e-8;
+
+/// Whether a mean or a deviation is of a variable that has one value alone, by this method and by all references.
+fn is_certain(own: &Reading, references: &[(&str, &Reading)], quantity: Quantity) -> bool {
+    let (Quantity::Mean(k) | Quantity::Deviation(k)) = quantity else { return false };
+    let mut readings = references.iter().map(|(_, reading)| *reading).chain([own]);
+    readings.all(|reading| reading.value(Quantity::Deviation(k)) < CERTAIN)
+}
+
 /// A distance that exceeds its noise by more than this factor is not explained by noise.
 const BEYOND_NOISE: f64 = 2.0;
 
@@ -65,7 +76,8 @@ fn row(recording: &Recording, roster: &Roster, method: &str, case: &[&Reading], 
             references.iter().filter_map(|(label, all)| Some((*label, *all.get(index)?))).collect();
         // Samples withhold nothing: what they do not state is of a variable that their model does not have.
         let is_absent = |q: &Quantity| counted_samples(&own.header).is_some() && own.value(*q).is_nan();
-        for quantity in judged_quantities(&own.space).into_iter().filter(|quantity| !is_absent(quantity)) {
+        let is_judged = |q: &Quantity| !is_absent(q) && !is_certain(own, &there, *q);
+        for quantity in judged_quantities(&own.space).into_iter().filter(is_judged) {
             moments.push(judge_moment(method, own, &there, quantity, tolerance));
         }
         density.push(judge_density(method, own, &there, tolerance));
