@@ -21,7 +21,7 @@ pub(super) struct Model {
     pub(super) name: Option<Spanned<String>>,
     #[schemars(with = "Option<Measure>")]
     pub(super) obliquity: Option<Spanned<Measure>>,
-    #[schemars(with = "Option<Vec<String>>", extend("items" = { "type": "string", "enum": ["srp", "j2", "sun", "moon"] }))]
+    #[schemars(with = "Option<Vec<String>>", extend("items" = { "type": "string", "enum": ["srp", "j2", "sun", "moon", "shadow"] }))]
     forces: Option<Spanned<Vec<Spanned<String>>>>,
 }
 
