@@ -254,7 +254,8 @@ mod tests {
             of_samples(&columns.each_ref().map(Vec::as_slice), &question, None)
         };
         let clouds: Vec<Cloud> = (0..SEEDS).map(cloud).collect();
-        let figures: [(&str, fn(&Cloud) -> f64, fn(&Errors) -> f64); 3] = [
+        type Figure = (&'static str, fn(&Cloud) -> f64, fn(&Errors) -> f64);
+        let figures: [Figure; 3] = [
             ("mean", |c| nearest(c.mean[0], 0.3), |e| e.mean[0]),
             ("deviation", |c| c.covariance[0][0].sqrt(), |e| e.deviation[0]),
             ("covariance", |c| c.covariance[0][1], |e| e.covariance[0][1]),
