@@ -76,7 +76,7 @@ impl FlowMap {
         moved.map_err(|failure| errors::failure(py, &failure))?.into_pyarray(py).reshape([VARIABLES, count])
     }
 
-    /// Snapshot times [yr].
+    /// Snapshot times \[yr\].
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.map.times().to_vec().into_pyarray(py)

@@ -57,7 +57,7 @@ impl Scenario {
         self.file.to_string_lossy().into_owned()
     }
 
-    /// Snapshot times [yr].
+    /// Snapshot times \[yr\].
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.content.times().to_vec().into_pyarray(py)
