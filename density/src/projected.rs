@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::angle::{Circular, nearest};
 use crate::grid::Axis;
-use crate::wrapped::BeyondCut;
+use crate::wrapped::{self, BeyondCut};
 
 pub use samples::of_samples;
 
@@ -121,15 +121,7 @@ pub fn of_mixture(components: &[Component], question: &Question<'_>) -> Cloud {
     let mean: Vec<f64> = (0..count).map(|k| weighted(&|component| mean_of(k, component))).collect();
     let off = |k: usize, component: &Component| on_branch(k, component.mean[k]) - mean[k];
     let product = |a: usize, b: usize, component: &Component| {
-        let plain = component.covariance[a][b] + off(a, component) * off(b, component);
-        if a == b {
-            return plain + beyond(a, component).map_or(0.0, |beyond| beyond.square(off(a, component)));
-        }
-        let across = |angle: usize, other: usize| {
-            let slope = component.covariance[angle][other] / component.covariance[angle][angle];
-            beyond(angle, component).map_or(0.0, |beyond| beyond.product(off(other, component), slope))
-        };
-        plain + across(a, b) + across(b, a)
+        wrapped::product([a, b], |i, j| component.covariance[i][j], |k| off(k, component), |k| beyond(k, component))
     };
     let covariance =
         (0..count).map(|a| (0..count).map(|b| weighted(&|component| product(a, b, component))).collect()).collect();

@@ -45,6 +45,25 @@ impl BeyondCut {
     }
 }
 
+/// What a component adds to the mean product of two variables less their means: `covariance` and `off` are its own covariance and distances from
+/// these means, and `beyond` what of it lies beyond the cut of an angle's branch.
+pub(crate) fn product(
+    [a, b]: [usize; 2],
+    covariance: impl Fn(usize, usize) -> f64,
+    off: impl Fn(usize) -> f64,
+    beyond: impl Fn(usize) -> Option<BeyondCut>,
+) -> f64 {
+    let plain = covariance(a, b) + off(a) * off(b);
+    if a == b {
+        return plain + beyond(a).map_or(0.0, |beyond| beyond.square(off(a)));
+    }
+    let across = |angle: usize, other: usize| {
+        let slope = covariance(angle, other) / covariance(angle, angle);
+        beyond(angle).map_or(0.0, |beyond| beyond.product(off(other), slope))
+    };
+    plain + across(a, b) + across(b, a)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -21,7 +21,7 @@ use crate::flow::Flow;
 use crate::gaussian::Gaussian;
 use crate::model::{Coordinates, Model, Variable};
 use crate::variable_moments::VariableMoments;
-use crate::wrapped::BeyondCut;
+use crate::wrapped::{self, BeyondCut};
 
 /// One Gaussian of a mixture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -228,15 +228,7 @@ pub fn moments<const N: usize>(variables: &[Variable], components: &[Component<N
     let mean: [f64; N] = std::array::from_fn(|k| weighted(&|component| mean_of(k, component)));
     let off = |k: usize, component: &Component<N>| on_branch(k, component.mean[k]) - mean[k];
     let product = |a: usize, b: usize, component: &Component<N>| {
-        let plain = component.covariance[a][b] + off(a, component) * off(b, component);
-        if a == b {
-            return plain + beyond(a, component).map_or(0.0, |beyond| beyond.square(off(a, component)));
-        }
-        let across = |angle: usize, other: usize| {
-            let slope = component.covariance[angle][other] / component.covariance[angle][angle];
-            beyond(angle, component).map_or(0.0, |beyond| beyond.product(off(other, component), slope))
-        };
-        plain + across(a, b) + across(b, a)
+        wrapped::product([a, b], |i, j| component.covariance[i][j], |k| off(k, component), |k| beyond(k, component))
     };
     // The mean of an angle counts what lies beyond the cut, its distances from the mean do as well.
     let covariance = std::array::from_fn(|a| std::array::from_fn(|b| weighted(&|component| product(a, b, component))));
