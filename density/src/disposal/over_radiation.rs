@@ -7,18 +7,19 @@ use rayon::prelude::*;
 
 use crate::exact::leaves::ExactLeaves;
 use crate::exact::measure::normal_density;
-use crate::exact::{Error, ExactSettings};
+use crate::exact::{Error, ExactSettings, is_possible};
+use crate::first_passage::exact::rough_curve;
 use crate::first_passage::over_leaves::{Passed, curve};
 use crate::flow::Accuracy;
 use crate::problem::Problem;
 use crate::uncertain::{Spread, UncertainProblem};
 
-use super::{Sensitivity, probabilities};
+use super::Sensitivity;
 
 /// What is known of the satellite at each of `times` \[yr\].
 ///
 /// # Errors
-/// As [`probabilities`].
+/// As [`super::probabilities`].
 pub fn passed(problem: &UncertainProblem, times: &[f64]) -> Result<Vec<Passed>, Error> {
     curve(&ExactLeaves::new(problem.clone(), Accuracy::Medium, ExactSettings::default()), times)
 }
@@ -35,23 +36,25 @@ impl EndProbability {
     /// For parameters from a hundredth to thirty times the mean of `problem`.
     ///
     /// # Errors
-    /// As [`probabilities`], for the mean of the parameter.
+    /// As [`super::probabilities`], for the mean of the parameter.
     pub fn new(problem: &UncertainProblem) -> Result<Self, Error> {
         const RANGE: (f64, f64) = (0.01, 30.0);
         const FIRST: u32 = 48;
         const ROUNDS: u32 = 8;
         // Half of the tolerated error of a factor or a sensitivity.
         const TOLERANCE: f64 = 1e-4;
+        // The error of a value of the table.
+        const OF_VALUE: f64 = 1e-6;
         let plane = &problem.plane;
         let end = [plane.times.last().copied().unwrap_or(0.0)];
         let mean = problem.mean();
         let of = |&log: &f64| -> (f64, f64) {
             let leaf = plane.model.with("radiation", log.exp()).map(|model| Problem { model, ..plane.clone() });
             // Where the pull is too weak or too strong for the exact method, no use is made of the value.
-            let found = leaf.ok().and_then(|leaf| probabilities(&leaf, &end).ok());
+            let found = leaf.ok().and_then(|leaf| rough_curve(&leaf, &end, OF_VALUE).ok());
             (log, found.map_or(f64::NAN, |found| found[0].value))
         };
-        probabilities(plane, &end)?;
+        is_possible(&plane.model)?;
         let (low, high) = ((RANGE.0 * mean).ln(), (RANGE.1 * mean).ln());
         let first: Vec<f64> = (0..=FIRST).map(|k| low + (high - low) * f64::from(k) / f64::from(FIRST)).collect();
         let mut table: Vec<(f64, f64)> = first.par_iter().map(of).collect();
@@ -135,7 +138,7 @@ impl EndProbability {
 /// parameter; the largest first.
 ///
 /// # Errors
-/// As [`probabilities`].
+/// As [`super::probabilities`].
 pub fn sensitivities(problem: &UncertainProblem, table: &EndProbability) -> Result<Vec<Sensitivity>, Error> {
     let end = [problem.plane.times.last().copied().unwrap_or(0.0)];
     let (mean, spread) = (problem.mean(), problem.spread);

@@ -21,22 +21,17 @@ use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::axis::Axis;
 use super::contour::Contour;
-use super::hamiltonian_range::cloud_range;
+use super::detail::Detail;
+use super::hamiltonian_range::range_within;
 use super::measure::Measure;
 use super::rules::{POINTS, kronrod};
 use super::share::Share;
 use super::trail::Trail;
 
-/// Largest number of orbits that are kept for the next snapshot.
-const KEPT: usize = 20_000;
 /// Number of orbits that a thread traces at a time.
 const BATCH: usize = 15;
-/// Number of points of the initial Gaussian in each direction whose orbits show where the cloud lies.
-const PILOT: u32 = 25;
-/// Distance from the mean out to which these points lie, in standard deviations.
+/// Distance from the mean out to which the points lie whose orbits show where the cloud lies, in standard deviations.
 const PILOT_REACH: f64 = 6.0;
-/// Number of parts, with equally many pilots each, into which the range from the first to the last pilot is cut.
-const PARTS: usize = 6;
 
 /// An orbit with its share of the initial probability.
 #[derive(Debug)]
@@ -66,28 +61,22 @@ pub(crate) struct Family<M> {
     first: Vec<(f64, f64)>,
     /// Smallest share of an orbit that matters: the inverse of the cloud's width in `H`.
     scale: f64,
-    /// Largest number of orbits that are kept.
-    kept: usize,
+    detail: Detail,
     known: Mutex<HashMap<u64, Option<Arc<Orbit>>>>,
 }
 
 impl<M: PlanarHamiltonian> Family<M> {
     /// The orbits of the cloud `measure`; an orbit that touches the circle `e = critical_e` is the end of an interval.
-    pub(crate) fn new(flow: &Flow<M>, measure: Measure, critical_e: f64) -> Self {
+    pub(crate) fn new(flow: &Flow<M>, measure: Measure, critical_e: f64, detail: Detail) -> Self {
         let axis = Axis::new(flow.model);
-        let pilots = pilots(&axis, &measure);
-        let parts = axis.within(cloud_range(&flow.model, &measure));
+        let pilots = pilots(&axis, &measure, detail.pilots);
+        let parts = axis.within(range_within(&flow.model, &measure, detail.radius));
         let special = axis.special_points(critical_e);
-        let first = parts.iter().flat_map(|&part| intervals(part, &special, &pilots)).collect();
+        let first = parts.iter().flat_map(|&part| intervals(part, &special, &pilots, detail)).collect();
         let levels = pilots.iter().map(|&q| axis.hamiltonian(q));
         let (low, high) = levels.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
         let scale = 1.0 / (high - low).max(1e-12);
-        Self { flow: *flow, measure, first, scale, kept: KEPT, known: Mutex::default() }
-    }
-
-    /// The same, of which at most `kept` orbits are kept for later.
-    pub(crate) fn keeping(self, kept: usize) -> Self {
-        Self { kept, ..self }
+        Self { flow: *flow, measure, first, scale, detail, known: Mutex::default() }
     }
 
     /// The intervals of `q` to begin with.
@@ -115,7 +104,7 @@ impl<M: PlanarHamiltonian> Family<M> {
         let traced: Vec<_> = missing.iter().copied().zip(traced).collect();
         let mut known = self.known();
         for (k, orbit) in traced {
-            if known.len() < self.kept {
+            if known.len() < self.detail.kept {
                 known.insert(points[k].to_bits(), orbit.clone());
             }
             orbits[k] = Some(orbit);
@@ -124,7 +113,7 @@ impl<M: PlanarHamiltonian> Family<M> {
     }
 
     fn orbit(&self, q: f64, contour: Contour) -> Orbit {
-        let share = Share::new(&self.measure, &contour, self.scale);
+        let share = Share::new(&self.measure, &contour, self.scale, self.detail);
         Orbit { width: self.flow.model.slope_on_axis(q), contour, share, trail: OnceLock::new() }
     }
 
@@ -272,24 +261,25 @@ pub(crate) fn worst(shares: &[f64], most: usize, can_be_halved: impl Fn(usize) -
 }
 
 /// The points `q` of the orbits through points all over the cloud, ascending.
-fn pilots(axis: &Axis<impl PlanarHamiltonian>, measure: &Measure) -> Vec<f64> {
-    let at = |i: u32| PILOT_REACH * (2.0 * f64::from(i) / f64::from(PILOT - 1) - 1.0);
+fn pilots(axis: &Axis<impl PlanarHamiltonian>, measure: &Measure, side: u32) -> Vec<f64> {
+    let at = |i: u32| PILOT_REACH * (2.0 * f64::from(i) / f64::from(side - 1) - 1.0);
     let point = |k: u32| {
-        let (phi, e) = measure.gaussian.point(at(k / PILOT), at(k % PILOT));
+        let (phi, e) = measure.gaussian.point(at(k / side), at(k % side));
         (e > 0.0 && e < 1.0).then(|| axis.orbit_of(State::from_polar(phi, e))).flatten()
     };
-    let mut points: Vec<f64> = (0..PILOT * PILOT).filter_map(point).collect();
+    let mut points: Vec<f64> = (0..side * side).filter_map(point).collect();
     points.sort_by(f64::total_cmp);
     points
 }
 
-/// A part of the axis, cut at its special points, at the first and the last pilot, and between the pilots.
-fn intervals((low, high): (f64, f64), special: &[f64], pilots: &[f64]) -> Vec<(f64, f64)> {
+/// A part of the axis, cut at its special points, between the pilots, and at the first and the last pilot if that is wanted.
+fn intervals((low, high): (f64, f64), special: &[f64], pilots: &[f64], detail: Detail) -> Vec<(f64, f64)> {
     let here: Vec<f64> = pilots.iter().copied().filter(|q| (low..=high).contains(q)).collect();
     let mut cuts = vec![low, high];
     cuts.extend(special.iter().copied().filter(|&q| low < q && q < high));
     if !here.is_empty() {
-        cuts.extend((0..=PARTS).map(|part| here[part * (here.len() - 1) / PARTS]));
+        let parts = if detail.cuts_ends { 0..=detail.parts } else { 1..=detail.parts - 1 };
+        cuts.extend(parts.map(|part| here[part * (here.len() - 1) / detail.parts]));
     }
     cuts.sort_by(f64::total_cmp);
     let pairs = cuts.windows(2).map(|pair| (pair[0], pair[1]));

@@ -34,13 +34,18 @@ pub(super) fn hamiltonian_range(model: &impl PlanarHamiltonian, phi: (f64, f64),
 
 /// The range of `H` in the cloud.
 pub(super) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> Interval {
+    range_within(model, measure, RADIUS)
+}
+
+/// The range of `H` in the part of the cloud that is at most so many standard deviations from its mean.
+pub(super) fn range_within(model: &impl PlanarHamiltonian, measure: &Measure, radius: f64) -> Interval {
     const PARTS: u32 = 48;
     let gaussian = measure.gaussian;
-    let edge = |i: u32| RADIUS * (2.0 * f64::from(i) / f64::from(PARTS) - 1.0);
+    let edge = |i: u32| radius * (2.0 * f64::from(i) / f64::from(PARTS) - 1.0);
     let least = |i: u32| edge(i).max(-edge(i + 1)).max(0.0);
     let mut range: Option<Interval> = None;
     for (i, j) in (0..PARTS * PARTS).map(|k| (k / PARTS, k % PARTS)) {
-        if least(i).hypot(least(j)) > RADIUS {
+        if least(i).hypot(least(j)) > radius {
             continue;
         }
         let corners = [(i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)].map(|(i, j)| gaussian.point(edge(i), edge(j)));

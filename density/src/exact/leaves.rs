@@ -13,6 +13,7 @@ use crate::problem::Problem;
 use crate::sampling::draw_variables;
 use crate::uncertain::{ThirdMoments, UncertainProblem, UncertainTask};
 
+use super::detail::Detail;
 use super::family::{Family, Integrals};
 use super::measure::Measure;
 use super::moments::{self, Centre, FIRST, Noise, SECOND, SmoothMoments};
@@ -28,9 +29,8 @@ const COARSER: f64 = 1_000.0;
 const FOR_CENTRE: f64 = 30.0;
 /// Factor by which the joint density may be less accurate.
 const COARSER_JOINT: f64 = 5.0;
-/// Largest number of leaves whose orbits are kept, and of orbits of each.
+/// Largest number of leaves whose orbits are kept.
 const MOST_KEPT: usize = 150;
-const KEPT: usize = 300;
 /// Largest number of leaves for each integral.
 const MOST_LEAVES: usize = 1_500;
 
@@ -181,8 +181,7 @@ impl ExactLeaves {
         let known = |families: &mut HashMap<u64, Arc<Family<Planar>>>| families.get(&z.to_bits()).cloned();
         let family = self.with_families(known).unwrap_or_else(|| {
             let flow = Flow { model: leaf.model, accuracy: self.accuracy };
-            let family = Family::new(&flow, Measure::new(leaf.initial), leaf.critical_e).keeping(KEPT);
-            let family = Arc::new(family);
+            let family = Arc::new(Family::new(&flow, Measure::new(leaf.initial), leaf.critical_e, Detail::COARSE));
             self.with_families(|families| {
                 if families.len() < MOST_KEPT {
                     families.insert(z.to_bits(), family.clone());

@@ -25,6 +25,7 @@ mod by_blocks;
 mod by_orbits;
 mod contour;
 mod crossings;
+pub(crate) mod detail;
 pub(crate) mod family;
 mod hamiltonian_range;
 pub mod joint;
@@ -49,6 +50,7 @@ use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 
 pub(crate) use contour::angle_of;
+use detail::Detail;
 use family::Family;
 use joint::Joint;
 use measure::Measure;
@@ -203,7 +205,7 @@ pub struct Exact<'a, M = Force> {
 impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
     /// The exact density of `problem`, carried by `flow`.
     pub fn new(problem: &'a Problem<M>, flow: &'a Flow<M>, settings: ExactSettings) -> Self {
-        let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
+        let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e, Detail::FINE);
         Self { problem, flow, settings, family }
     }
 
@@ -277,7 +279,10 @@ impl<'a, M: PlanarHamiltonian> Exact<'a, M> {
 }
 
 /// Whether the orbits of a model fit the method of this module.
-pub(crate) fn is_possible(model: &impl PlanarHamiltonian) -> Result<(), Error> {
+///
+/// # Errors
+/// [`Error::EccentricityTurnsBack`] if they do not.
+pub fn is_possible(model: &impl PlanarHamiltonian) -> Result<(), Error> {
     if model.eccentricity_follows_x1() {
         Ok(())
     } else {

@@ -16,17 +16,10 @@ use std::sync::LazyLock;
 use crate::model::plane::State;
 
 use super::contour::Contour;
+use super::detail::Detail;
 use super::measure::{Measure, REACH};
 use super::rules::{GAUSS_POINTS, gauss};
 
-/// Largest permitted size of the last two Legendre coefficients of `a` in an interval, as a share of `a` there. The
-/// rule's own error is about the square of that size.
-const TAIL: f64 = 3e-6;
-/// The same for an interval that holds little.
-const ROUGH_TAIL: f64 = 1e-4;
-/// Share of the whole below which the last coefficients of an interval must be if the interval is to count as holding
-/// little.
-const LITTLE: f64 = 5e-12;
 /// Number of halvings after which an interval is taken as it is.
 const DEEPEST: u32 = 44;
 /// Largest distance between two nodes near the cloud, in standard deviations.
@@ -62,10 +55,10 @@ pub(super) fn density(measure: &Measure, state: State) -> f64 {
 impl Share {
     /// The share of the orbit `contour`; `scale` is the probability per unit of `H` of an orbit through the middle of
     /// the cloud.
-    pub(super) fn new(measure: &Measure, contour: &Contour, scale: f64) -> Self {
+    pub(super) fn new(measure: &Measure, contour: &Contour, scale: f64, detail: Detail) -> Self {
         let knots: Vec<f64> = contour.knots().collect();
         let mut share = Self { times: vec![-contour.half], before: vec![0.0], parts: Vec::new() };
-        let cutter = Cutter { measure, contour, scale };
+        let cutter = Cutter { measure, contour, scale, detail };
         for pair in knots.windows(2).rev() {
             cutter.cut(&mut share, (-pair[1], -pair[0]), DEEPEST);
         }
@@ -186,6 +179,7 @@ struct Cutter<'a> {
     measure: &'a Measure,
     contour: &'a Contour,
     scale: f64,
+    detail: Detail,
 }
 
 impl Cutter<'_> {
@@ -205,8 +199,9 @@ impl Cutter<'_> {
         }
         let (part, tail) = Part::new(states.map(|state| density(self.measure, state)));
         let size = part.density.iter().copied().fold(0.0, f64::max);
-        let holds_little = tail * (high - low) <= LITTLE * self.scale || tail <= TAIL * size;
-        if size > 0.0 && may_halve && !(holds_little && tail <= ROUGH_TAIL * size) {
+        let Detail { tail: most, rough_tail, little, .. } = self.detail;
+        let holds_little = tail * (high - low) <= little * self.scale || tail <= most * size;
+        if size > 0.0 && may_halve && !(holds_little && tail <= rough_tail * size) {
             return halves(share);
         }
         let mass = nodes.iter().zip(&part.density).map(|((_, weight), density)| weight * density).sum();

@@ -12,11 +12,12 @@
 //!
 //! `A` is the initial probability of an arc. All terms are positive, so the curve cannot fall or leave `[0, 1]`.
 
+use crate::exact::detail::Detail;
 use crate::exact::family::{Family, Orbit};
 use crate::exact::measure::Measure;
 use crate::exact::moments::{Noise, touching};
 use crate::exact::{Error, Estimated, PROBABILITY_ERROR, ProbabilityTolerance, is_possible};
-use crate::flow::Flow;
+use crate::flow::{Accuracy, Flow};
 use crate::model::PlanarHamiltonian;
 use crate::problem::Problem;
 
@@ -59,8 +60,23 @@ pub fn curve_within<M: PlanarHamiltonian>(
     (tolerance, most_orbits): (f64, usize),
 ) -> Result<Vec<Estimated>, Error> {
     is_possible(&flow.model)?;
-    let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e);
+    let family = Family::new(flow, Measure::new(problem.initial), problem.critical_e, Detail::FINE);
     Ok(of_family(problem, &family, times, (ProbabilityTolerance::RareToo(tolerance), most_orbits)))
+}
+
+/// The curve of one of many problems that are compared or averaged, to about `tolerance`, which is 1e-6 or more.
+///
+/// # Errors
+/// As [`exact_curve`].
+pub fn rough_curve<M: PlanarHamiltonian>(
+    problem: &Problem<M>,
+    times: &[f64],
+    tolerance: f64,
+) -> Result<Vec<Estimated>, Error> {
+    is_possible(&problem.model)?;
+    let flow = Flow { model: problem.model, accuracy: Accuracy::Medium };
+    let family = Family::new(&flow, Measure::new(problem.initial), problem.critical_e, Detail::COARSE);
+    Ok(of_family(problem, &family, times, (ProbabilityTolerance::Absolute(tolerance), MOST_ORBITS)))
 }
 
 /// The curve of a model whose orbits fit the method.
