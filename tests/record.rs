@@ -9,11 +9,12 @@ use common::{Bench, FOUR_CASES, text};
 
 /// The files of a results folder in which nothing is measured anew; `effort.csv` holds measured CPU time of the
 /// estimator.
-const REPRODUCIBLE: [&str; 8] = [
+const REPRODUCIBLE: [&str; 9] = [
     "moments.csv",
     "errors.csv",
     "distances.csv",
     "first_passage.csv",
+    "given_re_entry.csv",
     "diagnostics.csv",
     "notes.csv",
     "verdicts.csv",

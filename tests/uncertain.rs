@@ -25,7 +25,9 @@ fn launch(cases: &[&str]) -> String {
 fn samples_and_the_exact_answer_agree_in_all_three_variables() {
     let bench = Bench::new();
     bench.write("mine.toml", SCENARIO);
-    bench.run_well(&bench.write("launch.toml", &launch(&["exact", "mc"])), "out");
+    let output = bench.run_well(&bench.write("launch.toml", &launch(&["exact", "mc"])), "out");
+    let told = text(&output.stdout);
+    assert!(told.contains("the radiation parameter C given re-entry by 0.2 yr, and given none"), "{told}");
     let rows = bench.table("out/moments.csv");
     let row =
         |method: &str, time: &str| rows.iter().find(|row| row["method"] == method && row["t_yr"] == time).unwrap();
@@ -41,6 +43,24 @@ fn samples_and_the_exact_answer_agree_in_all_three_variables() {
         }
         assert!((number(exact, "mean_C") - 0.15).abs() < 1e-9);
     }
+    let given = bench.table("out/given_re_entry.csv");
+    let last = |method: &str, event: &str| {
+        given.iter().rfind(|row| row["method"] == method && row["given"] == event && row["t_yr"] == "0.2").unwrap()
+    };
+    for event in ["re-entry", "none"] {
+        let (exact, sampled) = (last("exact", event), last("mc", event));
+        assert_eq!((&*exact["errors"], &*sampled["errors"]), ("error estimates", "standard errors"));
+        let number = |row: &std::collections::HashMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
+        for key in ["mean_C", "std_C"] {
+            let error = format!("error_{key}");
+            let (right, found) = (number(exact, key), number(sampled, key));
+            let allowed = SIGMAS * number(sampled, &error) + number(exact, &error);
+            assert!((found - right).abs() < allowed, "{key} given {event}: {found} instead of {right} ± {allowed}");
+            assert!(number(exact, &error) < 1e-5 && number(sampled, &error) < 1e-3, "{key} given {event}");
+        }
+    }
+    let mean = |event: &str| last("exact", event)["mean_C"].parse::<f64>().unwrap();
+    assert!(mean("re-entry") > mean("none"), "who re-enters has a stronger pull");
     assert!(bench.table("out/distances.csv").iter().any(|row| row["method"] == "mc" && row["t_yr"] == "0.2"));
     // What was run can be run again from its folder.
     let copy = text(&bench.read("out/scenarios/mine.toml"));

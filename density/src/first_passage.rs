@@ -7,10 +7,13 @@
 //! - [`passage_times`]: `T` of every orbit of a sample, read off the integrator's own series;
 //! - [`times`]: the same, searched for in segments, as a test of [`passage_times`];
 //! - [`empirical`]: the curve of a weighted sample;
-//! - [`exact`]: the curve without sampling.
+//! - [`exact`]: the curve without sampling;
+//! - [`over_leaves`]: the curve where the radiation parameter is uncertain;
+//! - [`given`]: what re-entry says of that parameter.
 
 pub mod empirical;
 pub mod exact;
+pub mod given;
 pub mod over_leaves;
 pub mod times;
 

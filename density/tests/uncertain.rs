@@ -8,6 +8,7 @@ use std::num::NonZeroUsize;
 
 use density::exact::ExactSettings;
 use density::exact::leaves::ExactLeaves;
+use density::first_passage::given::Given;
 use density::first_passage::over_leaves::curve;
 use density::first_passage::passage_times;
 use density::flow::{Accuracy, Flow};
@@ -58,7 +59,8 @@ fn the_exact_first_passages_are_those_of_the_reference() {
             assert!(difference < tolerance, "{name} at {}: {difference:e}", snapshot.years);
             // The law of total expectation, and of total variance.
             let p = passed.probability.value;
-            let (yes, no) = (passed.radiation_if_passed, passed.radiation_if_not);
+            let of = |given: Given| (given.mean.value, given.deviation.value);
+            let (yes, no) = (of(passed.radiation_if_passed), of(passed.radiation_if_not));
             if (1e-3..0.999).contains(&p) {
                 let total = p * yes.0 + (1.0 - p) * no.0;
                 let within = p * yes.1.powi(2) + (1.0 - p) * no.1.powi(2);

@@ -10,7 +10,7 @@ use crate::densities::{Densities, Density};
 use crate::draw_error::DrawError;
 use crate::palette::Pen;
 use results::description::{Description, Variable};
-use results::rows::{EffortRow, PassageRow};
+use results::rows::{EffortRow, GivenRow, PassageRow};
 use results::{MomentsRow, Results};
 
 /// A scenario of the run.
@@ -139,6 +139,16 @@ impl<'a> Scene<'a> {
     /// The case with this label.
     pub fn method(&self, label: &str) -> Option<&Method<'a>> {
         self.methods.iter().find(|method| method.label == label)
+    }
+
+    /// What a case says of an uncertain radiation parameter given re-entry.
+    pub fn given(&self, method: &Method<'_>) -> Vec<&'a GivenRow> {
+        self.results.given.iter().filter(|row| row.scenario == self.name && row.method == method.label).collect()
+    }
+
+    /// Whether any case says that.
+    pub fn has_given(&self) -> bool {
+        self.results.given.iter().any(|row| row.scenario == self.name)
     }
 
     /// The case whose densities bound the clouds: the reference, or the first case if the reference has failed.

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use density::first_passage::curve_times;
 use density::grid::{Axis, Grid};
 use density::in_space::SpaceProblem;
+use density::model::parameter::Named;
+use density::model::planar::Force;
 use density::model::plane::VARIABLES;
 use density::model::registry::Planar;
 use density::problem::Problem;
@@ -128,13 +130,22 @@ impl Assignment {
                 let why = "the scenario's radiation parameter is uncertain, which this does not take into account";
                 return Failure::Refused(why.into());
             }
-            let has_shadow = self.in_space.as_ref().is_some_and(|problem| problem.shadow);
-            let shadow = if has_shadow { " with the Earth's shadow" } else { "" };
-            let (model, others) = (&self.said.model, models());
-            Failure::Refused(format!(
-                "the scenario's model is \"{model}\"{shadow}, this is for the model {others} alone"
-            ))
+            let (model, others) = (self.model_in_words(), models());
+            let without = if self.has_shadow() { ", without the shadow" } else { "" };
+            Failure::Refused(format!("the scenario's model is {model}, this is for the model {others} alone{without}"))
         })
+    }
+
+    fn has_shadow(&self) -> bool {
+        self.in_space.as_ref().is_some_and(|problem| problem.shadow)
+    }
+
+    /// The scenario's model as its author names it, with the Earth's shadow if there is one.
+    pub fn model_in_words(&self) -> String {
+        let is_planar = self.in_space.as_ref().is_some_and(SpaceProblem::is_shadowed_plane);
+        let name = if is_planar { Force::NAME } else { &self.said.model };
+        let shadow = if self.has_shadow() { " with the Earth's shadow" } else { "" };
+        format!("\"{name}\"{shadow}")
     }
 
     /// The axes of a projection at a snapshot.

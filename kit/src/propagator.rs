@@ -6,10 +6,11 @@
 use std::process::ExitCode;
 
 use density::first_passage::empirical::EmpiricalCurve;
+use density::first_passage::given::Given;
 use density::grid::Grid;
 use density::sample_sums::{SampleSums, TooFar};
 use messages::content::{Content, Reduced};
-use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
+use messages::layout::{GIVEN_COLUMNS, MOST_PASSAGE, PASSAGE_COLUMNS, PassageHeader, SnapshotHeader};
 use messages::port::{Draft, Outlet};
 use messages::text::pack;
 use messages::topic::{Passage as PassageTopic, Scenario, Snapshot};
@@ -72,6 +73,13 @@ pub trait Propagator {
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let _ = times;
         Ok(Passage::Cannot("this propagator does not compute first passages".into()))
+    }
+
+    /// What re-entry, and none, says of an uncertain radiation parameter by each time of the curve that
+    /// [`Propagator::first_passage`] has just returned ([`GIVEN_COLUMNS`] numbers each); nothing where the parameter is certain or the method
+    /// does not know.
+    fn given_re_entry(&self) -> Vec<[f64; GIVEN_COLUMNS]> {
+        Vec::new()
     }
 
     /// Trajectories that were followed for the snapshot that has been reached; 0 if there is one per row of samples
@@ -158,7 +166,7 @@ pub fn main(propagator: impl Propagator) -> ExitCode {
 /// [`Failure::Stopped`] is the normal end, [`Failure::Port`] the only other one.
 pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), Failure> {
     let scenarios = session.domain.inlet::<Scenario>()?;
-    let passages = session.domain.outlet::<PassageTopic>(PASSAGE_TIMES * PASSAGE_COLUMNS)?;
+    let passages = session.domain.outlet::<PassageTopic>(MOST_PASSAGE)?;
     session.ready()?;
     let mut way_out = WayOut { passages, snapshots: None };
     let mut newest = Newest::default();
@@ -271,10 +279,7 @@ impl Drafting {
         if !kind::of(&content).may_be_reduced() {
             return Err(Failure::Refused("only independent samples can be reduced; leave out `reduce`".into()));
         }
-        let plane = assignment.plane.as_ref().ok_or_else(|| {
-            let why = "samples can be reduced in the plane alone, with a radiation parameter that is certain; leave out `reduce`";
-            Failure::Refused(why.into())
-        })?;
+        let plane = reduced::plane_of(assignment)?;
         let most_bins = plane.grids.iter().map(Grid::len).max().unwrap_or(0);
         let most_numbers = reduced::most_numbers(most_bins);
         Ok(Self { content: Reduced.into(), most_numbers, reduces: Some(content) })
@@ -338,6 +343,8 @@ fn send_passage(
         Passage::Cannot(reason) => (Vec::new(), 0, true, reason),
     };
     never_falling(&mut rows);
+    let given = propagator.given_re_entry();
+    let given = Some(given).filter(|given| !rows.is_empty() && given.len() == rows.len());
     let header = PassageHeader {
         run_id: assignment.said.run_id,
         seconds: clock.seconds(),
@@ -347,11 +354,23 @@ fn send_passage(
         shard: session.shard.index,
         shards: session.shard.count,
         dependent: u32::from(!independent),
-        reserved: 0,
+        given: u32::from(given.is_some()),
         label: pack(&session.label),
         reason: pack(&reason),
     };
-    Ok(outlet.send_items(header, rows.as_flattened())?)
+    let numbers = match given {
+        None => rows.concat(),
+        Some(given) => rows.iter().zip(&given).flat_map(|(row, given)| row.iter().chain(given)).copied().collect(),
+    };
+    Ok(outlet.send_items(header, &numbers)?)
+}
+
+/// What a row of a first-passage curve goes on with: the radiation parameter given re-entry, and given none.
+pub fn given_row(events: [Given; 2]) -> [f64; GIVEN_COLUMNS] {
+    let four = |Given { mean, deviation }: Given| [mean.value, deviation.value, mean.error, deviation.error];
+    let mut row = [f64::NAN; GIVEN_COLUMNS];
+    row.iter_mut().zip(events.into_iter().flat_map(four)).for_each(|(place, number)| *place = number);
+    row
 }
 
 /// Raises the rows of a first-passage curve to what they have reached before. The true curve never falls; rounding and quadrature may make an

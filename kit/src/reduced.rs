@@ -10,6 +10,7 @@
 
 use density::sample_sums::{COMMON_SUMS, SECTOR_SUMS, SECTORS, SampleSums};
 
+use crate::assignment::{Assignment, Plane};
 use crate::failure::Failure;
 
 /// Numbers before the sectors.
@@ -20,6 +21,16 @@ const SECTOR: usize = 2 + 2 * SECTOR_SUMS;
 const LOW_BITS: u32 = 52;
 /// Largest whole number up to which a payload holds all whole numbers exactly.
 const LARGEST: i128 = 1 << 53;
+
+/// The scenario in the plane on whose grids samples are reduced.
+///
+/// # Errors
+/// If it is no such scenario.
+pub fn plane_of(assignment: &Assignment) -> Result<&Plane, Failure> {
+    let why =
+        "samples can be reduced in the plane alone, with a radiation parameter that is certain; leave out `reduce`";
+    assignment.plane.as_ref().ok_or_else(|| Failure::Refused(why.into()))
+}
 
 /// The most numbers that a snapshot can have, on a grid of `bins` bins.
 pub fn most_numbers(bins: usize) -> usize {

@@ -9,7 +9,8 @@
 use std::collections::BTreeSet;
 
 use messages::layout::{
-    DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, PASSAGE_COLUMNS, PASSAGE_TIMES, comparison,
+    DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, GIVEN_COLUMNS, PASSAGE_COLUMNS, PASSAGE_TIMES,
+    comparison,
 };
 use messages::port::{Inlet, Message};
 use messages::scenario::MOST_SNAPSHOTS;
@@ -149,12 +150,14 @@ impl Screened for Passage {
 
     fn check(header: &Self::Header, items: &[f64]) -> Result<(), String> {
         let rows = header.rows as usize;
-        if rows > PASSAGE_TIMES || items.len() != rows * PASSAGE_COLUMNS {
-            return Err(format!("{} numbers for {rows} rows of at most {PASSAGE_TIMES}", items.len()));
+        let columns = PASSAGE_COLUMNS + if header.given == 0 { 0 } else { GIVEN_COLUMNS };
+        if rows > PASSAGE_TIMES || items.len() != rows * columns {
+            let numbers = items.len();
+            return Err(format!("{numbers} numbers for {rows} rows, at most {PASSAGE_TIMES}, of {columns} numbers"));
         }
         // The probabilities are judged when the curve is recorded: if they are impossible, the case loses its curve,
         // but not its moments.
-        match items.chunks_exact(PASSAGE_COLUMNS).find(|row| !row[0].is_finite()) {
+        match items.chunks_exact(columns).find(|row| !row[0].is_finite()) {
             Some(row) => Err(format!("{} is not a time", row[0])),
             None => Ok(()),
         }

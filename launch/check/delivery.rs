@@ -5,9 +5,9 @@ use kit::assignment::Assignment;
 use kit::breach;
 use kit::snapshot_rules::breaches;
 use messages::content::Content;
-use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
+use messages::layout::{GIVEN_COLUMNS, PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader};
 use messages::text::unpack;
-use nodes::services::passage_rules::breach;
+use nodes::services::passage_rules::{breach, curve_in};
 
 use super::answer::{Answer, LABEL, Received};
 use super::verdict::{Findings, Rule};
@@ -93,18 +93,20 @@ fn judge_passage(
         let reason = unpack(&header.reason);
         return if reason.is_empty() { Err("neither a curve nor a reason".into()) } else { Ok("a reason".into()) };
     }
-    if header.rows as usize != PASSAGE_TIMES || items.len() != PASSAGE_TIMES * PASSAGE_COLUMNS {
+    let columns = PASSAGE_COLUMNS + if header.given == 0 { 0 } else { GIVEN_COLUMNS };
+    if header.rows as usize != PASSAGE_TIMES || items.len() != PASSAGE_TIMES * columns {
         return Err(format!("{} rows and {} numbers, not {PASSAGE_TIMES} rows", header.rows, items.len()));
     }
     let end = assignment.times.last().copied().unwrap_or(0.0);
-    for (row, time) in items.chunks_exact(PASSAGE_COLUMNS).zip(curve_times(end, PASSAGE_TIMES)) {
+    let curve = curve_in(header, items);
+    for (row, time) in curve.chunks_exact(PASSAGE_COLUMNS).zip(curve_times(end, PASSAGE_TIMES)) {
         let &[t, ..] = row else { continue };
         let off = (t - time).abs();
         if off.is_nan() || off > 1e-9 * end {
             return Err(format!("a row is at {t} yr, not at {time} yr"));
         }
     }
-    match breach(items) {
+    match breach(&curve) {
         Some(what) => Err(what),
         None => Ok("a curve".into()),
     }

@@ -7,7 +7,7 @@ use density::in_space::disposal::{self, Effort, REPLICATES};
 use density::sampling::{Draws, SamplingPlan};
 use kit::assignment::Assignment;
 use messages::layout::PassageHeader;
-use nodes::services::passage_rules::{breach, doubts, rows};
+use nodes::services::passage_rules::{breach, curve_in, doubts, rows};
 use nodes::services::reading::Reading;
 
 use super::amount::to_within;
@@ -31,6 +31,7 @@ pub fn judge(
     Received { header, items }: &Received<PassageHeader>,
     snapshots: &[Reading],
 ) -> Result<String, String> {
+    let items = &curve_in(header, items);
     if items.is_empty() || breach(items).is_some() {
         return Ok(String::new()); // there is no curve, or it has been judged already
     }

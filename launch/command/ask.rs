@@ -7,6 +7,7 @@ use clap::Args;
 use density::disposal::over_radiation::{self, EndProbability};
 use density::disposal::{self, Sensitivity};
 use density::exact::{Error, Estimated};
+use density::first_passage::given::Given;
 use density::first_passage::over_leaves::Passed;
 use density::uncertain::{Spread, UncertainProblem};
 use nodes::files::plain_number::plain;
@@ -246,9 +247,10 @@ fn print(answer: &Answer) {
 
 /// What re-entry or its absence says of the radiation parameter.
 fn radiation_in_words(passed: &Passed) -> String {
-    let given = |(mean, deviation): (f64, f64)| match mean.is_nan() {
+    let told = |of: Estimated| format!("{:.5} ± {:.0e}", of.value, of.error);
+    let given = |Given { mean, deviation }: Given| match mean.value.is_nan() {
         true => "unknown, since that is as good as impossible".into(),
-        false => format!("{mean:.5} on average, with a deviation of {deviation:.5}"),
+        false => format!("{} on average, with a deviation of {}", told(mean), told(deviation)),
     };
     format!(
         "the radiation parameter C given re-entry by then: {}\ngiven none: {}",
@@ -264,7 +266,12 @@ fn in_json(answer: &Answer) -> serde_json::Value {
         let probability = is_stated(p).then_some(p.value);
         json!({"t_yr": time, "date": date(*time), "probability": probability, "error_estimate": p.error.is_finite().then_some(p.error)})
     };
-    let given = |(mean, deviation): (f64, f64)| (!mean.is_nan()).then(|| json!({"mean": mean, "deviation": deviation}));
+    let given = |Given { mean, deviation }: Given| {
+        let is_known = !mean.value.is_nan();
+        is_known.then(|| {
+            json!({"mean": mean.value, "deviation": deviation.value, "mean_error_estimate": mean.error, "deviation_error_estimate": deviation.error})
+        })
+    };
     let wanted = PROBABILITIES.iter().zip(times).zip(factors);
     json!({
         "scenario": name,

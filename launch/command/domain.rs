@@ -171,7 +171,7 @@ fn publish(
     let entry = |HandCase { label, shards }: &HandCase| RosterEntry {
         label: pack(label),
         failed: u32::from(fallen.contains_key(label)),
-        reason: fallen.get(label).map_or([0; 384], |why| pack(why)),
+        reason: fallen.get(label).map_or([0; 1024], |why| pack(why)),
         shards: *shards,
         reference: references.iter().position(|reference| reference == label).map_or(0, |place| place as u32 + 1),
         baseline: u32::from(label == MONTE_CARLO),

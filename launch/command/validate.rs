@@ -12,7 +12,7 @@ use nodes::files::sweep::Sweep;
 
 use crate::exit::BAD_INPUT;
 use crate::plan::launch_file::Launch;
-use crate::plan::programs;
+use crate::plan::{programs, refusals};
 
 /// Most combinations of a sweep that are checked, counted from the first.
 const MOST_COMBINATIONS: usize = 10_000;
@@ -89,7 +89,9 @@ fn map(file: &InputFile) -> Result<String, Vec<String>> {
 
 fn launch(file: &InputFile) -> Result<String, Vec<String>> {
     let launch = Launch::check(file, Some(file.path()), None).map_err(|e| vec![e.to_string()])?;
-    let problems: Vec<String> = programs::problems(file, &launch.cases).iter().map(ToString::to_string).collect();
+    let programs = programs::problems(file, &launch.cases).into_iter();
+    let problems: Vec<String> =
+        programs.chain(refusals::problems(file, &launch)).map(|problem| problem.to_string()).collect();
     if problems.is_empty() {
         return Ok(format!("{} cases on {} scenarios", launch.cases.len(), launch.scenarios.len()));
     }

@@ -227,15 +227,24 @@ fn is_setting(key: &str) -> bool {
 
 /// An error about the command of case number `index`, counted from 0, at its place in the file.
 pub fn command_error(file: &InputFile, index: usize, problem: &str) -> InputError {
+    case_error(file, index, "command", problem)
+}
+
+/// An error about case number `index`, counted from 0, at the place of its label in the file.
+pub fn label_error(file: &InputFile, index: usize, problem: &str) -> InputError {
+    case_error(file, index, "label", problem)
+}
+
+fn case_error(file: &InputFile, index: usize, key: &str, problem: &str) -> InputError {
     let place = || {
         let table = file.table().ok()?;
         let DeValue::Array(cases) = table.get_ref().get("propagator")?.get_ref() else { return None };
         let DeValue::Table(case) = cases.get(index)?.get_ref() else { return None };
-        Some(Spanned::new(case.get("command")?.span(), ()))
+        Some(Spanned::new(case.get(key)?.span(), ()))
     };
     match place() {
         Some(place) => file.error(&place, problem),
-        None => file.error_in_whole("propagator.command", problem),
+        None => file.error_in_whole(&format!("propagator.{key}"), problem),
     }
 }
 

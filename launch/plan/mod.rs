@@ -8,4 +8,5 @@ pub mod launch_file;
 pub(crate) mod preflight;
 pub(crate) mod programs;
 mod references;
+pub(crate) mod refusals;
 pub(crate) mod schema;

@@ -2,6 +2,7 @@
 
 mod disposal;
 mod effort;
+mod given;
 mod moments;
 mod notes;
 mod side_by_side;
@@ -11,7 +12,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use comfy_table::{CellAlignment, Table, presets};
-use results::rows::{EffortRow, NoteRow, PassageRow, VerdictRow, of_scenario};
+use results::rows::{EffortRow, GivenRow, NoteRow, PassageRow, VerdictRow, of_scenario};
 use results::{files, table};
 
 use crate::plan::launch_file::Launch;
@@ -23,6 +24,7 @@ pub fn print(launch: &Launch, folder: &Path) {
     let papers = Launch::load(None, None).ok().and_then(|launch| launch.scenarios.into_iter().next());
     let papers = papers.as_ref().and_then(|papers| papers.content.in_plane()).map(|papers| &papers.problem);
     let passages: Vec<PassageRow> = table::read(&folder.join(files::FIRST_PASSAGE)).unwrap_or_default();
+    let given: Vec<GivenRow> = table::read_if_there(&folder.join(files::GIVEN_RE_ENTRY)).unwrap_or_default();
     let verdicts: Vec<VerdictRow> = table::read(&folder.join(files::VERDICTS)).unwrap_or_default();
     let notes = notes_in(folder);
     for scenario in &launch.scenarios {
@@ -38,6 +40,7 @@ pub fn print(launch: &Launch, folder: &Path) {
         if let Some(critical_e) = scenario.content.critical_e() {
             disposal::print(name, critical_e, &rows, &of_scenario(&passages, name));
         }
+        given::print(name, &of_scenario(&given, name));
         effort::print(name, &of_scenario(&effort_rows, name), launch.baseline.as_deref().unwrap_or("mc"), is_papers);
         verdicts::print(name, launch.tolerance, &of_scenario(&verdicts, name));
     }

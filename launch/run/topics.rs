@@ -51,7 +51,7 @@ impl Run<'_> {
         let entry = |case: &Case| RosterEntry {
             label: pack(&case.label),
             failed: u32::from(self.has_failed(&case.label)),
-            reason: self.troubles.failures.get(&(scenario, case.label.clone())).map_or([0; 384], |why| pack(why)),
+            reason: self.troubles.failures.get(&(scenario, case.label.clone())).map_or([0; 1024], |why| pack(why)),
             shards: case.shards,
             reference: launch.references.iter().position(|label| *label == case.label).map_or(0, |k| k as u32 + 1),
             baseline: u32::from(launch.baseline.as_ref() == Some(&case.label)),

@@ -9,7 +9,8 @@ use messages::describe::{Codes, Described, Entries, Field, FieldKind, plain};
 use messages::domain::MOST_HELD;
 use messages::domain::PATIENCE;
 use messages::layout::{
-    ALL_CODES, DISTANCE_COLUMNS, EFFORT_COLUMNS, ERROR_COLUMNS, PASSAGE_COLUMNS, PASSAGE_TIMES, RosterEntry,
+    ALL_CODES, DISTANCE_COLUMNS, EFFORT_COLUMNS, ERROR_COLUMNS, GIVEN_COLUMNS, PASSAGE_COLUMNS, PASSAGE_TIMES,
+    RosterEntry,
 };
 use messages::payload::{self, Item};
 use messages::port::{JOINED, OBSERVER, READER, SENT};
@@ -42,6 +43,7 @@ pub fn document() -> String {
         ("{codes}", ALL_CODES.map(codes).concat()),
         ("{payloads}", payloads()),
         ("`PASSAGE_COLUMNS`", PASSAGE_COLUMNS.to_string()),
+        ("`GIVEN_COLUMNS`", GIVEN_COLUMNS.to_string()),
         ("`ERROR_COLUMNS`", ERROR_COLUMNS.to_string()),
         ("`DISTANCE_COLUMNS`", DISTANCE_COLUMNS.to_string()),
         ("`EFFORT_COLUMNS`", EFFORT_COLUMNS.to_string()),
@@ -130,6 +132,7 @@ fn payloads() -> String {
         row(&format!("snapshot of kind `{}`", code.name), "column after column", columns);
     }
     row("passage", &format!("one row per time, {PASSAGE_TIMES} times"), &payload::PASSAGE);
+    row("passage whose `given` is 1", "each row goes on with", &payload::GIVEN);
     row("density", "first variable outermost", &["quantities, their standard errors, the density on each projection"]);
     row("comparison of moments", "one row per quantity", &payload::ERRORS);
     row(

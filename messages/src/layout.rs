@@ -88,8 +88,9 @@ header! {
 header! {
     /// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row of
     /// [`PASSAGE_COLUMNS`] numbers per time; no rows if the method has no curve. If the shards of a case count their
-    /// curves from samples, these counts are added up; otherwise the curve of shard 0 is the curve of the case.
-    #[type_name("phasecloud/PassageHeader/3")]
+    /// curves from samples, these counts are added up; otherwise the curve of shard 0 is the curve of the case. Where the
+    /// radiation parameter is uncertain, [`GIVEN_COLUMNS`] numbers more may stand in every row.
+    #[type_name("phasecloud/PassageHeader/4")]
     pub struct PassageHeader {
         /// Names the run.
         pub run_id: u64,
@@ -109,8 +110,8 @@ header! {
         /// 1 if the counted samples depend on one another, as pairs of opposites or the points of a sequence do; 0 if they are independent
         /// or nothing was counted. The counts of dependent samples get no interval.
         pub dependent: u32,
-        /// 0.
-        pub reserved: u32,
+        /// 1 if every row goes on with [`GIVEN_COLUMNS`] numbers, else 0.
+        pub given: u32,
         /// The propagator's label.
         pub label: Label,
         /// Why there is no curve, if there is none.
@@ -123,6 +124,12 @@ header! {
 /// `0 <= low <= probability <= high <= 1`, and probabilities do not fall. A probability that is NaN between a lower
 /// and an upper end is withheld: the true value lies between the ends.
 pub const PASSAGE_COLUMNS: usize = payload::PASSAGE.len();
+/// Numbers with which a row of a first-passage curve may go on: mean and standard deviation of an uncertain radiation
+/// parameter `C` given re-entry by the time of the row, the standard errors or error estimates of the two, and the same
+/// four given none; NaN where nothing is known.
+pub const GIVEN_COLUMNS: usize = payload::GIVEN.len();
+/// Most numbers in the payload of a first-passage curve.
+pub const MOST_PASSAGE: usize = PASSAGE_TIMES * (PASSAGE_COLUMNS + GIVEN_COLUMNS);
 /// Times of a first-passage curve.
 pub const PASSAGE_TIMES: usize = 65;
 
@@ -206,7 +213,7 @@ codes! {
 header! {
     /// A node's report to the launcher. Payload: two numbers, for most events the units of work done and the units in
     /// total.
-    #[type_name("phasecloud/StatusHeader/2")]
+    #[type_name("phasecloud/StatusHeader/3")]
     pub struct StatusHeader {
         /// Names the run.
         pub run_id: u64,
@@ -219,7 +226,7 @@ header! {
         /// What the report is about: a case, a scenario or a host, depending on the event; else the same as `node`.
         pub subject: Label,
         /// What went wrong, or what is waited for; empty where the event has no text.
-        pub text: [u8; 384],
+        pub text: [u8; 1024],
     }
 }
 
@@ -239,7 +246,7 @@ header! {
 
 header! {
     /// One case of a run.
-    #[type_name("phasecloud/RosterEntry/6")]
+    #[type_name("phasecloud/RosterEntry/7")]
     pub struct RosterEntry {
         /// The propagator's label.
         pub label: Label,
@@ -254,7 +261,7 @@ header! {
         /// 1 if the effort of all cases is given as a multiple of the effort of this one, else 0.
         pub baseline: u32,
         /// Why the case has failed, if it has; a long text is cut.
-        pub reason: [u8; 384],
+        pub reason: [u8; 1024],
     }
 }
 
@@ -274,8 +281,8 @@ mod tests {
         assert_eq!(size_of::<DensityHeader>(), 152);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<PassageHeader>(), 272);
-        assert_eq!(size_of::<StatusHeader>(), 464);
+        assert_eq!(size_of::<StatusHeader>(), 1104);
         assert_eq!(size_of::<RosterHeader>(), 16);
-        assert_eq!(size_of::<RosterEntry>(), 432);
+        assert_eq!(size_of::<RosterEntry>(), 1072);
     }
 }

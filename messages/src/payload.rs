@@ -38,6 +38,17 @@ pub(crate) fn table(columns: &[&str], by_column: bool) -> Shape {
 
 /// A first-passage curve: one row per time.
 pub const PASSAGE: [&str; 4] = ["time [yr]", "probability", "low", "high"];
+/// With what a row of a first-passage curve may go on: what re-entry, or none, says of an uncertain radiation parameter.
+pub const GIVEN: [&str; 8] = [
+    "mean of C given re-entry",
+    "deviation of C given re-entry",
+    "error of that mean",
+    "error of that deviation",
+    "mean of C given none",
+    "deviation of C given none",
+    "error of that mean",
+    "error of that deviation",
+];
 /// Errors of the moments: one row per quantity.
 pub const ERRORS: [&str; 4] = ["value", "reference value", "absolute error", "relative error"];
 /// Distances of densities: one row per projection.

@@ -135,7 +135,7 @@ topic!(
 topic!(
     /// From the propagators to the recorder.
     Passage, "phasecloud/passage", PassageHeader, [f64], latched: false,
-    |_capacity| 2, |_header| rows(&payload::PASSAGE)
+    |_capacity| 2, |header| of_passage(header)
 );
 topic!(
     /// From the comparator to the recorder.
@@ -190,6 +190,14 @@ fn of_snapshot(header: &SnapshotHeader) -> Shape {
     }
     // The names of the variables of another space are in the scenario message.
     Shape { head: 0, columns: (0..columns.min(64)).map(|k| format!("column {k}")).collect(), by_column: true }
+}
+
+/// A first-passage curve, with or without what re-entry says of an uncertain parameter.
+fn of_passage(header: &PassageHeader) -> Shape {
+    match header.given {
+        0 => rows(&payload::PASSAGE),
+        _ => rows(&[&payload::PASSAGE[..], &payload::GIVEN].concat()),
+    }
 }
 
 /// A comparison: its kind decides on the columns.

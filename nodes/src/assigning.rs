@@ -20,6 +20,23 @@ pub struct Assigning {
     pub bins: (usize, usize),
 }
 
+/// The assignment of a scenario without grids, as far as it is known before anything is computed; `None` if it describes an orbit without a cloud.
+pub fn without_grids(scenario: &AnyScenario) -> Option<Assignment> {
+    let (name, place) = (scenario.name(), (0, 0));
+    match scenario {
+        AnyScenario::InPlane { scenario, .. } => Some(match scenario.uncertain() {
+            Some(problem) => Assignment::with_uncertainty(0, name, place, Uncertain { problem, grids: Vec::new() }),
+            None => {
+                Assignment::in_plane(0, name, place, Plane { problem: scenario.problem.clone(), grids: Vec::new() })
+            }
+        }),
+        AnyScenario::InSpace(ScenarioInSpace { cloud, .. }) => {
+            let problem = cloud.as_deref()?.clone();
+            Some(Assignment::in_space(0, name, place, problem, Vec::new()))
+        }
+    }
+}
+
 impl Assigning {
     /// The assignment of a scenario.
     ///

@@ -16,13 +16,13 @@ from .density import Density
 from .evolution import FirstPassage
 
 #: The tables of a results folder, each a CSV file.
-TABLES = ("moments", "errors", "distances", "first_passage", "effort", "diagnostics", "notes", "verdicts")
+TABLES = ("moments", "errors", "distances", "first_passage", "given_re_entry", "effort", "diagnostics", "notes", "verdicts")
 
 
 class Results:
     """The results in a folder. Tables are read when they are asked for.
 
-    ``results.moments``, ``.errors``, ``.distances``, ``.first_passage``, ``.effort``, ``.diagnostics``, ``.notes`` and ``.verdicts`` are the
+    ``results.moments``, ``.errors``, ``.distances``, ``.first_passage``, ``.given_re_entry``, ``.effort``, ``.diagnostics``, ``.notes`` and ``.verdicts`` are the
     CSV files of those names (docs/results.md) as tables of pandas, else of polars, else as dictionaries of arrays.
     """
 

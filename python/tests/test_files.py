@@ -125,7 +125,7 @@ def test_tables_are_written_as_parquet(recorded, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     results = pc.Results(recorded / "out")
     files = results.to_parquet(tmp_path / "tables")
-    assert len(files) == 8
+    assert len(files) == 9
     table = parquet.read_table(tmp_path / "tables/moments.parquet")
     assert table.column_names == list(results.columns("moments")) and table.num_rows == 10
     assert table.column("mean_e").to_pylist() == results.columns("moments")["mean_e"].tolist()

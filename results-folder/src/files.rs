@@ -14,6 +14,8 @@ pub const DISTANCES: &str = "distances.csv";
 pub const EFFORT: &str = "effort.csv";
 /// First-passage curves.
 pub const FIRST_PASSAGE: &str = "first_passage.csv";
+/// What re-entry, and none, says of an uncertain radiation parameter.
+pub const GIVEN_RE_ENTRY: &str = "given_re_entry.csv";
 /// What every method says of its own reliability, in numbers.
 pub const DIAGNOSTICS: &str = "diagnostics.csv";
 /// What is to be known of the results, in words.

@@ -7,7 +7,7 @@ use crate::error::FolderError;
 use crate::files;
 use crate::manifest::{self, Manifest};
 use crate::moments::{self, MomentsRow};
-use crate::rows::{DiagnosticRow, DistanceRow, EffortRow, ErrorRow, NoteRow, PassageRow, VerdictRow};
+use crate::rows::{DiagnosticRow, DistanceRow, EffortRow, ErrorRow, GivenRow, NoteRow, PassageRow, VerdictRow};
 use crate::table::{read, read_if_there};
 
 /// The manifest and the tables of a results folder. The densities are read one by one ([`crate::arrays::ArrayReader`]).
@@ -20,6 +20,7 @@ pub struct Results {
     pub distances: Vec<DistanceRow>,
     pub effort: Vec<EffortRow>,
     pub passages: Vec<PassageRow>,
+    pub given: Vec<GivenRow>,
     pub diagnostics: Vec<DiagnosticRow>,
     pub notes: Vec<NoteRow>,
     pub verdicts: Vec<VerdictRow>,
@@ -39,6 +40,7 @@ impl Results {
             distances: read(&folder.join(files::DISTANCES))?,
             effort: read(&folder.join(files::EFFORT))?,
             passages: read(&folder.join(files::FIRST_PASSAGE))?,
+            given: read_if_there(&folder.join(files::GIVEN_RE_ENTRY))?,
             diagnostics: read(&folder.join(files::DIAGNOSTICS))?,
             notes: read(&folder.join(files::NOTES))?,
             descriptions: description::read(folder)?,

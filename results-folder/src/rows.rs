@@ -20,6 +20,7 @@ macro_rules! rows {
         $(#[$about])*
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
         #[expect(missing_docs, reason = "the columns are described in docs/results.md")]
+        #[allow(non_snake_case, reason = "the fields are the columns, which name C as the field does")]
         pub struct $name {
             $($(#[$of_field])* pub $field: $type,)*
         }
@@ -31,6 +32,11 @@ macro_rules! rows {
         }
     )*};
 }
+
+/// The event of a row of `given_re_entry.csv`: the satellite has re-entered.
+pub const RE_ENTRY: &str = "re-entry";
+/// The event of a row of `given_re_entry.csv`: the satellite has not re-entered.
+pub const NONE: &str = "none";
 
 fn not_a_number() -> f64 {
     f64::NAN
@@ -88,6 +94,21 @@ rows! {
         high: f64,
         #[serde(default)]
         interval: String,
+    }
+
+    /// A row of `given_re_entry.csv`: mean and standard deviation of an uncertain radiation parameter `C`, given that the satellite has re-entered
+    /// by `t_yr` (`given` is [`RE_ENTRY`](crate::rows::RE_ENTRY)) or that it has not ([`NONE`](crate::rows::NONE)), and their errors, of which
+    /// `errors` says the type.
+    GivenRow {
+        scenario: String,
+        method: String,
+        t_yr: f64,
+        given: String,
+        mean_C: f64,
+        std_C: f64,
+        error_mean_C: f64,
+        error_std_C: f64,
+        errors: String,
     }
 
     /// A row of `diagnostics.csv`.

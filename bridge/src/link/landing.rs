@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use kit::failure::Failure;
 use kit::shard::Shard;
 use messages::domain::{Domain, Place};
-use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, StatusHeader};
+use messages::layout::{MOST_PASSAGE, PassageHeader, SnapshotHeader, StatusHeader};
 use messages::port::{Draft, Outlet};
 use messages::service::Service;
 use messages::text::unpack;
@@ -68,7 +68,7 @@ impl ComesHome for Passage {
     }
 
     fn most_items(_: &PassageHeader) -> usize {
-        PASSAGE_TIMES * PASSAGE_COLUMNS
+        MOST_PASSAGE
     }
 
     fn again(header: PassageHeader, _: u32) -> PassageHeader {

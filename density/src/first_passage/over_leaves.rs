@@ -1,7 +1,7 @@
 //! First-passage curves where the radiation parameter is uncertain, with what re-entry says about the parameter.
 
 use crate::exact::leaves::ExactLeaves;
-use crate::exact::over_leaves::{Leaf, Panel, eased, integrate};
+use crate::exact::over_leaves::{Leaf, Panel, REACH, eased, integrate};
 use crate::exact::{Error, Estimated, ProbabilityTolerance, is_possible};
 use crate::flow::{Accuracy, Flow};
 use crate::mesh::passage::{PassageCurve, PassageError, layer_curve};
@@ -11,16 +11,17 @@ use crate::problem::Problem;
 use crate::uncertain::UncertainProblem;
 
 use super::exact::of_family;
+use super::given::Given;
 
 /// What is known at a time of a cloud with an uncertain radiation parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passed {
     /// The probability of having passed.
     pub probability: Estimated,
-    /// Mean and standard deviation of the radiation parameter, given that the satellite has passed; NaN if that is as good as impossible.
-    pub radiation_if_passed: (f64, f64),
+    /// The radiation parameter given that the satellite has passed; NaN if that is as good as impossible.
+    pub radiation_if_passed: Given,
     /// The same, given that it has not.
-    pub radiation_if_not: (f64, f64),
+    pub radiation_if_not: Given,
 }
 
 /// Target for the absolute error of probabilities where the radiation parameter is uncertain, and the largest number of its values.
@@ -29,6 +30,9 @@ const EXACT: Effort = Effort { error: 1e-5, most_leaves: 3_000 };
 const ON_LATTICES: Effort = Effort { error: 1e-4, most_leaves: 400 };
 /// Probability below which nothing is said of the parameter given that event.
 const RAREST: f64 = 1e-4;
+
+/// Factor by which the products of the probabilities with the parameter, in deviations from its mean, may be less accurate.
+const FOR_PRODUCTS: f64 = 10.0;
 
 /// How accurate a curve is to be.
 #[derive(Debug, Clone, Copy)]
@@ -80,30 +84,44 @@ fn mean_curve<E: Send>(
     of_leaf: impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<Vec<Estimated>>, E> + Sync,
 ) -> Result<Vec<Passed>, E> {
     let count = times.len();
-    // The probabilities, then their products with the parameter and its square; last the parameter and its square.
+    // The parameter in deviations from its mean.
+    let (centre, scale) = (problem.mean(), problem.spread.relative * problem.mean());
+    // The probabilities, then their products with the parameter and its square; last the powers alone.
     let leaf = |plane: &Problem<Planar>, z: f64, density: f64| {
-        let radiation = problem.radiation(z);
-        let powers = [1.0, radiation, radiation * radiation];
+        let d = (problem.radiation(z) - centre) / scale;
+        let powers = [1.0, d, d * d];
         let all = |found: Vec<Estimated>| {
             let values = powers.iter().flat_map(|power| found.iter().map(move |p| power * p.value)).chain(powers);
-            Leaf { values: values.collect(), errors: found.iter().map(|p| p.error).collect() }
+            let errors = powers.iter().flat_map(|power| found.iter().map(move |p| power.abs() * p.error));
+            Leaf { values: values.collect(), errors: errors.collect() }
         };
         of_leaf(plane, z, density).map(|found| found.map(all))
     };
-    let share = |panel: &Panel, _: &[f64]| panel.errors().take(count).fold(0.0, f64::max) / effort.error;
-    let found = integrate(problem, leaf, share, effort.most_leaves)?;
-    let (values, inner) = (found.values(), found.inner());
-    let by_rule = |k: usize| found.panels.iter().filter_map(|panel| panel.errors().nth(k)).sum::<f64>();
-    let [_, mean, square] = [0, 1, 2].map(|power| values[3 * count + power]);
-    let moments = |mass: f64, first: f64, second: f64| match mass > RAREST {
-        true => (first / mass, (second / mass - (first / mass).powi(2)).max(0.0).sqrt()),
-        false => (f64::NAN, f64::NAN),
+    // A difference of two rules may be small by chance; those of all three kinds of integrals together are not.
+    let tolerated = |k: usize| if k < count { effort.error } else { FOR_PRODUCTS * effort.error };
+    let share = |panel: &Panel, _: &[f64]| {
+        panel.errors().enumerate().map(|(k, error)| error / tolerated(k)).fold(0.0, f64::max)
     };
+    let found = integrate(problem, leaf, share, effort.most_leaves)?;
+    let (values, inner, lost) = (found.values(), found.inner(), found.lost());
+    let by_rule = |k: usize| found.panels.iter().filter_map(|panel| panel.errors().nth(k)).sum::<f64>();
+    let of_rules: Vec<f64> = (0..values.len()).map(by_rule).collect();
     let at = |k: usize| {
-        let [p, first, second] = [0, 1, 2].map(|power| values[power * count + k]);
-        let probability = Estimated { value: p.clamp(0.0, 1.0), error: by_rule(k) + inner[k] + found.lost() };
-        let radiation_if_not = moments(1.0 - found.lost() - p, mean - first, square - second);
-        Passed { probability, radiation_if_passed: moments(p, first, second), radiation_if_not }
+        // The parameter of a leaf of which nothing is known lies at most so many deviations off.
+        let passed = [0, 1, 2].map(|power| {
+            let index = power * count + k;
+            Estimated { value: values[index], error: of_rules[index] + inner[index] + lost * REACH.powi(power as i32) }
+        });
+        let still = [0, 1, 2].map(|power| {
+            let all = 3 * count + power;
+            Estimated { value: values[all] - passed[power].value, error: passed[power].error + of_rules[all] }
+        });
+        let given = |sums: [Estimated; 3]| match sums[0].value > RAREST {
+            true => Given::of_integrals(sums, (centre, scale)),
+            false => Given::UNKNOWN,
+        };
+        let probability = Estimated { value: passed[0].value.clamp(0.0, 1.0), ..passed[0] };
+        Passed { probability, radiation_if_passed: given(passed), radiation_if_not: given(still) }
     };
     let mut passed: Vec<Passed> = (0..count).map(at).collect();
     // Each leaf's curve does not fall; the sums may by rounding.

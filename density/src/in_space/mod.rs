@@ -133,6 +133,14 @@ impl SpaceProblem {
         }
     }
 
+    /// Whether it is a problem of the planar model whose satellite passes the Earth's shadow: with the shadow there is no Hamiltonian, so that it is
+    /// solved as one in space without obliquity and inclination.
+    pub fn is_shadowed_plane(&self) -> bool {
+        let SpaceModel::Vectorial { model, .. } = &self.model else { return false };
+        let InitialInSpace { mean: [_, _, inclination, _], sigma: [_, _, sigma, _], .. } = self.initial;
+        self.shadow && model.obliquity == 0.0 && model.sun_longitude == 0.0 && inclination == 0.0 && sigma == 0.0
+    }
+
     fn check_shadow(&self) -> Result<(), SpaceProblemError> {
         const KEY: &str = "model.forces";
         match (self.shadow, self.model.axis(), self.model.forces().force.radiation) {

@@ -40,6 +40,15 @@ pub fn of(drawn: &Drawn<'_>, place: &str) -> Vec<Block> {
             section(&key("explore"), "Explore", explorer),
             section(&key("moments"), "Moments", tables::moments(scene)),
             section(&key("probabilities"), &critical, tables::probabilities(scene, has_passages)),
+        ]);
+        if scene.has_given() {
+            blocks.push(section(
+                &key("given"),
+                "The radiation parameter given re-entry",
+                tables::given_re_entry(scene),
+            ));
+        }
+        blocks.extend([
             section(&key("distances"), "Distances of the densities", tables::distances(scene)),
             section(&key("effort"), "Effort", tables::effort(scene)),
             section(&key("diagnostics"), "What the methods say of themselves", tables::diagnostics(scene)),

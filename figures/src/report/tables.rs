@@ -8,7 +8,7 @@ use crate::scene::{Method, Scene};
 use crate::words::{glyph, means_and_deviations, moment_symbol, reentry};
 use results::description::{Description, Projection};
 use results::notes::listed;
-use results::rows::{ErrorRow, PassageRow};
+use results::rows::{ErrorRow, PassageRow, RE_ENTRY};
 
 /// A table in a frame that scrolls where the page is narrow.
 fn framed(name: &str, table: &Markup) -> Markup {
@@ -84,6 +84,32 @@ pub fn probabilities(scene: &Scene<'_>, has_passages: bool) -> Markup {
         }
     };
     framed(&format!("Probabilities, {}", scene.name), &table)
+}
+
+/// Mean and deviation of an uncertain radiation parameter given re-entry by the end, and given none.
+pub fn given_re_entry(scene: &Scene<'_>) -> Markup {
+    let end = scene.times.last().copied().unwrap_or(0.0);
+    let cell = |value: f64, error: f64| {
+        html! {
+            @if value.is_nan() { "too rare" } @else { (plain(value)) }
+            @if error.is_finite() { " " span.uncertainty { "± " (small(error)) } }
+        }
+    };
+    let table = html! {
+        table {
+            caption { "The radiation parameter C given re-entry by " (end) " yr, and given none: what re-entry hangs on. ± is a standard error, or an estimate of the error." }
+            thead { tr { th scope="col" { "case" } th.left scope="col" { "given" } th scope="col" { "mean" } th scope="col" { "deviation" } } }
+            @for method in &scene.methods { @let rows: Vec<_> = scene.given(method).into_iter().filter(|row| row.t_yr == end).collect(); tbody {
+                @for (k, row) in rows.iter().enumerate() { tr {
+                    @if k == 0 { th scope="rowgroup" rowspan=(rows.len()) { (method.label) } }
+                    th scope="row" { @if row.given == RE_ENTRY { "re-entry" } @else { "no re-entry" } }
+                    td { (cell(row.mean_C, row.error_mean_C)) }
+                    td { (cell(row.std_C, row.error_std_C)) }
+                } }
+            } }
+        }
+    };
+    framed(&format!("Radiation parameter, {}", scene.name), &table)
 }
 
 /// Distances of the densities at each snapshot.

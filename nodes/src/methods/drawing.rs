@@ -138,9 +138,9 @@ impl Drawing {
             return Err(Failure::Refused(why.into()));
         }
         if let Some(other) = simplification.filter(|model| *model != Simplification::Planar) {
-            let (own, other) = (&assignment.said.model, other.name());
+            let (own, other) = (assignment.model_in_words(), other.name());
             return Err(Failure::Refused(format!(
-                "model: the scenario's model is \"{own}\"; a case may have a simpler one, which \"{other}\" is not"
+                "model: the scenario's model is {own}; a case may have a simpler one, which \"{other}\" is not"
             )));
         }
         if let Some(Uncertain { problem, .. }) = &assignment.uncertain {

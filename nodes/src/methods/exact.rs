@@ -1,13 +1,13 @@
 //! The exact density: no samples, no mesh, no mixture, only the flow run backwards and quadrature.
 
 use density::exact::leaves::{ExactLeaves, LeavesSnapshot};
-use density::exact::{Estimated, Exact, ExactSettings, ExactSnapshot, Limits};
+use density::exact::{Estimated, Exact, ExactSettings, ExactSnapshot, Limits, is_possible};
 use density::first_passage::exact::curve;
 use density::first_passage::over_leaves;
 use density::grid::Grid;
 use density::uncertain::ThirdMoments;
 use messages::content::Density;
-use messages::layout::PASSAGE_COLUMNS;
+use messages::layout::{GIVEN_COLUMNS, PASSAGE_COLUMNS};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +15,8 @@ use crate::methods::accuracy::AccuracySetting;
 use crate::methods::{Method, Misfit};
 use kit::assignment::{Assignment, Plane, Uncertain};
 use kit::failure::Failure;
+use kit::propagator::given_row;
+use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 
 /// Error estimates in a snapshot.
@@ -102,6 +104,14 @@ impl Method for Settings {
         }
     }
 
+    fn check_scenario(&self, assignment: &Assignment, _: Shard) -> Result<(), Failure> {
+        let model = match &assignment.uncertain {
+            Some(Uncertain { problem, .. }) => problem.plane.model,
+            None => assignment.plane()?.problem.model,
+        };
+        Ok(is_possible(&model)?)
+    }
+
     fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting> {
         &mut self.accuracy
     }
@@ -123,6 +133,8 @@ pub struct ExactDensity {
     work: Option<Work>,
     /// The numbers of the snapshot that has been reached.
     numbers: Vec<f64>,
+    /// What the last first-passage curve says of an uncertain radiation parameter.
+    given: Vec<[f64; GIVEN_COLUMNS]>,
 }
 
 /// The scenario under way.
@@ -139,7 +151,13 @@ enum Work {
 impl ExactDensity {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings: settings.science(), accuracy: settings.accuracy, work: None, numbers: Vec::new() }
+        Self {
+            settings: settings.science(),
+            accuracy: settings.accuracy,
+            work: None,
+            numbers: Vec::new(),
+            given: Vec::new(),
+        }
     }
 
     fn snapshot(&self, index: usize) -> Result<Vec<f64>, Failure> {
@@ -209,6 +227,7 @@ impl Propagator for ExactDensity {
     }
 
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
+        self.given.clear();
         let ExactSettings { most_orbits, limits, .. } = self.settings;
         let probabilities: Vec<Estimated> = match self.work.as_ref().ok_or_else(Failure::no_scenario)? {
             Work::Plane(plane) => {
@@ -216,10 +235,16 @@ impl Propagator for ExactDensity {
                 curve(&plane.problem, &flow, times, most_orbits)?
             }
             Work::Leaves { exact, .. } => {
-                over_leaves::curve(exact, times)?.iter().map(|passed| passed.probability).collect()
+                let passed = over_leaves::curve(exact, times)?;
+                self.given = passed.iter().map(|p| given_row([p.radiation_if_passed, p.radiation_if_not])).collect();
+                passed.iter().map(|passed| passed.probability).collect()
             }
         };
         let rows = times.iter().zip(probabilities).map(|(&time, p)| row(time, p, limits.probability));
         Ok(Passage::Curve(rows.collect()))
+    }
+
+    fn given_re_entry(&self) -> Vec<[f64; GIVEN_COLUMNS]> {
+        self.given.clone()
     }
 }

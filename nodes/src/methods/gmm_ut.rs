@@ -18,6 +18,7 @@ use crate::methods::accuracy::AccuracySetting;
 use crate::methods::{Method, Misfit};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
+use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 
 use course::{Course, InPlane, Planned};
@@ -77,6 +78,16 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Whether the settings are for a mixture in more than two variables.
+    fn check_beyond_plane(&self) -> Result<(), Failure> {
+        if self.split() == SplitChoice::Adaptive && self.merge_to.is_none() && self.mode == Mode::Corrected {
+            return Ok(());
+        }
+        let why = "where the radiation parameter is uncertain, and in space, gmm-ut takes split = \"adaptive\" in mode = \"corrected\" \
+                   without merge_to alone";
+        Err(Failure::Refused(why.into()))
+    }
+
     fn components(&self) -> usize {
         self.components.unwrap_or(39)
     }
@@ -134,6 +145,13 @@ impl Method for Settings {
 
     fn propagator(self) -> GaussianMixture {
         GaussianMixture::new(self)
+    }
+
+    fn check_scenario(&self, assignment: &Assignment, _: Shard) -> Result<(), Failure> {
+        match assignment.in_space.is_some() || assignment.uncertain.is_some() {
+            true => self.check_beyond_plane(),
+            false => assignment.plane().map(drop),
+        }
     }
 
     fn check(&self) -> Result<(), Misfit> {
@@ -238,12 +256,8 @@ impl GaussianMixture {
 
     /// The task of planning a mixture in more than two variables.
     fn planned<'a, P>(&self, problem: &'a P, variables: usize) -> Result<Planned<'a, P>, Failure> {
-        let Settings { accuracy, merge_to, mode, .. } = self.settings;
-        if self.settings.split() != SplitChoice::Adaptive || merge_to.is_some() || mode != Mode::Corrected {
-            let why = "where the radiation parameter is uncertain, and in space, gmm-ut takes split = \"adaptive\" in mode = \"corrected\" \
-                       without merge_to alone";
-            return Err(Failure::Refused(why.into()));
-        }
+        let Settings { accuracy, .. } = self.settings;
+        self.settings.check_beyond_plane()?;
         let components = layers(variables).saturating_mul(self.settings.sigma_points());
         let fineness = Fineness { components, ..Fineness::default() };
         let (accuracy, unscented) = (accuracy.unwrap_or_default().0, self.settings.for_mixture().unscented);

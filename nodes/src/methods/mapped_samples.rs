@@ -129,16 +129,29 @@ pub fn map_for(samples: usize, error: f64) -> MapSettings {
 }
 
 impl MappedSamples {
+    /// Whether such draws can move by a flow map.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn check(plan: &SamplingPlan, assignment: &Assignment) -> Result<(), Failure> {
+        let are_plain = plan.draws == Draws::Independent && plan.replicates.get() == 1;
+        if assignment.uncertain.is_some() && !are_plain {
+            let why = "where the radiation parameter is uncertain, a flow map takes independent draws without replicates alone";
+            return Err(Failure::Refused(why.into()));
+        }
+        if assignment.uncertain.is_none() && assignment.in_space.is_none() {
+            assignment.plane()?;
+        }
+        Ok(())
+    }
+
     /// The samples at the start.
     ///
     /// # Errors
     /// A map that is refused, or a scenario whose orbits cannot be drawn.
     pub fn new(case: Case, assignment: &Assignment) -> Result<Self, Failure> {
         let critical = assignment.said.critical;
-        if assignment.uncertain.is_some() && (case.plan.draws != Draws::Independent || case.plan.replicates.get() > 1) {
-            let why = "where the radiation parameter is uncertain, a flow map takes independent draws without replicates alone";
-            return Err(Failure::Refused(why.into()));
-        }
+        Self::check(&case.plan, assignment)?;
         let cloud = match (&assignment.uncertain, &assignment.in_space) {
             (_, Some(problem)) => {
                 let draw = Distributed::of(problem).map(|distributed| distributed.draw(&case.plan));

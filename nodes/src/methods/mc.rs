@@ -4,13 +4,14 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_groups, curve_of_points, point};
+use density::first_passage::given::Given;
 use density::flow::Passages;
 use density::grid::Grid;
 use density::in_space::cloud::Cloud;
 use density::sample_sums::{SampleSums, TooFar};
 use density::sampling::{Draws, SamplingPlan};
 use messages::content::Samples;
-use messages::layout::PASSAGE_TIMES;
+use messages::layout::{GIVEN_COLUMNS, PASSAGE_TIMES};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,10 +19,12 @@ use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::drawing::{Drawing, check_forces};
 use crate::methods::mapped_samples::{Case, MappedSamples, map_for};
+use crate::methods::radiation::Radiation;
 use crate::methods::sampling_settings::sampling_settings;
 use crate::methods::{Method, Misfit};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
+use kit::propagator::given_row;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 
@@ -97,6 +100,17 @@ impl Settings {
             replicates: NonZeroUsize::new(self.replicates).unwrap_or(NonZeroUsize::MIN),
         }
     }
+
+    /// The orbits of these numbers, propagated one by one.
+    fn drawing(&self, range: Range<usize>) -> Drawing {
+        Drawing {
+            plan: self.plan(),
+            simplification: self.model.map(Into::into),
+            forces: self.forces.clone(),
+            accuracy: self.accuracy.unwrap_or_default().0,
+            range,
+        }
+    }
 }
 
 impl Method for Settings {
@@ -130,6 +144,14 @@ impl Method for Settings {
                 "beside through = \"flow-map\", which is for scenarios in their own model",
             )),
             _ => Ok(()),
+        }
+    }
+
+    fn check_scenario(&self, assignment: &Assignment, _: Shard) -> Result<(), Failure> {
+        match self.through {
+            Through::FlowMap => MappedSamples::check(&self.plan(), assignment),
+            // No orbits are drawn, but all that may be wrong is.
+            Through::Orbits => self.drawing(0..0).cloud(assignment).map(drop),
         }
     }
 
@@ -181,6 +203,8 @@ struct Sample {
     curve_times: Vec<f64>,
     times: Vec<f64>,
     critical: f64,
+    /// Which variable is an uncertain radiation parameter, if any is.
+    radiation: Option<Radiation>,
     /// Where the orbits are \[yr\].
     now: f64,
 }
@@ -246,7 +270,7 @@ impl Propagator for MonteCarlo {
     }
 
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        let Settings { samples, replicates, accuracy, .. } = self.settings;
+        let Settings { samples, replicates, .. } = self.settings;
         let range = self.shard.part(samples)?;
         let (first, most_rows) = (range.start, range.len());
         let replicates = if replicates > 1 { replicates as u32 } else { 0 };
@@ -258,15 +282,9 @@ impl Propagator for MonteCarlo {
         }
         let (points, curve_times) = (vec![PENDING; most_rows], assignment.passage_times());
         let (times, critical) = (assignment.times.clone(), assignment.said.critical);
-        let drawing = Drawing {
-            plan: self.settings.plan(),
-            simplification: self.settings.model.map(Into::into),
-            forces: self.settings.forces.clone(),
-            accuracy: accuracy.unwrap_or_default().0,
-            range,
-        };
-        let cloud = drawing.cloud(assignment)?;
-        self.sample = Some(Sample { first, cloud, points, curve_times, times, critical, now: 0.0 });
+        let cloud = self.settings.drawing(range).cloud(assignment)?;
+        let radiation = Radiation::find(&assignment.space);
+        self.sample = Some(Sample { first, cloud, points, curve_times, times, critical, radiation, now: 0.0 });
         Ok(form)
     }
 
@@ -317,5 +335,16 @@ impl Propagator for MonteCarlo {
         let has_interval = independent || self.interval_of_replicates;
         let curve = EmpiricalCurve { interval: curve.interval.filter(|_| has_interval), ..curve };
         Ok(Passage::Counted { rows: Passage::rows(&curve), samples: samples as u64, independent })
+    }
+
+    /// Standard errors are known of independent draws alone. Samples that move by a flow map do not say which of them have passed.
+    fn given_re_entry(&self) -> Vec<[f64; GIVEN_COLUMNS]> {
+        let Some(Sample { cloud, points, curve_times, radiation: Some(radiation), .. }) = &self.sample else {
+            return Vec::new();
+        };
+        let given = radiation.given_re_entry(&**cloud, points, curve_times.len());
+        let is_independent = self.settings.draws == DrawsChoice::Independent;
+        let known = |given: Given| if is_independent { given } else { given.without_errors() };
+        given.into_iter().map(|events| given_row(events.map(known))).collect()
     }
 }

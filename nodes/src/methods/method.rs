@@ -1,6 +1,9 @@
 //! What a built-in method says of itself.
 
 use kit::Propagator;
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::shard::Shard;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -51,6 +54,12 @@ pub trait Method: Clone + Serialize + DeserializeOwned {
     fn check_bins(&self, _bins: (usize, usize)) -> Result<(), Misfit> {
         Ok(())
     }
+
+    /// Whether the method can do a scenario, as far as that is known before anything is computed. The assignment has no grids.
+    ///
+    /// # Errors
+    /// Why not, in the words of the run.
+    fn check_scenario(&self, assignment: &Assignment, shard: Shard) -> Result<(), Failure>;
 
     /// The same settings with every one that has an effect filled in, and no other.
     fn resolved(&self) -> Self {

@@ -12,8 +12,11 @@ mod mapped_samples;
 pub mod mc;
 mod method;
 pub mod qmc;
+mod radiation;
 mod sampling_settings;
 
+use kit::assignment::Assignment;
+use kit::shard::Shard;
 use kit::{Failure, Propagator, Session};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -82,6 +85,14 @@ macro_rules! methods {
             /// What is wrong and what would be right.
             pub fn check_bins(&self, bins: (usize, usize)) -> Result<(), Misfit> {
                 match self { $(Self::$variant(settings) => Method::check_bins(settings, bins)),+ }
+            }
+
+            /// See [`Method::check_scenario`].
+            ///
+            /// # Errors
+            /// Why the case cannot do the scenario.
+            pub fn check_scenario(&self, assignment: &Assignment, shard: Shard) -> Result<(), Failure> {
+                match self { $(Self::$variant(settings) => settings.check_scenario(assignment, shard)),+ }
             }
 
             fn rows_to_share(&self) -> Result<usize, String> {

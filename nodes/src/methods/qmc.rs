@@ -7,7 +7,9 @@
 use kit::Propagator;
 use kit::assignment::Assignment;
 use kit::failure::Failure;
+use kit::shard::Shard;
 use kit::{Form, Passage};
+use messages::layout::GIVEN_COLUMNS;
 
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::drawing::check_forces;
@@ -30,16 +32,25 @@ impl Default for Settings {
 /// Fewest replicates: with fewer, Student's quantile is so large that an interval says nothing.
 const FEWEST: usize = 4;
 
+impl Settings {
+    /// The same as a case of Monte Carlo.
+    fn as_monte_carlo(self) -> mc::Settings {
+        let Self { samples, seed, replicates, accuracy, model, forces } = self;
+        let draws = DrawsChoice::Sobol;
+        mc::Settings { samples, seed, replicates, accuracy, model, forces, draws, ..mc::Settings::default() }
+    }
+}
+
 impl Method for Settings {
     const NAME: &'static str = "qmc";
     type Propagator = QuasiMonteCarlo;
 
     fn propagator(self) -> QuasiMonteCarlo {
-        let Self { samples, seed, replicates, accuracy, model, forces } = self;
-        let draws = DrawsChoice::Sobol;
-        let settings =
-            mc::Settings { samples, seed, replicates, accuracy, model, forces, draws, ..mc::Settings::default() };
-        QuasiMonteCarlo(MonteCarlo::with_interval_of_replicates(settings))
+        QuasiMonteCarlo(MonteCarlo::with_interval_of_replicates(self.as_monte_carlo()))
+    }
+
+    fn check_scenario(&self, assignment: &Assignment, shard: Shard) -> Result<(), Failure> {
+        self.clone().as_monte_carlo().check_scenario(assignment, shard)
     }
 
     fn check(&self) -> Result<(), Misfit> {
@@ -98,6 +109,10 @@ impl Propagator for QuasiMonteCarlo {
 
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         self.0.first_passage(times)
+    }
+
+    fn given_re_entry(&self) -> Vec<[f64; GIVEN_COLUMNS]> {
+        self.0.given_re_entry()
     }
 }
 

@@ -5,7 +5,7 @@
 
 use density::model::registry::Planar;
 use density::problem::Problem;
-use messages::layout::{PASSAGE_COLUMNS, diagnostic};
+use messages::layout::{GIVEN_COLUMNS, PASSAGE_COLUMNS, PassageHeader, diagnostic};
 
 use crate::services::reading::Reading;
 use kit::assignment::Assignment;
@@ -58,6 +58,12 @@ impl Row {
         let or = |end: f64| if end.is_nan() { self.probability } else { end };
         (or(self.low), or(self.high))
     }
+}
+
+/// The numbers of a curve in a payload, whose rows may go on with what re-entry says of an uncertain parameter.
+pub fn curve_in(header: &PassageHeader, items: &[f64]) -> Vec<f64> {
+    let columns = PASSAGE_COLUMNS + if header.given == 0 { 0 } else { GIVEN_COLUMNS };
+    items.chunks_exact(columns).flat_map(|row| &row[..PASSAGE_COLUMNS]).copied().collect()
 }
 
 /// The rows of a payload.

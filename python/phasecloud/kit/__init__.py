@@ -264,7 +264,7 @@ class Session:
     def report(self, event, scenario=0, units=(0, 0), text=""):
         """Sends a report to the launcher."""
         name = _pack(self.name, 32)
-        text = _pack(text, 384)
+        text = _pack(text, 1024)
         header = layout.StatusHeader(
             run_id=self.run_id, event=event, scenario=scenario, node=name, subject=name, text=text
         )

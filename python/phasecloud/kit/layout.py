@@ -188,7 +188,7 @@ class SnapshotHeader(ctypes.Structure):
 
 
 class PassageHeader(ctypes.Structure):
-    """First passages. Payload: PASSAGE_COLUMNS numbers per time, or none and a reason."""
+    """First passages. Payload: PASSAGE_COLUMNS numbers per time, or none and a reason; `given` is 0 from this kit."""
 
     _fields_ = [
         ("run_id", c_uint64),
@@ -199,14 +199,14 @@ class PassageHeader(ctypes.Structure):
         ("shard", c_uint32),
         ("shards", c_uint32),
         ("dependent", c_uint32),
-        ("reserved", c_uint32),
+        ("given", c_uint32),
         ("label", Label),
         ("reason", c_uint8 * 192),
     ]
 
     @staticmethod
     def type_name():
-        return "phasecloud/PassageHeader/3"
+        return "phasecloud/PassageHeader/4"
 
 
 class StatusHeader(ctypes.Structure):
@@ -218,9 +218,9 @@ class StatusHeader(ctypes.Structure):
         ("scenario", c_uint32),
         ("node", Label),
         ("subject", Label),
-        ("text", c_uint8 * 384),
+        ("text", c_uint8 * 1024),
     ]
 
     @staticmethod
     def type_name():
-        return "phasecloud/StatusHeader/2"
+        return "phasecloud/StatusHeader/3"

@@ -88,7 +88,7 @@ impl InSpace {
 }
 
 /// Whether the settings are for clouds in space.
-fn check(settings: &Settings, shard: Shard) -> Result<(), Failure> {
+pub(super) fn check(settings: &Settings, shard: Shard) -> Result<(), Failure> {
     let Settings { placement, mesh, mode, .. } = settings;
     let wrong = match () {
         () if *mode == Mode::AsPrinted => "mode = \"as-printed\"",

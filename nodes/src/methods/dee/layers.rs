@@ -3,9 +3,8 @@
 use std::fmt::Debug;
 use std::ops::Range;
 
-use density::first_passage::over_leaves::curve_on_lattices;
+use density::first_passage::over_leaves::{Passed, curve_on_lattices};
 use density::flow::{Accuracy, Flow};
-use density::mesh::passage::PassageCurve;
 use density::mesh::stack::{Layers, cubic_lattice};
 use density::model::plane::{State, density_growth};
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
@@ -41,9 +40,8 @@ impl LayersWork {
         accuracy: Accuracy,
         part: impl FnOnce(usize) -> Result<Range<usize>, Failure>,
     ) -> Result<Self, Failure> {
-        settings.check_uncertain().map_err(Failure::Refused)?;
+        let degree = settings.check_layers().map_err(Failure::Refused)?;
         let layers = cubic_lattice(problem, LAYERS.saturating_mul(settings.samples))?;
-        let degree = settings.degree_of(layers.third.len()).map_err(Failure::Refused)?;
         let range = part(layers.len())?;
         let starts: Vec<[f64; 3]> = range.clone().map(|row| layers.point(row)).collect();
         let orbits = problem.perform(Start { starts: &starts, accuracy });
@@ -86,12 +84,11 @@ impl LayersWork {
         }
     }
 
-    pub(super) fn passage_curve(&self, times: &[f64]) -> Result<PassageCurve, Failure> {
+    /// The first-passage curve, and what re-entry says of the radiation parameter.
+    pub(super) fn passed(&self, times: &[f64]) -> Result<Vec<Passed>, Failure> {
         let side = self.layers.third.len().min(PASSAGE_LINES);
         let degree = self.degree.min(side - 1);
-        let passed = curve_on_lattices(&self.problem, self.accuracy, (side, degree), times)?;
-        let (probability, error) = passed.iter().map(|p| (p.probability.value, p.probability.error)).unzip();
-        Ok(PassageCurve { probability, error })
+        Ok(curve_on_lattices(&self.problem, self.accuracy, (side, degree), times)?)
     }
 }
 

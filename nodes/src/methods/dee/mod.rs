@@ -14,7 +14,7 @@ use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use messages::content::{Characteristics, Lattice};
-use messages::layout::PASSAGE_COLUMNS;
+use messages::layout::{GIVEN_COLUMNS, PASSAGE_COLUMNS};
 
 use crate::files::input::Mode;
 use crate::methods::accuracy::AccuracySetting;
@@ -22,6 +22,7 @@ use crate::methods::course::Course;
 use in_space::InSpace;
 use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
+use kit::propagator::given_row;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 use layers::LayersWork;
@@ -33,6 +34,8 @@ pub struct DensityEvolution {
     settings: Settings,
     shard: Shard,
     work: Option<Work>,
+    /// What the last first-passage curve says of an uncertain radiation parameter.
+    given: Vec<[f64; GIVEN_COLUMNS]>,
 }
 
 /// The scenario under way.
@@ -59,7 +62,7 @@ struct PlaneWork {
 impl DensityEvolution {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings, shard: Shard::WHOLE, work: None }
+        Self { settings, shard: Shard::WHOLE, work: None, given: Vec::new() }
     }
 }
 
@@ -148,6 +151,7 @@ impl Propagator for DensityEvolution {
     /// The curve follows from the flow that a lattice interpolates, or from scattered characteristics, which all have
     /// equal weight. Only the first shard computes it, from all points of the case.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
+        self.given.clear();
         let cannot = |why: &str| Ok(Passage::Cannot(why.into()));
         let work = match self.work.as_ref().ok_or_else(Failure::no_scenario)? {
             Work::InSpace(_) => {
@@ -156,7 +160,12 @@ impl Propagator for DensityEvolution {
                 );
             }
             _ if self.shard.index > 0 => return cannot("the first shard computes it for all"),
-            Work::Layers(work) => return Ok(Passage::Curve(rows(&work.passage_curve(times)?, times))),
+            Work::Layers(work) => {
+                let passed = work.passed(times)?;
+                self.given = passed.iter().map(|p| given_row([p.radiation_if_passed, p.radiation_if_not])).collect();
+                let (probability, error) = passed.iter().map(|p| (p.probability.value, p.probability.error)).unzip();
+                return Ok(Passage::Curve(rows(&PassageCurve { probability, error }, times)));
+            }
             Work::Plane(work) => work,
         };
         let flow = work.course.orbits.flow;
@@ -170,6 +179,10 @@ impl Propagator for DensityEvolution {
         let mut curve = empirical_curve(&passages, None, times);
         curve.interval = None;
         Ok(Passage::Curve(Passage::rows(&curve)))
+    }
+
+    fn given_re_entry(&self) -> Vec<[f64; GIVEN_COLUMNS]> {
+        self.given.clone()
     }
 }
 

@@ -2,12 +2,16 @@
 
 use density::mesh::Placement;
 use density::mesh::lattice::MOST_DEGREE;
+use density::mesh::stack::cubic_side;
+use kit::assignment::Assignment;
+use kit::failure::Failure;
+use kit::shard::Shard;
 use messages::content::MOST_RESOLUTION;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::DensityEvolution;
 use super::layers::LAYERS;
+use super::{DensityEvolution, in_space};
 use crate::files::input::{Mode, natural_option, positive, positive_option};
 use crate::files::toml_words::{choice, choice_option};
 use crate::methods::accuracy::AccuracySetting;
@@ -140,7 +144,7 @@ impl Settings {
     }
 
     /// The degree for a lattice of `side` points per side where the radiation parameter is uncertain.
-    pub(super) fn degree_of(&self, side: usize) -> Result<usize, String> {
+    fn degree_of(&self, side: usize) -> Result<usize, String> {
         match self.degree {
             Some(degree) if degree > MOST_DEGREE || degree >= side => {
                 let (least, most) = ((degree + 1).pow(3).div_ceil(LAYERS), side.saturating_sub(1));
@@ -154,8 +158,14 @@ impl Settings {
         }
     }
 
+    /// The degree of the polynomials between layers, if the settings are for a scenario whose radiation parameter is uncertain.
+    pub(super) fn check_layers(&self) -> Result<usize, String> {
+        self.check_uncertain()?;
+        self.degree_of(cubic_side(LAYERS.saturating_mul(self.samples)))
+    }
+
     /// Whether the settings are for a scenario whose radiation parameter is uncertain.
-    pub(super) fn check_uncertain(&self) -> Result<(), String> {
+    fn check_uncertain(&self) -> Result<(), String> {
         if self.placement() == Placement::Lattice && self.mesh() == MeshChoice::Carried {
             return Ok(());
         }
@@ -195,6 +205,16 @@ impl Method for Settings {
 
     fn propagator(self) -> DensityEvolution {
         DensityEvolution::new(self)
+    }
+
+    fn check_scenario(&self, assignment: &Assignment, shard: Shard) -> Result<(), Failure> {
+        if assignment.in_space.is_some() {
+            return in_space::check(self, shard);
+        }
+        match assignment.uncertain.is_some() {
+            true => self.check_layers().map(drop).map_err(Failure::Refused),
+            false => assignment.plane().map(drop),
+        }
     }
 
     fn check(&self) -> Result<(), Misfit> {

@@ -10,6 +10,7 @@ mod curves;
 mod densities;
 pub mod description;
 mod fallbacks;
+mod given;
 mod judgement;
 mod notes;
 mod passages;
@@ -24,12 +25,13 @@ pub use rows::{diagnostic_names, interval_of};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, comparison};
+use messages::layout::{ComparisonHeader, DensityHeader, GIVEN_COLUMNS, PASSAGE_COLUMNS, PassageHeader, comparison};
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
 use messages::wait::Awaited;
 use results::files::part;
 
+use crate::services::passage_rules::curve_in;
 use crate::services::reading::Reading;
 use crate::services::roster::Roster;
 use judgement::Judgement;
@@ -53,7 +55,19 @@ struct RecordedComparison {
 #[derive(Debug, Clone)]
 struct RecordedPassage {
     header: PassageHeader,
+    /// The rows of the curve.
     values: Vec<f64>,
+    /// What re-entry says of an uncertain parameter, in rows of [`GIVEN_COLUMNS`]; empty if it was not sent.
+    given: Vec<f64>,
+}
+
+impl RecordedPassage {
+    /// From the items of a message, whose rows may go on with what re-entry says.
+    fn new(header: PassageHeader, items: &[f64]) -> Self {
+        let rows = items.chunks_exact(PASSAGE_COLUMNS + GIVEN_COLUMNS).filter(|_| header.given != 0);
+        let given = rows.flat_map(|row| &row[PASSAGE_COLUMNS..]).copied().collect();
+        Self { header, values: curve_in(&header, items), given }
+    }
 }
 
 /// The results of a scenario that have arrived.
@@ -83,7 +97,7 @@ impl Recording {
 
     pub(crate) fn take_passage(&mut self, header: PassageHeader, values: &[f64]) {
         if header.scenario == self.assignment.scenario() {
-            let passage = RecordedPassage { header, values: values.to_vec() };
+            let passage = RecordedPassage::new(header, values);
             self.passages.insert((unpack(&header.label), header.shard), passage);
         }
     }

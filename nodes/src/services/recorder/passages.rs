@@ -8,7 +8,7 @@ use density::first_passage::empirical::wilson_interval;
 use messages::layout::PASSAGE_COLUMNS;
 use messages::text::pack;
 
-use super::RecordedPassage;
+use super::{RecordedPassage, given};
 
 /// The curve of a case whose shards sent `parts`, in their order; `None` if there are none.
 pub(super) fn merged(parts: &[&RecordedPassage]) -> Option<RecordedPassage> {
@@ -19,13 +19,14 @@ pub(super) fn merged(parts: &[&RecordedPassage]) -> Option<RecordedPassage> {
         return Some(with_interval(first.clone()));
     }
     let values = if parts.len() == shards { add_up(parts) } else { None };
+    let given = values.as_ref().map(|_| given::add_up(parts)).unwrap_or_default();
     let mut header = first.header;
     if values.is_some() {
         header.samples = parts.iter().map(|part| part.header.samples).sum();
     } else {
         header.reason = pack("the first passages that its shards have sent do not fit together");
     }
-    Some(RecordedPassage { header, values: values.unwrap_or_default() })
+    Some(RecordedPassage { header, values: values.unwrap_or_default(), given })
 }
 
 /// Adds Wilson's interval to those rows of a curve counted from independent samples that have no interval.
@@ -77,7 +78,7 @@ mod tests {
         let values = Passage::rows(&empirical_curve(passages, None, &TIMES)).concat();
         let (rows, samples) = (TIMES.len() as u32, passages.len() as u64);
         let header = PassageHeader { samples, rows, shard: index, shards: count, ..PassageHeader::default() };
-        RecordedPassage { header, values }
+        RecordedPassage::new(header, &values)
     }
 
     /// Pairs of opposites, or points of a sequence, do not scatter as independent draws do.

@@ -8,11 +8,11 @@ use messages::layout::comparison;
 use messages::text::unpack;
 use results::arrays::ArrayWriter;
 use results::files;
-use results::rows::{DiagnosticRow, DistanceRow, EffortRow, ErrorRow, NoteRow, PassageRow, VerdictRow};
+use results::rows::{DiagnosticRow, DistanceRow, EffortRow, ErrorRow, GivenRow, NoteRow, PassageRow, VerdictRow};
 use results::table::Table;
 use results::{FolderError, moments};
 
-use super::{Judgement, RecordedComparison, Recording, densities, description, judgement, rows};
+use super::{Judgement, RecordedComparison, Recording, densities, description, given, judgement, rows};
 use crate::files::scenario_file::{self, AnyScenario, ScenarioInSpace};
 use crate::services::roster::Roster;
 use kit::assignment::{Assignment, Uncertain};
@@ -81,6 +81,7 @@ struct Tables {
     distances: Table,
     effort: Table,
     first_passage: Table,
+    given_re_entry: Table,
     diagnostics: Table,
     notes: Table,
     verdicts: Table,
@@ -96,6 +97,7 @@ impl Tables {
             distances: Table::create::<DistanceRow>(&folder.join(files::DISTANCES))?,
             effort: Table::create::<EffortRow>(&folder.join(files::EFFORT))?,
             first_passage: Table::create::<PassageRow>(&folder.join(files::FIRST_PASSAGE))?,
+            given_re_entry: Table::create::<GivenRow>(&folder.join(files::GIVEN_RE_ENTRY))?,
             diagnostics: Table::create::<DiagnosticRow>(&folder.join(files::DIAGNOSTICS))?,
             notes: Table::create::<NoteRow>(&folder.join(files::NOTES))?,
             verdicts: Table::create::<VerdictRow>(&folder.join(files::VERDICTS))?,
@@ -123,6 +125,7 @@ impl Tables {
             }
             if let Some(passage) = passages.remove(method) {
                 self.first_passage.write(rows::passages(scenario, method, &passage))?;
+                self.given_re_entry.write(given::rows(scenario, method, &passage))?;
             }
             let is_standing = |c: &RecordedComparison| !roster.has_failed(&unpack(&c.header.reference));
             let of_method = |c: &&RecordedComparison| {
@@ -144,12 +147,14 @@ impl Tables {
 
     /// Closes all files.
     fn finish(self) -> Result<(), FolderError> {
-        let Self { moments, errors, distances, effort, first_passage, diagnostics, notes, verdicts, densities, .. } =
-            self;
-        for table in [moments, errors, distances, effort, first_passage, diagnostics, notes, verdicts] {
+        let Self { moments, errors, distances, effort, first_passage, given_re_entry, .. } = self;
+        for table in [moments, errors, distances, effort, first_passage, given_re_entry] {
             table.finish()?;
         }
-        densities.finish()
+        for table in [self.diagnostics, self.notes, self.verdicts] {
+            table.finish()?;
+        }
+        self.densities.finish()
     }
 }
 
@@ -172,6 +177,7 @@ mod tests {
             ("distances.csv", "scenario,method,reference,t_yr,density,measure,value\n"),
             ("effort.csv", "scenario,method,t_prop_s,t_int_s,t_cal_s,ratio_to_baseline,trajectories\n"),
             ("first_passage.csv", "scenario,method,t_yr,prob_reached_critical_e,low,high,interval\n"),
+            ("given_re_entry.csv", "scenario,method,t_yr,given,mean_C,std_C,error_mean_C,error_std_C,errors\n"),
             ("diagnostics.csv", "scenario,method,t_yr,diagnostic,value\n"),
             ("notes.csv", "scenario,method,t_yr,note\n"),
         ] {
