@@ -10,7 +10,8 @@ const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 fn every_link_between_pages_leads_to_a_file_and_a_heading() {
     let pages = pages();
     assert!(pages.len() > 20, "{pages:?}");
-    let headings: HashMap<PathBuf, Vec<String>> = pages.iter().map(|page| (page.clone(), anchors(&read(page)))).collect();
+    let headings: HashMap<PathBuf, Vec<String>> =
+        pages.iter().map(|page| (page.clone(), anchors(&read(page)))).collect();
     let mut broken = Vec::new();
     let mut checked = 0;
     for page in &pages {
@@ -35,7 +36,12 @@ fn every_page_of_the_documentation_is_a_chapter_of_the_book() {
     let mut pages: Vec<PathBuf> = markdown_in(&book);
     pages.retain(|page| !page.ends_with("SUMMARY.md"));
     for page in &pages {
-        assert_eq!(chapters.iter().filter(|chapter| *chapter == page).count(), 1, "{} in docs/SUMMARY.md", page.display());
+        assert_eq!(
+            chapters.iter().filter(|chapter| *chapter == page).count(),
+            1,
+            "{} in docs/SUMMARY.md",
+            page.display()
+        );
     }
     assert_eq!(chapters.len(), pages.len());
 }
@@ -58,7 +64,11 @@ fn follow(page: &Path, link: &str, headings: &HashMap<PathBuf, Vec<String>>) -> 
     };
     let Some(heading) = heading else { return Ok(()) };
     let known = headings.get(&target).ok_or("leads to a heading of what is no page")?;
-    if known.iter().any(|anchor| anchor == heading) { Ok(()) } else { Err(format!("has no such heading; there are {known:?}")) }
+    if known.iter().any(|anchor| anchor == heading) {
+        Ok(())
+    } else {
+        Err(format!("has no such heading; there are {known:?}"))
+    }
 }
 
 /// The pages of the project: those at its root, in `docs/`, and of its examples and its Python package.
@@ -80,7 +90,9 @@ fn read(page: &Path) -> String {
 
 fn links(text: &str) -> Vec<String> {
     let of_event = |event| match event {
-        Event::Start(Tag::Link { link_type, dest_url, .. }) if link_type != LinkType::Autolink => Some(dest_url.to_string()),
+        Event::Start(Tag::Link { link_type, dest_url, .. }) if link_type != LinkType::Autolink => {
+            Some(dest_url.to_string())
+        }
         Event::Start(Tag::Image { dest_url, .. }) => Some(dest_url.to_string()),
         _ => None,
     };
@@ -110,6 +122,10 @@ fn anchors(text: &str) -> Vec<String> {
 }
 
 fn slug(heading: &str) -> String {
-    let kept = heading.to_lowercase().chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_')).collect::<String>();
+    let kept = heading
+        .to_lowercase()
+        .chars()
+        .filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'))
+        .collect::<String>();
     kept.replace(' ', "-")
 }

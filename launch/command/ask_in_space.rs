@@ -81,16 +81,20 @@ impl Answer<'_> {
     fn print(&self) {
         let Self { scenario, curve, times, factors, sensitivities } = self;
         say!("{}: {}", scenario.name, derived::lines_in_space(scenario).join("\n  "));
+        let by = |time: f64, years: String| match scenario.epoch {
+            Some(epoch) => format!("{years}, {}", epoch.date_after(time)),
+            None => years,
+        };
         let head = ["by, yr", "probability of re-entry"];
         let mut table = new_table(head.map(str::to_owned).into(), 0);
         curve.iter().for_each(|(time, p)| {
-            table.add_row([plain(*time), in_words(p, 4)]);
+            table.add_row([by(*time, plain(*time)), in_words(p, 4)]);
         });
         say!("\n{table}");
         let head = ["probability", "reached by, yr", "needs C (or A/m) times"];
         let mut table = new_table(head.map(str::to_owned).into(), 0);
         for ((p, time), factor) in PROBABILITIES.iter().zip(times).zip(factors) {
-            let time = time.map_or("not by the last snapshot".into(), |time| in_words(&time, 3));
+            let time = time.map_or("not by the last snapshot".into(), |time| by(time.value, in_words(&time, 3)));
             let factor = match factor {
                 None => format!("not within {} to {}", FACTORS.0, FACTORS.1),
                 Some(factor) if is_lowest(factor) => format!("at most {}", FACTORS.0),
@@ -117,8 +121,8 @@ impl Answer<'_> {
     fn json(&self) -> Value {
         let Self { scenario, curve, times, factors, sensitivities } = self;
         let finite = |value: f64| value.is_finite().then_some(value);
-        let point =
-            |(time, p): &(f64, Bounded)| json!({"t_yr": time, "probability": p.value, "low": p.low, "high": p.high});
+        let date = |time: f64| scenario.epoch.map(|epoch| epoch.date_after(time));
+        let point = |(time, p): &(f64, Bounded)| json!({"t_yr": time, "date": date(*time), "probability": p.value, "low": p.low, "high": p.high});
         let bounded =
             |found: &Option<Bounded>| found.map(|Bounded { low, high, .. }| json!({"low": low, "high": finite(high)}));
         let reached = |((p, time), factor): ((&f64, &Option<Bounded>), &Option<Bounded>)| {
@@ -126,6 +130,7 @@ impl Answer<'_> {
                 "probability": p,
                 "t_yr": time.map(|time| time.value),
                 "t_yr_interval": bounded(time),
+                "date": time.and_then(|time| date(time.value)),
                 "radiation_factor": factor.map(|factor| factor.value),
                 "radiation_factor_interval": bounded(factor),
                 "radiation_factor_is_upper_bound": factor.as_ref().is_some_and(is_lowest),

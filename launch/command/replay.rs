@@ -57,6 +57,7 @@ pub fn run(arguments: &ReplayArguments) -> ExitCode {
                 out: arguments.out.as_deref(),
                 record: None,
                 report: true,
+                export: None,
                 shown: arguments.shown,
                 logged: Logged::default(),
                 insecure: false,

@@ -38,7 +38,11 @@ pub fn run(arguments: &ReportArguments) -> ExitCode {
         }
         folders => {
             let page = arguments.out.clone().unwrap_or_else(|| PathBuf::from(PAGE));
-            outside_of_results(&page).and_then(|()| side_by_side(folders, &page)).map(|missing| (page, missing))
+            let inside = |problem| format!("{problem}, or leave out --out to make the folder's own page anew");
+            outside_of_results(&page)
+                .map_err(inside)
+                .and_then(|()| side_by_side(folders, &page))
+                .map(|missing| (page, missing))
         }
     };
     match made {
@@ -75,15 +79,17 @@ pub fn warn(missing: &[String]) {
     }
 }
 
-/// Refuses a page in a results folder: it would not belong there, and the checksums would not fit any more.
-fn outside_of_results(page: &Path) -> Result<(), String> {
+/// Refuses a new file in a results folder: it would not belong there, and the checksums would not fit any more.
+///
+/// # Errors
+/// Where the file would lie.
+pub fn outside_of_results(page: &Path) -> Result<(), String> {
     let folder = page.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folder = folder.canonicalize().map_err(|e| format!("{}: {e}", folder.display()))?;
     match folder.ancestors().find(|folder| checksums::is_sealed(folder)) {
         None => Ok(()),
         Some(sealed) => Err(format!(
-            "{}: that is in the results folder {}, whose files are sealed; name a place outside, or leave out --out to make the \
-             folder's own page anew",
+            "{}: that is in the results folder {}, whose files are sealed; name a place outside",
             page.display(),
             sealed.display()
         )),

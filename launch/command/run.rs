@@ -9,7 +9,9 @@ use kit::clock;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use results::join::join;
+use results::parquet;
 
+use super::export::TableFormat;
 use crate::crew::commands::Commands;
 use crate::crew::log_sink::{LogSink, start_log};
 use crate::crew::shares;
@@ -48,6 +50,9 @@ pub struct RunArguments {
     /// Write tables only, neither report.html nor figures; `phasecloud report DIR` makes them later
     #[arg(long)]
     pub no_report: bool,
+    /// Write the tables in this format, too
+    #[arg(long, value_name = "FORMAT")]
+    pub export: Option<TableFormat>,
     #[command(flatten)]
     pub shown: Shown,
     /// Start all processes at random times that follow from this seed, to show that the order does not matter
@@ -72,6 +77,8 @@ pub struct Order<'a> {
     pub record: Option<&'a Path>,
     /// Whether the results get a report and figures.
     pub report: bool,
+    /// In what other format the tables are written, too.
+    pub export: Option<TableFormat>,
     /// How much the run prints.
     pub shown: Shown,
     /// How much of the log is shown.
@@ -85,11 +92,12 @@ pub struct Order<'a> {
 /// Runs a launch file from start to results folder.
 pub fn run(arguments: &RunArguments) -> ExitCode {
     let launch = Launch::load_to_start(arguments.launch_file.as_deref(), arguments.scenario.as_deref());
-    let RunArguments { out, record, no_report, shown, start_order, logged, insecure, .. } = arguments;
+    let RunArguments { out, record, no_report, export, shown, start_order, logged, insecure, .. } = arguments;
     let order = Order {
         out: out.as_deref(),
         record: record.as_deref(),
         report: !no_report,
+        export: *export,
         shown: *shown,
         logged: *logged,
         insecure: *insecure,
@@ -239,6 +247,9 @@ fn conduct(
     let record = manifest::Record { run_id, started, nodes: &nodes, failures, incomplete };
     let unsealed = |problem: String| Abort::Unpublished(format!("{problem}; {}", folder.remains()));
     manifest::write(&folder.draft, &kept.launch, record).map_err(unsealed)?;
+    if let Some(TableFormat::Parquet) = order.export {
+        parquet::write(&folder.draft, &folder.draft).map_err(|e| unsealed(e.to_string()))?;
+    }
     if order.report {
         draw_report(&folder.draft);
     }

@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from .evolution import Evolution, FirstPassage, Snapshot
     from .methods import dee, exact, first_passage, gmm_ut, monte_carlo, quasi_monte_carlo
     from .orbits import FlowMap, flow_map, propagate
+    from .program import command
     from .results import Results
-    from .runs import command, run
+    from .runs import run
     from .scenario import Scenario, Variable
 
 # Everything is imported when it is first used: a propagator that needs the kit alone does not wait for the rest.
@@ -34,8 +35,9 @@ _HOMES = {
     "evolution": ["Evolution", "FirstPassage", "Snapshot"],
     "methods": ["dee", "exact", "first_passage", "gmm_ut", "monte_carlo", "quasi_monte_carlo"],
     "orbits": ["FlowMap", "flow_map", "propagate"],
+    "program": ["command"],
     "results": ["Results"],
-    "runs": ["command", "run"],
+    "runs": ["run"],
     "scenario": ["Scenario", "Variable"],
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +15,7 @@ import numpy as np
 from . import tables
 from .density import Density
 from .evolution import FirstPassage
+from .program import command
 
 #: The tables of a results folder, each a CSV file.
 TABLES = ("moments", "errors", "distances", "first_passage", "given_re_entry", "effort", "diagnostics", "notes", "verdicts")
@@ -47,25 +49,16 @@ class Results:
         raise AttributeError(f"results have no {name!r}; the tables are {', '.join(TABLES)}")
 
     def to_parquet(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Writes every table as a Parquet file into a folder that is not the results folder, whose files are sealed; needs the package pyarrow.
+        """Writes every table as a Parquet file into a new folder, by the command `phasecloud export`.
 
-        Returns the files. The metadata of each has what the manifest says of the run.
+        Returns the files. The metadata of each has what the manifest says of the run. A folder that exists already, or lies in the results folder, whose
+        files are sealed, is a `ValueError`.
         """
-        import pyarrow
-        import pyarrow.parquet
-
         folder = Path(folder)
-        if folder.resolve() == self.folder.resolve() or self.folder.resolve() in folder.resolve().parents:
-            raise ValueError(f"{folder}: lies in the results folder, whose files are sealed; name another one")
-        folder.mkdir(parents=True, exist_ok=True)
-        written = []
-        for name in TABLES:
-            table = pyarrow.table({key: pyarrow.array(column) for key, column in self.columns(name).items()})
-            about = {"phasecloud": json.dumps({"run_id": self.manifest["run_id"], "versions": self.manifest["versions"]})}
-            path = folder / f"{name}.parquet"
-            pyarrow.parquet.write_table(table.replace_schema_metadata(about), path)
-            written.append(path)
-        return written
+        written = subprocess.run([command(), "export", str(self.folder), str(folder)], capture_output=True, text=True)
+        if written.returncode != 0:
+            raise ValueError(written.stderr.strip())
+        return sorted(folder.glob("*.parquet"))
 
     @cached_property
     def manifest(self) -> dict[str, Any]:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import signal
 import subprocess
-import sysconfig
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,27 +13,9 @@ from typing import Any
 
 from . import _native
 from .errors import RunFailed
+from .program import command
 from .results import Results
 from .scenario import Scenario, to_toml
-
-
-def command() -> str:
-    """The path of the command `phasecloud` that came with this package.
-
-    The environment variable PHASECLOUD_COMMAND names another one.
-    """
-    named = os.environ.get("PHASECLOUD_COMMAND")
-    if named:
-        return named
-    schemes = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
-    for folder in schemes:
-        path = Path(folder) / "phasecloud"
-        if path.is_file():
-            return str(path)
-    found = shutil.which("phasecloud")
-    if found is None:
-        raise FileNotFoundError(f"the command phasecloud is neither in {schemes[0]} nor on PATH; install the package again")
-    return found
 
 
 def run(

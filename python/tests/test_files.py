@@ -129,5 +129,21 @@ def test_tables_are_written_as_parquet(recorded, tmp_path):
     table = parquet.read_table(tmp_path / "tables/moments.parquet")
     assert table.column_names == list(results.columns("moments")) and table.num_rows == 10
     assert table.column("mean_e").to_pylist() == results.columns("moments")["mean_e"].tolist()
+    assert set(table.column("method").to_pylist()) == {"exact", "mc"}
+    about = json.loads(parquet.read_metadata(files[0]).metadata[b"phasecloud"])
+    assert about["run_id"] == results.manifest["run_id"]
     with pytest.raises(ValueError, match="whose files are sealed"):
         results.to_parquet(recorded / "out/tables")
+    with pytest.raises(ValueError, match="does not exist yet"):
+        results.to_parquet(tmp_path / "tables")
+
+
+def test_a_run_writes_its_tables_as_parquet_too(recorded):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    run = [pc.command(), "run", "launch.toml", "--out", "columns", "--no-report", "--quiet", "--export", "parquet"]
+    subprocess.run(run, cwd=recorded, check=True, capture_output=True)
+    subprocess.run([pc.command(), "verify", "columns"], cwd=recorded, check=True, capture_output=True)
+    for name in ("moments", "first_passage", "notes"):
+        rows = parquet.read_table(recorded / f"columns/{name}.parquet").to_pylist()
+        written = pc.Results(recorded / "columns").columns(name)
+        assert len(rows) == len(written["method"]) and list(rows[0] if rows else written) == list(written)

@@ -32,6 +32,7 @@ pub mod join;
 pub mod manifest;
 pub mod moments;
 pub mod notes;
+pub mod parquet;
 pub mod rows;
 pub mod table;
 

@@ -38,3 +38,8 @@ pub(super) fn angle(
 pub(super) fn refused(file: &InputFile, value: &Spanned<Measure>, found: f64, right: &str) -> InputError {
     file.error(value, &format!("{} is not allowed, it must be {right}", plain(found)))
 }
+
+/// The same angle between -2π and 2π.
+pub(super) fn within_a_turn(angle: f64) -> f64 {
+    if angle.abs() <= TAU { angle } else { angle.rem_euclid(TAU) }
+}

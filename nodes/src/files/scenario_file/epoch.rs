@@ -1,21 +1,70 @@
-//! The table `[epoch]` of a planar scenario: the date at `t = 0`.
+//! The table `[epoch]`: the date at `t = 0`, and in space where the Sun and the Moon are then.
 
 use std::time::{Duration, SystemTime};
 
 use density::model::earth;
+use density::model::ecliptic::mean_longitudes;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::value::Datetime;
 
+use super::angle::{turn, within_a_turn};
+use super::measure::Measure;
 use crate::files::input::{InputError, InputFile};
 
-/// The table `[epoch]`.
+/// The table `[epoch]` of a scenario in the plane.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EpochTable {
     #[schemars(with = "String")]
     date: Spanned<Datetime>,
+}
+
+/// The table `[epoch]` of a scenario in space: a date, or where the Sun and the Moon are, or both.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EpochInSpace {
+    #[schemars(with = "Option<String>")]
+    date: Option<Spanned<Datetime>>,
+    #[schemars(with = "Option<Measure>")]
+    sun_longitude: Option<Spanned<Measure>>,
+    #[schemars(with = "Option<Measure>")]
+    pub(super) moon_longitude: Option<Spanned<Measure>>,
+}
+
+impl EpochInSpace {
+    /// The date, if there is one.
+    pub(super) fn read(&self, file: &InputFile) -> Result<Option<Epoch>, InputError> {
+        self.date.as_ref().map(|date| day(file, date).map(Epoch)).transpose()
+    }
+
+    /// The Sun's longitude \[rad\]: that which is given, or that of the date.
+    pub(super) fn sun(table: &Spanned<Self>, file: &InputFile, date: Option<Epoch>) -> Result<f64, InputError> {
+        let needed = "must have sun_longitude, or a date, from which it follows";
+        match (&table.get_ref().sun_longitude, date) {
+            (Some(longitude), _) => turn(file, longitude),
+            (None, Some(date)) => Ok(date.mean_longitudes()[0]),
+            (None, None) => Err(file.error(table, needed)),
+        }
+    }
+
+    /// The Moon's longitude \[rad\], which is needed if and only if the Moon acts.
+    pub(super) fn moon(
+        table: &Spanned<Self>,
+        file: &InputFile,
+        date: Option<Epoch>,
+        acts: bool,
+    ) -> Result<f64, InputError> {
+        let needed = "must have moon_longitude, or a date, from which it follows: the force \"moon\" acts";
+        let useless = "has no effect: the force \"moon\" is not in model.forces; add it there, or leave this out";
+        match (&table.get_ref().moon_longitude, acts) {
+            (Some(longitude), true) => turn(file, longitude),
+            (Some(longitude), false) => Err(file.error(longitude, useless)),
+            (None, true) => date.map(|date| date.mean_longitudes()[1]).ok_or_else(|| file.error(table, needed)),
+            (None, false) => Ok(0.0),
+        }
+    }
 }
 
 /// The date at `t = 0`, at the beginning of the day in universal time.
@@ -36,6 +85,14 @@ impl Epoch {
         text.map_or("beyond all dates".into(), |text| text.chars().take_while(|c| *c != 'T').collect())
     }
 
+    /// Mean longitudes of the Sun and of the Moon at the epoch \[rad\], between -2π and 2π. The minute or two between universal and terrestrial time, in which
+    /// the Moon moves by 0.01°, is left out.
+    fn mean_longitudes(&self) -> [f64; 2] {
+        let days = self.0.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_secs_f64() / DAY;
+        let longitudes = mean_longitudes((days - DAYS_TO_J2000) / DAYS_OF_CENTURY);
+        longitudes.map(|degrees| within_a_turn(degrees.to_radians()))
+    }
+
     /// The years from the epoch to a date.
     pub(super) fn years_until(&self, file: &InputFile, date: &Spanned<Datetime>) -> Result<f64, InputError> {
         let end = day(file, date)?;
@@ -46,6 +103,12 @@ impl Epoch {
         Ok(format!("{years:.9}").parse().unwrap_or(years))
     }
 }
+
+/// A day \[s\].
+const DAY: f64 = 86_400.0;
+/// Days from the beginning of 1970 to J2000.0.
+const DAYS_TO_J2000: f64 = 10_957.5;
+const DAYS_OF_CENTURY: f64 = 36_525.0;
 
 /// The beginning of a day.
 fn day(file: &InputFile, date: &Spanned<Datetime>) -> Result<SystemTime, InputError> {

@@ -17,6 +17,7 @@ use toml::Spanned;
 
 use super::angle::{angle, turn};
 use super::disposal::Disposal;
+use super::epoch::{Epoch, EpochInSpace};
 use super::measure::{self, Dimension, Measure};
 use super::orbit::{self, Model, Orbit};
 use super::start::Start;
@@ -40,6 +41,8 @@ pub struct ScenarioInSpace {
     pub critical_e: Option<f64>,
     /// Whether the satellite passes the Earth's shadow.
     pub shadow: bool,
+    /// The date at `t = 0`, if the file has one.
+    pub epoch: Option<Epoch>,
     /// The cloud about the orbit, if the file says how well it is known and when it re-enters.
     pub cloud: Option<Box<SpaceProblem>>,
 }
@@ -54,7 +57,7 @@ impl ScenarioInSpace {
         };
         let (times, critical_e, shadow) = (cloud.times.clone(), Some(cloud.critical_e), cloud.shadow);
         let semi_major_axis = cloud.model.axis();
-        Self { name, model, semi_major_axis, times, critical_e, shadow, cloud: Some(Box::new(cloud)) }
+        Self { name, model, semi_major_axis, times, critical_e, shadow, epoch: None, cloud: Some(Box::new(cloud)) }
     }
 }
 
@@ -93,8 +96,8 @@ struct Raw {
     #[schemars(with = "String")]
     name: Spanned<String>,
     model: Model,
-    #[schemars(with = "Epoch")]
-    epoch: Spanned<Epoch>,
+    #[schemars(with = "EpochInSpace")]
+    epoch: Spanned<EpochInSpace>,
     #[schemars(with = "Orbit")]
     orbit: Spanned<Orbit>,
     #[schemars(with = "Start")]
@@ -103,16 +106,6 @@ struct Raw {
     times: Spanned<Times>,
     #[schemars(with = "Option<Disposal>")]
     disposal: Option<Spanned<Disposal>>,
-}
-
-/// The table `[epoch]`: where the Sun and the Moon are at `t = 0`.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct Epoch {
-    #[schemars(with = "Measure")]
-    sun_longitude: Spanned<Measure>,
-    #[schemars(with = "Option<Measure>")]
-    moon_longitude: Option<Spanned<Measure>>,
 }
 
 /// The schema of such a file.
@@ -139,12 +132,13 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
         Some(obliquity) => angle(file, obliquity, -FRAC_PI_2, FRAC_PI_2, "between -90 and 90 degrees")?,
         None => OBLIQUITY_DEGREES.to_radians(),
     };
-    let sun_longitude = turn(file, &raw.epoch.get_ref().sun_longitude)?;
+    let epoch = raw.epoch.get_ref().read(file)?;
+    let sun_longitude = EpochInSpace::sun(&raw.epoch, file, epoch)?;
     let start = raw.initial.get_ref();
     let variables = start.variables(file, &raw.initial, sun_longitude)?;
     let has_cloud = is_needed || start.has_uncertainty();
     let model = if is_osculating {
-        let moon_longitude = moon_longitude(file, &raw, forces.moon)?;
+        let moon_longitude = EpochInSpace::moon(&raw.epoch, file, epoch, forces.moon != 0.0)?;
         let Some(semi_major_axis) = axis else {
             let problem = "must have semi_major_axis (or altitude), with radiation or with area_to_mass and reflectivity: without an \
                            average, the satellite goes round the Earth";
@@ -161,7 +155,7 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
         ModelInSpace::Vectorial(Vectorial { forces, obliquity, sun_longitude }, variables)
     };
     check_parameters(file, &raw.orbit, &model)?;
-    let times = times::read(file, &raw.times, None)?;
+    let times = times::read(file, &raw.times, epoch.as_ref())?;
     check_times(&times).map_err(|error| Times::locate(&raw.times, file, &in_words(&error)))?;
     let critical_e = raw.disposal.as_ref().map(|disposal| critical_e(file, disposal, axis)).transpose()?;
     let mut scenario = ScenarioInSpace {
@@ -171,6 +165,7 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
         times,
         critical_e,
         shadow,
+        epoch,
         cloud: None,
     };
     if has_cloud {
@@ -242,19 +237,6 @@ pub(super) fn forces(
     Ok(SunMoon { force, sun: acts("sun", sun), moon: acts("moon", moon) })
 }
 
-/// The Moon's longitude at `t = 0`, which a file has if and only if the Moon acts.
-fn moon_longitude(file: &InputFile, raw: &Raw, strength: f64) -> Result<f64, InputError> {
-    match (&raw.epoch.get_ref().moon_longitude, strength != 0.0) {
-        (Some(longitude), true) => turn(file, longitude),
-        (None, false) => Ok(0.0),
-        (None, true) => Err(file.error(&raw.epoch, "must have moon_longitude: the force \"moon\" acts")),
-        (Some(longitude), false) => Err(file.error(
-            longitude,
-            "has no effect: the force \"moon\" is not in model.forces; add it there, or leave this out",
-        )),
-    }
-}
-
 /// Refuses what an averaged model has no use for.
 fn refuse_what_is_averaged(file: &InputFile, raw: &Raw) -> Result<(), InputError> {
     let refuse = |value: &Option<Spanned<Measure>>, what: &str| match value {
@@ -287,72 +269,4 @@ fn critical_e(file: &InputFile, table: &Spanned<Disposal>, axis: Option<f64>) ->
 }
 
 #[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use super::super::{AnyScenario, check_any};
-    use super::*;
-
-    const GOOD: &str = "name = \"mine\"\n[model]\nname = \"osculating\"\nforces = [\"srp\", \"j2\", \"sun\", \"moon\"]\n\
-        [epoch]\nsun_longitude = \"138.01 deg\"\nmoon_longitude = \"40 deg\"\n[orbit]\nsemi_major_axis = 2.0\nradiation = 0.207\n\
-        [initial]\ne = 0.489\ninclination = \"62.08 deg\"\nnode = \"102.89 deg\"\nargument_of_pericentre = \"19.42 deg\"\n\
-        mean_anomaly = \"75 deg\"\n[times]\nat = [0.0, 0.1, 1.0]\n";
-
-    fn load(text: &str) -> Result<ScenarioInSpace, InputError> {
-        match check_any(&InputFile::from_text(Path::new("s.toml"), text))? {
-            AnyScenario::InSpace(scenario) => Ok(scenario),
-            AnyScenario::InPlane { .. } => panic!("in the plane"),
-        }
-    }
-
-    #[test]
-    fn a_good_file_gives_the_model_and_the_orbit() {
-        let ModelInSpace::Osculating(model, [phi, e, inclination, _], Some(anomaly)) = load(GOOD).unwrap().model else {
-            panic!("another model")
-        };
-        assert!((phi - (102.89f64 + 19.42 - 138.01).to_radians()).abs() < 1e-14);
-        assert_eq!((e, inclination, anomaly), (0.489, 62.08f64.to_radians(), 75f64.to_radians()));
-        assert_eq!(model.semi_major_axis, 2.0);
-        assert!((model.forces.force.oblateness - 0.893_562).abs() < 1e-6 && model.forces.force.radiation == 0.207);
-        assert!((model.obliquity - 23.4393f64.to_radians()).abs() < 1e-15);
-    }
-
-    #[test]
-    fn a_wrong_file_is_refused_at_its_line_and_key() {
-        for (from, to, line, key, words) in [
-            ("\"osculating\"", "\"kepler\"", 3, "model.name", "\"kepler\" is no model, there are \"planar\""),
-            ("\"osculating\"", "\"vectorial\"", 16, "initial.mean_anomaly", "averaged over the satellite's revolution"),
-            ("mean_anomaly = \"75 deg\"\n", "", 11, "initial", "must have mean_anomaly"),
-            ("moon_longitude = \"40 deg\"\n", "", 5, "epoch", "must have moon_longitude"),
-            (", \"moon\"]", "]", 7, "epoch.moon_longitude", "has no effect"),
-            ("semi_major_axis = 2.0\n", "", 8, "orbit", "must have either radiation, oblateness, sun and moon"),
-            ("radiation = 0.207", "radiation = 0.207\nsun = 0.1", 11, "orbit.sun", "follows from the semi-major axis"),
-            (
-                "radiation = 0.207",
-                "radiation = -1",
-                10,
-                "orbit.radiation",
-                "-1 is not allowed, it must be between 0 and 100",
-            ),
-            ("semi_major_axis = 2.0", "semi_major_axis = 0.5", 9, "orbit.semi_major_axis", "more than 1 Earth radius"),
-            ("e = 0.489", "e = 1.0", 12, "initial.e", "at least 0 and below 1"),
-            ("\"62.08 deg\"", "62.08", 13, "initial.inclination", "an angle in radians, at least 0 and below π"),
-            ("\"138.01 deg\"", "138.01", 6, "epoch.sun_longitude", "write \"138.01 deg\""),
-            ("mean_anomaly", "sigma_q = 0.1\nmean_anomaly", 16, "initial.sigma_q", "is unknown"),
-            ("e = 0.489", "e = 0.489\nphi = 1.0", 13, "initial.phi", "leave out one of them"),
-            ("[0.0, 0.1, 1.0]", "[0.5, 1.0]", 18, "times.at", "0.0 for the first"),
-        ] {
-            assert!(GOOD.contains(from), "{from}");
-            let error = load(&GOOD.replacen(from, to, 1)).unwrap_err();
-            assert_eq!((error.line, error.key.as_str()), (line, key), "{error}");
-            assert!(error.to_string().contains(words), "{error}");
-        }
-    }
-
-    #[test]
-    fn where_clouds_are_propagated_a_model_in_space_is_refused_in_words() {
-        let error = super::super::check(&InputFile::from_text(Path::new("s.toml"), GOOD)).unwrap_err();
-        assert_eq!((error.line, error.key.as_str()), (3, "model.name"));
-        assert!(error.to_string().contains("which this command cannot do yet"), "{error}");
-    }
-}
+mod tests;

@@ -58,6 +58,7 @@ pub(super) fn check(file: &InputFile) -> Result<ScenarioInSpace, InputError> {
         times: cloud.times.clone(),
         critical_e: Some(cloud.critical_e),
         shadow: true,
+        epoch,
         cloud: Some(Box::new(cloud)),
     })
 }

@@ -1,6 +1,6 @@
 //! The table `[initial]` of a scenario in space: the orbit at `t = 0`, and how well it is known.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use density::in_space::{InitialInSpace, PAIR_NAMES};
 use density::uncertain::Spread;
@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::angle::{refused, turn};
+use super::angle::{refused, turn, within_a_turn};
 use super::initial;
 use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
@@ -170,9 +170,4 @@ impl Start {
             _ => file.error(table, problem),
         }
     }
-}
-
-/// The same angle between -2π and 2π.
-fn within_a_turn(angle: f64) -> f64 {
-    if angle.abs() <= TAU { angle } else { angle.rem_euclid(TAU) }
 }

@@ -58,7 +58,7 @@ pub(super) fn read(file: &InputFile, times: &Spanned<Times>, epoch: Option<&Epoc
         Times { end: Some(end), step: Some(step), at: None, until: None } => stepped_times(file, end, step),
         Times { end: None, step: None, at: Some(at), until: None } => listed_times(file, at),
         Times { end: None, step: Some(step), at: None, until: Some(until) } => {
-            let needs = "is a date, which needs the date at t = 0: [epoch] date, in a planar scenario";
+            let needs = "is a date, which needs the date at t = 0, [epoch] date";
             let epoch = epoch.ok_or_else(|| file.error(until, needs))?;
             times_until(file, (until, epoch.years_until(file, until)?), step)
         }
