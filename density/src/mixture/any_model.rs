@@ -72,6 +72,15 @@ pub fn transform<const N: usize>(
     }
 }
 
+/// The least variance of a variable, that of a deviation of 5e-10. All points of a component may agree on a variable, as those of a cloud in the equator
+/// on their node.
+const LEAST_VARIANCE: f64 = 2.5e-19;
+
+fn at_least_uncertain<const N: usize>(mut covariance: [[f64; N]; N]) -> [[f64; N]; N] {
+    (0..N).for_each(|k| covariance[k][k] = covariance[k][k].max(LEAST_VARIANCE));
+    covariance
+}
+
 /// The points by which a component is carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum SigmaPoints {
@@ -184,6 +193,8 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
     }
 
     fn mixture_of(&self, which: Which) -> Vec<Component<N>> {
+        let known =
+            |component: Component<N>| Component { covariance: at_least_uncertain(component.covariance), ..component };
         let size = self.rule.count(N);
         let point = |row: usize| {
             let state = Coordinates::from_fn(|k| self.columns[k][row]);
@@ -196,7 +207,7 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
                 SigmaPoints::FifthDegree => fifth_degree::component(M::VARIABLES, weight, &points, which),
             }
         };
-        self.weights.par_iter().enumerate().map(component).collect()
+        self.weights.par_iter().enumerate().map(|place| known(component(place))).collect()
     }
 }
 
