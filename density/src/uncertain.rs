@@ -57,6 +57,23 @@ impl Spread {
             }
         }
     }
+
+    /// The distance from the mean, in standard deviations, at which the distribution is cut.
+    pub fn lowest(&self) -> f64 {
+        match self.distribution {
+            Distribution::Gaussian => -1.0 / self.relative,
+            Distribution::LogNormal => f64::NEG_INFINITY,
+        }
+    }
+
+    /// The radiation parameter at `z` standard deviations, where its mean is `mean`.
+    pub fn radiation(&self, mean: f64, z: f64) -> f64 {
+        let (middle, sigma) = self.parameters(mean);
+        match self.distribution {
+            Distribution::Gaussian => middle + sigma * z,
+            Distribution::LogNormal => (middle + sigma * z).exp(),
+        }
+    }
 }
 
 /// A planar problem with an uncertain radiation parameter, of which the problem's model has the mean.
@@ -101,11 +118,7 @@ impl UncertainProblem {
 
     /// The radiation parameter at `z`.
     pub fn radiation(&self, z: f64) -> f64 {
-        let (mean, sigma) = self.third();
-        match self.spread.distribution {
-            Distribution::Gaussian => mean + sigma * z,
-            Distribution::LogNormal => (mean + sigma * z).exp(),
-        }
+        self.spread.radiation(self.mean(), z)
     }
 
     /// The density of the third variable.
@@ -116,10 +129,7 @@ impl UncertainProblem {
 
     /// The value of `z` at which the distribution is cut.
     pub fn lowest(&self) -> f64 {
-        match self.spread.distribution {
-            Distribution::Gaussian => -1.0 / self.spread.relative,
-            Distribution::LogNormal => f64::NEG_INFINITY,
-        }
+        self.spread.lowest()
     }
 
     /// The share of the uncut Gaussian that the cut leaves.

@@ -186,7 +186,11 @@ fn above(terminal: &MultiProgress, lines: &str) {
 fn describe(node: &NodeState, scenario: &str, now: Instant) -> String {
     let mut text = node.phase.word().to_owned();
     if matches!(node.phase, Phase::Working | Phase::Done) {
-        text += &format!(" {scenario} {}/{}", node.done, node.of);
+        text += &match node.of {
+            // Nobody knows how many requests there will be.
+            0 => format!(" {scenario} {}", node.done),
+            of => format!(" {scenario} {}/{of}", node.done),
+        };
     }
     if let (Some(rate), Some(left)) = (node.per_second(now), node.seconds_left(now)) {
         let left = humantime::format_duration(Duration::from_secs(left.min(1e9).ceil() as u64));

@@ -8,8 +8,7 @@ use std::path::Path;
 
 use density::exact::Estimated;
 use density::reliability::refinement::{Cell, Known, fill};
-use density::reliability::rows::are_alike;
-use density::reliability::{Point, evaluate};
+use density::reliability::{AnyPoint, are_alike, evaluate};
 use nodes::files::input::InputError;
 use nodes::files::map_file::MapFile;
 use rayon::prelude::*;
@@ -48,7 +47,7 @@ pub fn compute(map: &MapFile, folder: &Path, quiet: bool) -> Result<Vec<Cell>, S
     };
     let mut kept = Computed::open(folder)?;
     let mut known = kept.known().clone();
-    let mut progress = Progress::new(units.0 * units.1, known.len(), quiet);
+    let progress = Progress::new(units.0 * units.1, known.len(), quiet);
     let batch = if unit == Unit::Point { BATCH } else { 1 };
     let cells = fill(units, map.tolerance, &mut known, |missing, known: &mut Known| {
         for some in missing.chunks(batch) {
@@ -91,10 +90,10 @@ fn unit_at(map: &MapFile, unit: Unit, (x, y): (usize, usize)) -> Result<Vec<Esti
         Unit::Point => vec![(x, y)],
     };
     let indices: Vec<usize> = places.into_iter().map(|place| map.index(place)).collect();
-    let points: Vec<Point> =
+    let points: Vec<AnyPoint> =
         indices.iter().map(|&index| map.point(index)).collect::<Result<_, _>>().map_err(|error| error.to_string())?;
     let scales: Vec<f64> = indices.iter().zip(&points).map(|(&index, point)| map.scale(index, point)).collect();
-    let found = evaluate(&points, map.quantity, map.tolerance);
+    let found = evaluate(&points, map.quantity, map.other, map.tolerance);
     let scaled =
         |(found, scale): (Estimated, f64)| Estimated { value: found.value * scale, error: found.error * scale };
     Ok(found.into_iter().zip(scales).map(scaled).collect())

@@ -84,11 +84,11 @@ fn arrays(map: &MapFile, cells: &[Cell], path: &Path) -> Result<(), String> {
 }
 
 fn figure(map: &MapFile, cells: &[Cell]) -> Result<Figure, String> {
-    let axis = |axis: usize| Along { label: words(&map.axes[axis]), values: along(map, axis) };
+    let axis = |axis: usize| Along { label: words(map, &map.axes[axis]), values: along(map, axis) };
     let drawn = Map {
         name: "map".into(),
         label: map.label(),
-        is_probability: matches!(map.quantity, Quantity::Reentry { .. }),
+        is_probability: map.other.is_none() && matches!(map.quantity, Quantity::Reentry { .. }),
         x: axis(0),
         y: (map.axes.len() > 1).then(|| axis(1)),
         values: cells.iter().map(|cell| (cell.quantity.value, cell.quantity.error)).collect(),
@@ -96,22 +96,29 @@ fn figure(map: &MapFile, cells: &[Cell]) -> Result<Figure, String> {
     drawn.draw().map_err(|e| format!("{FIGURE}: {e}"))
 }
 
-/// A key of a scenario file as the label of an axis.
-fn words(key: &str) -> String {
-    let words = match key {
-        "orbit.semi_major_axis" => "semi-major axis a [Earth radii]",
-        "orbit.altitude" => "altitude of a circular orbit [km]",
-        "orbit.area_to_mass" => "area-to-mass ratio [m²/kg]",
-        "orbit.reflectivity" => "reflectivity coefficient",
-        "orbit.radiation" => "radiation parameter C",
-        "orbit.oblateness" => "oblateness parameter W",
-        "initial.phi" => "initial solar angle φ [rad]",
-        "initial.e" => "initial eccentricity e",
-        "initial.sigma_radiation" => "relative deviation of the radiation parameter",
-        "disposal.critical_e" => "critical eccentricity",
-        other => other,
+/// A key of a scenario file as the label of an axis, with the unit in which it is varied.
+fn words(map: &MapFile, key: &str) -> String {
+    let (words, own) = match key {
+        "orbit.semi_major_axis" => ("semi-major axis a", "Earth radii"),
+        "orbit.altitude" => ("altitude of a circular orbit", "km"),
+        "orbit.area_to_mass" => ("area-to-mass ratio", "m²/kg"),
+        "orbit.reflectivity" => ("reflectivity coefficient", ""),
+        "orbit.radiation" => ("radiation parameter C", ""),
+        "orbit.oblateness" => ("oblateness parameter W", ""),
+        "epoch.sun_longitude" => ("longitude of the Sun at the start", "rad"),
+        "initial.phi" => ("initial solar angle φ", "rad"),
+        "initial.e" => ("initial eccentricity e", ""),
+        "initial.inclination" => ("initial inclination i", "rad"),
+        "initial.node" => ("initial longitude of the ascending node", "rad"),
+        "initial.argument_of_pericentre" => ("initial argument of the pericentre", "rad"),
+        "initial.sigma_radiation" => ("relative deviation of the radiation parameter", ""),
+        "disposal.critical_e" => ("critical eccentricity", ""),
+        other => (other, ""),
     };
-    words.to_owned()
+    match map.sweep.unit(key).unwrap_or(own) {
+        "" => words.to_owned(),
+        unit => format!("{words} [{unit}]"),
+    }
 }
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:60rem;padding:0 1rem}\

@@ -89,12 +89,17 @@ fn weighted_shares(passages: &[f64], weights: &[f64], times: &[f64]) -> Vec<f64>
 /// normal approximation does not reject the observation (Wilson, J. Am. Stat. Assoc. 22, 1927). Unlike `p ± 2 sigma` it stays
 /// within `[0, 1]` and is not empty at `p = 0`. Without trials it is `[0, 1]`.
 pub fn wilson_interval(p: f64, count: f64) -> (f64, f64) {
+    wilson_within(p, count, QUANTILE)
+}
+
+/// The same for so many standard errors.
+pub fn wilson_within(p: f64, count: f64, standard_errors: f64) -> (f64, f64) {
     if count <= 0.0 {
         return (0.0, 1.0);
     }
-    let z2 = QUANTILE * QUANTILE / count;
+    let z2 = standard_errors * standard_errors / count;
     let centre = (p + 0.5 * z2) / (1.0 + z2);
-    let half = QUANTILE * (p * (1.0 - p) / count + 0.25 * z2 / count).sqrt() / (1.0 + z2);
+    let half = standard_errors * (p * (1.0 - p) / count + 0.25 * z2 / count).sqrt() / (1.0 + z2);
     ((centre - half).clamp(0.0, p), (centre + half).clamp(p, 1.0))
 }
 

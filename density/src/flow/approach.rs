@@ -79,4 +79,30 @@ impl<M: Model> Flow<M> {
             }
         });
     }
+
+    /// The same without the least clearances.
+    ///
+    /// # Panics
+    /// As [`Flow::carry`], or if there is not one time for every orbit.
+    pub(crate) fn carry_passing(
+        &self,
+        columns: &mut [&mut [f64]],
+        (from, to): (f64, f64),
+        critical: f64,
+        times: &mut [f64],
+    ) {
+        assert!(columns.iter().all(|column| column.len() == times.len()));
+        let critical = self.model.critical_clearance(critical);
+        let pieces = chunks::<M>(columns).into_par_iter().zip(times.par_chunks_mut(CHUNK));
+        pieces.for_each(|(mut columns, times)| {
+            let note = |time: f64| time;
+            let passages = Passages { passages: &mut *times, pending: f64::INFINITY, note: &note };
+            let mut watch = Threshold { critical, end: to, passages };
+            let batch = Batch { columns: &mut columns, from, years: &[to - from] };
+            for (lost, _) in self.model.perform(Carry { accuracy: self.accuracy, batch, watch: &mut watch }) {
+                columns.iter_mut().for_each(|column| column[lost] = f64::NAN);
+                times[lost] = if times[lost].is_finite() { times[lost] } else { f64::NAN };
+            }
+        });
+    }
 }

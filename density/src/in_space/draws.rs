@@ -56,13 +56,25 @@ impl Distributed {
     /// # Errors
     /// [`SpaceProblemError`] if solar angle and eccentricity have no Gaussian.
     pub fn of_plane(problem: &UncertainProblem) -> Result<Self, SpaceProblemError> {
-        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation } = problem.plane.initial;
+        Self::in_plane(problem.plane.initial, Some(problem.spread), problem.mean())
+    }
+
+    /// The same for a radiation parameter of this mean, uncertain or not.
+    ///
+    /// # Errors
+    /// As [`Distributed::of_plane`].
+    pub fn in_plane(
+        initial: InitialGaussian,
+        spread: Option<Spread>,
+        mean_radiation: f64,
+    ) -> Result<Self, SpaceProblemError> {
+        let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation } = initial;
         let initial = InitialInSpace {
             mean: [mean_phi, mean_e, 0.0, 0.0],
             sigma: [sigma_phi, sigma_e, 0.0, 0.0],
             correlation: [correlation, 0.0, 0.0, 0.0, 0.0, 0.0],
         };
-        Self::new(&initial, Some(problem.spread), problem.mean())
+        Self::new(&initial, spread, mean_radiation)
     }
 
     fn new(initial: &InitialInSpace, spread: Option<Spread>, mean_radiation: f64) -> Result<Self, SpaceProblemError> {

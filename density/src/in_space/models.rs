@@ -105,7 +105,7 @@ impl SpaceModel {
     }
 
     /// The parameters, to be changed.
-    pub(super) fn forces_mut(&mut self) -> &mut SunMoon {
+    pub(crate) fn forces_mut(&mut self) -> &mut SunMoon {
         match self {
             Self::Vectorial { model, .. } => &mut model.forces,
             Self::Osculating { model, .. } => &mut model.forces,

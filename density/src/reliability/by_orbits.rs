@@ -2,173 +2,210 @@
 //!
 //! Each start of a quasi-random sample is followed with many radiation parameters; where it passes the critical eccentricity with one and not with the next, the
 //! border is found by halving. The probability of re-entry for an uncertain parameter is then the mean, over the starts, of the probability of the parameters with
-//! which they pass: smooth in everything, so that two thousand starts are enough for an error below 1e-3. Independent replicates of the sample show the error.
-
-use std::num::NonZeroUsize;
-
-use rayon::prelude::*;
+//! which they pass: smooth in everything, so that two thousand starts are mostly enough for an error below 1e-3. Independent replicates of the sample show the
+//! error; where it is too large, each replicate gets twice as many starts, up to [`MOST_STARTS`].
+//!
+//! A band of parameters with which a start passes, or does not, may be narrower than the distance `h` of the logarithms of the parameters that are tried. A band of width
+//! `w < h` is seen with the probability `w/h`, since the parameters of each start are shifted by a share of their distance that is even over the starts. So each
+//! band that is seen counts `h/w` times, and the mean has no bias (Horvitz & Thompson, J. Am. Stat. Assoc. 47, 1952).
 
 use crate::exact::Estimated;
 use crate::exact::measure::normal_tail;
-use crate::flow::{Accuracy, Flow, Passages};
-use crate::model::registry::Planar;
-use crate::model::uncertain_radiation::{Linear, UncertainRadiation};
-use crate::orbits::Orbits;
-use crate::problem::Problem;
-use crate::sampling::{Draws, SamplingPlan};
-use crate::uncertain::{Distribution, UncertainProblem};
+use crate::in_space::draws::Start;
+use crate::uncertain::{Distribution, Spread};
 
-/// Independent samples of starts.
-const REPLICATES: usize = 8;
-/// Starts of each.
-const STARTS: usize = 256;
-/// Distance of the parameters of a start, as a factor. A start that re-enters only with parameters between two of them is seen by others, whose
-/// parameters lie elsewhere.
+use super::cloud::{Cloud, Irradiated};
+use super::replicates::{Numbers, REPLICATES, estimated};
+
+/// Most starts of each replicate.
+pub const MOST_STARTS: usize = 2048;
+/// Distance of the parameters of a start, as a factor.
 const FACTOR: f64 = 1.12;
-/// Halvings of the distance in which a border lies.
-const HALVINGS: u32 = 12;
-/// Years after which the orbits that have passed are left behind.
-const SEGMENT: f64 = 0.5;
-/// Number of standard errors that an error estimate has.
-const STANDARD_ERRORS: f64 = 3.0;
+/// What is left of the distance in which a border lies, as a share of the narrowest relative deviation of the parameter; of the parameter itself where that is
+/// certain.
+const SHARPNESS: f64 = 0.01;
+const SHARPEST: f64 = 1e-4;
 
 /// The parameters with which a start passes: ascending borders, and whether it passes below the first.
 #[derive(Debug, Clone)]
-struct Start {
+struct Borders {
     passes_first: bool,
-    borders: Vec<f64>,
+    /// The logarithm of each.
+    logarithms: Vec<f64>,
+}
+
+/// Which radiation parameters are asked about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asked {
+    /// The least and the largest.
+    pub ends: (f64, f64),
+    /// The narrowest relative deviation of an uncertain one; 0 if one is certain.
+    pub narrowest: f64,
+    /// Within which orbits pass \[yr\].
+    pub years: f64,
 }
 
 /// What is known of the starts of a cloud.
 #[derive(Debug, Clone)]
 pub struct ByOrbits {
-    starts: Vec<Start>,
+    replicates: Vec<Vec<Borders>>,
+    /// Distance of the logarithms of the parameters.
+    distance: f64,
+    /// Starts with a parameter with which nothing is known of the orbit.
+    lost: usize,
 }
 
-/// The error estimate below which this method cannot come: each start stands for a part of the cloud of which nothing else is known.
-pub const LEAST_ERROR: f64 = 0.5 / (REPLICATES * STARTS) as f64;
-
 impl ByOrbits {
-    /// For radiation parameters between `ends`, and passages within `years`; `None` if an orbit cannot be followed.
-    pub fn new(problem: &Problem<Planar>, ends: (f64, f64), years: f64) -> Option<Self> {
-        let without = problem.model.with("radiation", 0.0).ok()?;
-        let flow = Flow { model: UncertainRadiation::<Linear>::new(without), accuracy: Accuracy::Coarse };
-        let cloud = Cloud { flow, starts: starts(problem), critical_e: problem.critical_e, years };
-        let (low, high) = ends;
-        let parts = ((high / low).ln() / FACTOR.ln()).ceil().max(1.0);
-        // Each start has parameters of its own, so that together they are everywhere.
-        let parameters = |start: usize| {
-            let shift = (0.5 + start as f64 * GOLDEN).fract();
-            let inside = (0..parts as u32).map(move |k| low * (high / low).powf((f64::from(k) + shift) / parts));
-            [low].into_iter().chain(inside).chain([high])
-        };
-        let questions: Vec<(usize, f64)> =
-            (0..cloud.starts.len()).flat_map(|start| parameters(start).map(move |c| (start, c))).collect();
-        let passes = cloud.pass(&questions)?;
-        let mut brackets: Vec<(usize, f64, f64, bool)> = Vec::new();
-        for (pair, passes) in questions.windows(2).zip(passes.windows(2)) {
-            if pair[0].0 == pair[1].0 && passes[0] != passes[1] {
-                brackets.push((pair[0].0, pair[0].1, pair[1].1, passes[0]));
+    /// Starts that are enough by `error`, which says the largest error of what is wanted of them, for an error of `tolerance`; or the most that there can be.
+    pub fn new(cloud: &Cloud, asked: Asked, tolerance: f64, error: impl Fn(&Self) -> f64) -> Self {
+        let mut found = Self::none(asked);
+        for numbers in Numbers::up_to(MOST_STARTS) {
+            found.add(cloud, asked, numbers);
+            if error(&found) <= tolerance {
+                break;
             }
         }
-        for _ in 0..HALVINGS {
-            let middles: Vec<(usize, f64)> =
-                brackets.iter().map(|&(s, low, high, _)| (s, low.midpoint(high))).collect();
-            let passes = cloud.pass(&middles)?;
-            for ((_, low, high, first), ((_, middle), passes)) in brackets.iter_mut().zip(middles.iter().zip(passes)) {
-                if passes == *first { *low = *middle } else { *high = *middle }
-            }
-        }
-        let per_start = questions.len() / cloud.starts.len();
-        let mut found: Vec<Start> = (0..cloud.starts.len())
-            .map(|start| Start { passes_first: passes[start * per_start], borders: Vec::new() })
-            .collect();
-        for (start, low, high, _) in brackets {
-            found[start].borders.push(low.midpoint(high));
-        }
-        Some(Self { starts: found })
+        found
     }
 
-    /// The probability of re-entry for the uncertain parameter of `problem`.
-    pub fn probability(&self, problem: &UncertainProblem) -> Estimated {
-        let (mean, sigma) = problem.third();
-        let lowest = problem.lowest();
-        let above = |radiation: f64| {
-            let variable = match problem.spread.distribution {
-                Distribution::Gaussian => radiation,
-                Distribution::LogNormal => radiation.ln(),
-            };
-            normal_tail(((variable - mean) / sigma).max(lowest))
-        };
-        let inside = problem.mass_inside();
-        let of_start = |start: &Start| {
-            // Each border adds or takes away what lies above it.
-            let first = if start.passes_first { inside } else { 0.0 };
-            let signs = [1.0, -1.0].into_iter().cycle().skip(usize::from(start.passes_first));
-            (first + start.borders.iter().zip(signs).map(|(border, sign)| sign * above(*border)).sum::<f64>()) / inside
-        };
-        let means: Vec<f64> =
-            self.starts.chunks(STARTS).map(|part| part.iter().map(of_start).sum::<f64>() / part.len() as f64).collect();
-        let mean = means.iter().sum::<f64>() / means.len() as f64;
-        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (means.len() - 1) as f64;
-        let standard_error = (variance / means.len() as f64).sqrt();
-        Estimated { value: mean.clamp(0.0, 1.0), error: LEAST_ERROR + STANDARD_ERRORS * standard_error }
+    /// Without starts.
+    pub(super) fn none(asked: Asked) -> Self {
+        Self { replicates: vec![Vec::new(); REPLICATES], distance: lattice(asked).1, lost: 0 }
     }
+
+    /// Adds the starts of these numbers to each replicate.
+    pub(super) fn add(&mut self, cloud: &Cloud, asked: Asked, numbers: std::ops::Range<usize>) {
+        for (replicate, known) in self.replicates.iter_mut().enumerate() {
+            let starts = cloud.starts(replicate, numbers.clone());
+            let (found, lost) = borders(cloud, asked, &starts, replicate * MOST_STARTS + numbers.start);
+            known.extend(found);
+            self.lost += lost;
+        }
+    }
+
+    /// How many starts had to be left out of account.
+    pub fn lost(&self) -> usize {
+        self.lost
+    }
+
+    /// The probability of re-entry for a radiation parameter of this mean and spread.
+    pub fn probability(&self, mean: f64, spread: Option<Spread>) -> Estimated {
+        let found = self.figure(&self.means(mean, spread));
+        Estimated { value: found.value.clamp(0.0, 1.0), ..found }
+    }
+
+    /// A figure from those of the replicates.
+    pub(super) fn figure(&self, means: &[f64]) -> Estimated {
+        estimated(means, self.replicates.iter().map(Vec::len).sum(), self.lost)
+    }
+
+    /// The probability of each replicate.
+    pub(super) fn means(&self, mean: f64, spread: Option<Spread>) -> Vec<f64> {
+        let above = tail_above(mean, spread);
+        let of = |starts: &Vec<Borders>| {
+            starts.iter().map(|start| start.share(&above, self.distance)).sum::<f64>() / starts.len().max(1) as f64
+        };
+        self.replicates.iter().map(of).collect()
+    }
+}
+
+impl Borders {
+    /// The probability of the parameters with which it passes, if `above` is the probability of those above a logarithm.
+    fn share(&self, above: &impl Fn(f64) -> f64, distance: f64) -> f64 {
+        let mut passes = self.passes_first;
+        let mut share = f64::from(u8::from(passes));
+        let mut next = 0;
+        while let Some(&border) = self.logarithms.get(next) {
+            // Above a border there is re-entry, if there is none below it.
+            let sign = if passes { -1.0 } else { 1.0 };
+            match self.logarithms.get(next + 1) {
+                Some(&end) if end - border < distance => {
+                    share += sign * (above(border) - above(end)) * distance / (end - border).max(f64::MIN_POSITIVE);
+                    next += 2;
+                }
+                _ => {
+                    share += sign * above(border);
+                    passes = !passes;
+                    next += 1;
+                }
+            }
+        }
+        share
+    }
+}
+
+/// The probability that a radiation parameter is larger than one whose logarithm is given.
+fn tail_above(mean: f64, spread: Option<Spread>) -> impl Fn(f64) -> f64 {
+    move |logarithm: f64| {
+        let Some(spread) = spread else { return f64::from(u8::from(mean.ln() >= logarithm)) };
+        let (middle, sigma) = spread.parameters(mean);
+        let variable = match spread.distribution {
+            Distribution::Gaussian => logarithm.exp(),
+            Distribution::LogNormal => logarithm,
+        };
+        let lowest = spread.lowest();
+        normal_tail(((variable - middle) / sigma).max(lowest)) / normal_tail(lowest)
+    }
+}
+
+/// Number and distance of the logarithms of the parameters that are tried.
+fn lattice(Asked { ends: (low, high), .. }: Asked) -> (u32, f64) {
+    let length = (high / low).ln();
+    let parts = (length / FACTOR.ln()).ceil().max(1.0);
+    (parts as u32, length / parts)
 }
 
 /// The fractional part of the golden ratio, whose multiples are spread evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// The starts of all replicates, as states.
-fn starts(problem: &Problem<Planar>) -> Vec<[f64; 2]> {
-    let draw = |seed: usize| {
-        let plan = SamplingPlan { draws: Draws::Sobol, seed: seed as u64, replicates: NonZeroUsize::MIN };
-        let (x1, x2) = plan.draw(&problem.initial, STARTS);
-        x1.into_iter().zip(x2).map(|(x1, x2)| [x1, x2]).collect::<Vec<_>>()
+/// The borders of some starts, the first of which has this number, and how many of them have an orbit of which nothing is known.
+fn borders(cloud: &Cloud, asked: Asked, starts: &[Start], first: usize) -> (Vec<Borders>, usize) {
+    let (parts, distance) = lattice(asked);
+    let (low, high) = (asked.ends.0.ln(), asked.ends.1.ln());
+    // Each start has parameters of its own, so that together they are everywhere.
+    let logarithms = |start: usize| {
+        let shift = (0.5 + (first + start) as f64 * GOLDEN).fract();
+        let inside = (0..parts).map(move |k| low + distance * (f64::from(k) + shift));
+        let is_single = high <= low;
+        [low].into_iter().chain(inside.chain([high]).filter(move |_| !is_single))
     };
-    (0..REPLICATES).flat_map(draw).collect()
-}
-
-/// Orbits that start in a cloud.
-struct Cloud {
-    flow: Flow<UncertainRadiation<Linear>>,
-    starts: Vec<[f64; 2]>,
-    critical_e: f64,
-    years: f64,
-}
-
-impl Cloud {
-    /// Whether each start passes with its radiation parameter; `None` if an orbit cannot be followed.
-    fn pass(&self, questions: &[(usize, f64)]) -> Option<Vec<bool>> {
-        const CHUNK: usize = 1024;
-        let parts: Option<Vec<Vec<bool>>> = questions.par_chunks(CHUNK).map(|part| self.pass_some(part)).collect();
-        Some(parts?.concat())
-    }
-
-    fn pass_some(&self, questions: &[(usize, f64)]) -> Option<Vec<bool>> {
-        let column =
-            |f: fn([f64; 2], f64) -> f64| questions.iter().map(|&(start, c)| f(self.starts[start], c)).collect();
-        let mut columns: Vec<Vec<f64>> =
-            vec![column(|state, _| state[0]), column(|state, _| state[1]), column(|_, c| c)];
-        let mut passes = vec![false; questions.len()];
-        let mut open: Vec<usize> = (0..questions.len()).collect();
-        let segments = (self.years / SEGMENT).ceil().max(1.0) as u32;
-        for _ in 0..segments {
-            let mut passed = vec![0u8; open.len()];
-            let mut orbits = Orbits::from_columns(self.flow, columns);
-            let noted = Passages { passages: &mut passed, pending: 0, note: &|_| 1 };
-            orbits.advance_watching(self.years / f64::from(segments), self.critical_e, noted).ok()?;
-            passed.iter().zip(&open).filter(|(passed, _)| **passed == 1).for_each(|(_, &orbit)| passes[orbit] = true);
-            let stays =
-                |values: &[f64]| values.iter().zip(&passed).filter(|(_, p)| **p == 0).map(|(x, _)| *x).collect();
-            columns = orbits.columns().iter().map(|column| stays(column)).collect();
-            open = open.into_iter().zip(&passed).filter(|(_, p)| **p == 0).map(|(orbit, _)| orbit).collect();
-            if open.is_empty() {
-                break;
-            }
+    let asks: Vec<(usize, f64)> =
+        (0..starts.len()).flat_map(|start| logarithms(start).map(move |c| (start, c))).collect();
+    let mut lost = vec![false; starts.len()];
+    let mut pass = |asks: &[(usize, f64)]| {
+        let orbits: Vec<Irradiated> = asks.iter().map(|&(start, log)| (starts[start], log.exp())).collect();
+        let times = cloud.passages(&orbits, asked.years);
+        asks.iter().zip(&times).filter(|(_, time)| time.is_nan()).for_each(|(&(start, _), _)| lost[start] = true);
+        times.into_iter().map(|time| time <= asked.years).collect::<Vec<bool>>()
+    };
+    let passes = pass(&asks);
+    let mut brackets: Vec<(usize, f64, f64, bool)> = Vec::new();
+    for (pair, passes) in asks.windows(2).zip(passes.windows(2)) {
+        if pair[0].0 == pair[1].0 && passes[0] != passes[1] {
+            brackets.push((pair[0].0, pair[0].1, pair[1].1, passes[0]));
         }
-        Some(passes)
     }
+    for _ in 0..halvings(asked, distance) {
+        let middles: Vec<(usize, f64)> = brackets.iter().map(|&(s, low, high, _)| (s, low.midpoint(high))).collect();
+        let passes = pass(&middles);
+        for ((_, low, high, first), ((_, middle), passes)) in brackets.iter_mut().zip(middles.iter().zip(passes)) {
+            if passes == *first { *low = *middle } else { *high = *middle }
+        }
+    }
+    let per_start = asks.len() / starts.len().max(1);
+    let mut found: Vec<Borders> = (0..starts.len())
+        .map(|start| Borders { passes_first: passes[start * per_start], logarithms: Vec::new() })
+        .collect();
+    for (start, low, high, _) in brackets {
+        found[start].logarithms.push(low.midpoint(high));
+    }
+    (found, lost.into_iter().filter(|lost| *lost).count())
+}
+
+/// How often the distance in which a border lies is halved.
+fn halvings(asked: Asked, distance: f64) -> u32 {
+    let width = if asked.narrowest > 0.0 { SHARPNESS * asked.narrowest } else { SHARPEST };
+    (distance / width).log2().ceil().max(0.0) as u32
 }
 
 #[cfg(test)]
@@ -176,9 +213,9 @@ mod tests {
     use super::super::rows::{Point, evaluate};
     use super::*;
     use crate::model::planar::force_from_orbit;
-    use crate::problem::InitialGaussian;
+    use crate::model::registry::Planar;
+    use crate::problem::{InitialGaussian, Problem};
     use crate::reliability::Quantity;
-    use crate::uncertain::Spread;
 
     fn problem(area: f64, years: f64) -> Problem<Planar> {
         let initial = InitialGaussian { mean_phi: 3.0, mean_e: 0.03, sigma_phi: 0.4, sigma_e: 0.008, correlation: 0.0 };
@@ -198,10 +235,11 @@ mod tests {
                 .collect();
             let exact = evaluate(&row, Quantity::Reentry { within: years }, 1e-4);
             let radiation = |k: usize| row[k].problem.model.value("radiation").unwrap();
-            let sampled = ByOrbits::new(&row[0].problem, (0.7 * radiation(0), 1.4 * radiation(5)), years).unwrap();
-            for (point, exact) in row.iter().zip(exact) {
-                let problem = UncertainProblem { plane: point.problem.clone(), spread: point.spread.unwrap() };
-                let found = sampled.probability(&problem);
+            let asked = Asked { ends: (0.7 * radiation(0), 1.4 * radiation(5)), narrowest: 0.06, years };
+            let cloud = Cloud::in_plane(&row[0].problem, row[0].spread).unwrap();
+            let sampled = ByOrbits::new(&cloud, asked, 1.0, |_| 0.0);
+            for (k, (point, exact)) in row.iter().zip(exact).enumerate() {
+                let found = sampled.probability(radiation(k), point.spread);
                 let difference = (found.value - exact.value).abs();
                 assert!(difference <= found.error + exact.error, "{years} yr: {found:?} {exact:?}");
                 assert!(found.error < 3e-3, "{found:?}");

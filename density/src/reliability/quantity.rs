@@ -66,7 +66,7 @@ impl Quantity {
         }
     }
 
-    fn times(self) -> Vec<f64> {
+    pub(super) fn times(self) -> Vec<f64> {
         match self {
             Self::Reentry { within } | Self::RequiredFactor { within, .. } => vec![within],
             Self::TimeOfReentry { within, .. } => {

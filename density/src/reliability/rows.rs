@@ -6,14 +6,16 @@ use crate::problem::Problem;
 use crate::uncertain::{Distribution, Spread, UncertainProblem};
 
 use super::UNKNOWN;
-use super::by_orbits::{ByOrbits, LEAST_ERROR};
+use super::by_orbits::{Asked, ByOrbits};
 use super::by_radiation::{ByRadiation, Range};
-use super::quantity::{LARGEST_FACTOR, Quantity, SMALLEST_FACTOR};
+use super::cloud::Cloud;
+use super::quantity::Quantity;
+use super::required::{error_at, factor_for};
 
 /// Distance in standard deviations out to which the radiation parameter is followed; the probability beyond is 2e-9.
-const REACH: f64 = 6.0;
+pub(super) const REACH: f64 = 6.0;
 /// Smallest radiation parameter of a table, as a share of the largest one.
-const SMALLEST: f64 = 1e-4;
+pub(super) const SMALLEST: f64 = 1e-4;
 /// Largest distance between values of the radiation parameter in a table, as a share.
 const COARSEST: f64 = 0.1;
 
@@ -60,12 +62,10 @@ pub fn evaluate(row: &[Point], quantity: Quantity, tolerance: f64) -> Row {
     }
     let acting: Vec<&Point> = row.iter().filter(|point| radiation(point) > 0.0).collect();
     let range = range(&acting, quantity, tolerance);
-    let orbits =
-        years_of_orbits(row, quantity, tolerance).and_then(|years| ByOrbits::new(&first.problem, range.ends, years));
-    if let Some(orbits) = orbits {
-        let probability =
-            |point: &Point, factor: f64| uncertain(point, factor).map_or(UNKNOWN, |p| orbits.probability(&p));
-        return row.iter().map(|point| of_point(quantity, |factor| vec![probability(point, factor)])).collect();
+    if let Some(found) = years_of_orbits(row, quantity, tolerance)
+        .and_then(|years| with_orbits(row, quantity, tolerance, Asked { ends: range.ends, narrowest: range.narrowest, years }))
+    {
+        return found;
     }
     let distribution = first.spread.map_or(Distribution::LogNormal, |spread| spread.distribution);
     let table = ByRadiation::new(distribution, range, quantity.count(), figures);
@@ -80,18 +80,36 @@ pub fn evaluate(row: &[Point], quantity: Quantity, tolerance: f64) -> Row {
     row.iter().map(at).collect()
 }
 
+/// The quantity at each point by a sample of orbits; none if one of them cannot be followed.
+fn with_orbits(row: &[Point], quantity: Quantity, tolerance: f64, asked: Asked) -> Option<Row> {
+    let first = row.first()?;
+    let cloud = Cloud::in_plane(&first.problem, first.spread).ok()?;
+    let probability = |orbits: &ByOrbits, point: &Point, factor: f64| {
+        orbits.probability(factor * point.problem.model.value("radiation").unwrap_or(0.0), point.spread)
+    };
+    let error = |orbits: &ByOrbits| {
+        let at = |point: &Point| error_at(quantity, |factor| probability(orbits, point, factor));
+        row.iter().map(at).fold(0.0, f64::max)
+    };
+    let orbits = ByOrbits::new(&cloud, asked, tolerance, error);
+    let of = |point| of_point(quantity, |factor| vec![probability(&orbits, point, factor)]);
+    (orbits.lost() == 0).then(|| row.iter().map(of).collect())
+}
+
 /// The years within which passages are asked for, if a sample of orbits answers well enough: where the parameter of every point is uncertain.
 fn years_of_orbits(row: &[Point], quantity: Quantity, tolerance: f64) -> Option<f64> {
     let is_uncertain = |point: &Point| point.spread.is_some_and(|spread| spread.relative >= NARROWEST_OF_ORBITS);
-    let are_enough = tolerance >= 2.0 * LEAST_ERROR && row.iter().all(is_uncertain);
+    let are_enough = tolerance >= FINEST_OF_ORBITS && row.iter().all(is_uncertain);
     match quantity {
         Quantity::Reentry { within } | Quantity::RequiredFactor { within, .. } if are_enough => Some(within),
         _ => None,
     }
 }
 
-/// Narrowest relative deviation of the radiation parameter that makes the probability smooth enough for a sample of orbits.
+/// Narrowest relative deviation of the radiation parameter that makes the probability smooth enough for a sample of orbits, and the finest tolerance for which
+/// a sample takes less time than the exact curve.
 const NARROWEST_OF_ORBITS: f64 = 0.02;
+const FINEST_OF_ORBITS: f64 = 5e-4;
 
 /// The radiation parameters of all these points, as far as their figures matter.
 fn range(points: &[&Point], quantity: Quantity, tolerance: f64) -> Range {
@@ -124,32 +142,4 @@ fn of_point(quantity: Quantity, figures: impl Fn(f64) -> Vec<Estimated>) -> Esti
         Quantity::RequiredFactor { probability, .. } => factor_for(probability, |factor| figures(factor)[0]),
         _ => quantity.of(&figures(1.0)),
     }
-}
-
-/// The least factor with which a probability is reached, with half the distance between those at which the probability plus and less its error
-/// reaches it.
-fn factor_for(probability: f64, of: impl Fn(f64) -> Estimated) -> Estimated {
-    const STEPS: i32 = 120;
-    let factor = |k: i32| SMALLEST_FACTOR * (LARGEST_FACTOR / SMALLEST_FACTOR).powf(f64::from(k) / f64::from(STEPS));
-    let with = |sign: f64| {
-        let suffices = |factor: f64| {
-            let found = of(factor);
-            found.value + sign * found.error >= probability
-        };
-        let Some(first) = (0..=STEPS).find(|&k| suffices(factor(k))) else { return f64::INFINITY };
-        if first == 0 {
-            return 0.0;
-        }
-        let (mut low, mut high) = (factor(first - 1), factor(first));
-        for _ in 0..30 {
-            let middle = low.midpoint(high);
-            if suffices(middle) { high = middle } else { low = middle }
-        }
-        high
-    };
-    let (value, early, late) = (with(0.0), with(1.0), with(-1.0));
-    if value.is_infinite() || late.is_infinite() {
-        return Estimated { value, error: if early == late { 0.0 } else { f64::INFINITY } };
-    }
-    Estimated { value, error: 0.5 * (late - early) }
 }

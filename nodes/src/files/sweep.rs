@@ -1,4 +1,4 @@
-//! Sweep files: one scenario, with some of its values varied, in every combination.
+//! Sweep files: one scenario, with some of its values varied, in every combination. A map file is one as well.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use toml::{Spanned, Table, Value};
 use crate::files::file_kind::FileKind;
 use crate::files::input::{InputError, InputFile, LONGEST_PLAIN_NAME};
 use crate::files::plain_number::plain;
-use crate::files::scenario_file::{self, AnyScenario, ScenarioFile};
+use crate::files::scenario_file::{self, AnyScenario};
 use crate::files::sweep_values::{MOST_SCENARIOS, Values};
 
 /// The keys that are varied, with their values.
@@ -18,6 +18,13 @@ pub(crate) type Varied = BTreeMap<Spanned<String>, Value>;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Raw {
+    scenario: Spanned<PathBuf>,
+    vary: Spanned<Varied>,
+}
+
+/// The same in a map file, which says besides what is shown: that is for `phasecloud map` alone.
+#[derive(Debug, Deserialize)]
+struct RawOfMap {
     scenario: Spanned<PathBuf>,
     vary: Spanned<Varied>,
 }
@@ -56,6 +63,10 @@ impl Sweep {
     /// # Errors
     /// [`InputError`] with file, line and key.
     pub fn check(file: &InputFile) -> Result<Self, InputError> {
+        if file.expect(FileKind::Map).is_ok() && file.expect(FileKind::Sweep).is_err() {
+            let raw: RawOfMap = file.parse()?;
+            return Self::varied(file, &raw.scenario, &raw.vary);
+        }
         file.expect(FileKind::Sweep)?;
         let raw: Raw = file.parse()?;
         Self::varied(file, &raw.scenario, &raw.vary)
@@ -120,6 +131,11 @@ impl Sweep {
         &self.base_text
     }
 
+    /// The unit in which a key is varied, if it is not the key's own.
+    pub fn unit(&self, key: &str) -> Option<&str> {
+        self.axes.iter().find(|axis| axis.key == key)?.values.unit()
+    }
+
     /// How many values each key takes.
     pub fn counts(&self) -> Vec<usize> {
         self.axes.iter().map(|axis| axis.values.count()).collect()
@@ -150,7 +166,11 @@ impl Sweep {
     /// Keys and values of combination `index` in words.
     pub fn combination(&self, index: usize) -> String {
         let values = self.values(index);
-        self.keys().zip(values).map(|(key, value)| format!("{key} = {}", plain(value))).collect::<Vec<_>>().join(", ")
+        let words = |(key, value)| {
+            let unit = self.unit(key).map(|unit| format!(" {unit}")).unwrap_or_default();
+            format!("{key} = {}{unit}", plain(value))
+        };
+        self.keys().zip(values).map(words).collect::<Vec<_>>().join(", ")
     }
 
     /// The name of scenario `index`: `NAME-INDEX`, all of the same length; `NAME` is cut where it is too long for that.
@@ -173,7 +193,7 @@ impl Sweep {
     pub fn scenario(&self, index: usize) -> Result<AnyScenario, InputError> {
         let mut table = self.base.clone();
         for (key, value) in self.keys().zip(self.values(index)) {
-            set(&mut table, key, value);
+            set(&mut table, key, (value, self.unit(key)));
         }
         let name = self.name(index);
         table.insert("name".into(), Value::String(name.clone()));
@@ -181,19 +201,10 @@ impl Sweep {
         scenario_file::check_cloud(&varied).map_err(|error| self.impossible(index, &error))
     }
 
-    /// Scenario `index`, which must be one in the plane.
-    ///
-    /// # Errors
-    /// If its values are not allowed, or if its model is one in space.
-    pub fn in_plane(&self, index: usize) -> Result<ScenarioFile, InputError> {
-        match self.scenario(index)? {
-            AnyScenario::InPlane { scenario, .. } => Ok(scenario),
-            AnyScenario::InSpace(scenario) => {
-                let model = scenario.model.name();
-                let problem = format!("is in the model \"{model}\"; what is asked for is computed in the plane alone");
-                Err(self.file.error_in_whole("scenario", &problem))
-            }
-        }
+    /// The error that scenario `index` has no cloud.
+    pub(crate) fn without_cloud(&self, index: usize) -> InputError {
+        let problem = format!("{} describes a single orbit and no cloud about it", self.name(index));
+        self.file.error_in_whole("scenario", &problem)
     }
 
     /// What is wrong with scenario `index`, at the place of the varied key that makes it so.
@@ -267,10 +278,11 @@ fn given_otherwise(scenario: &Table, key: &str) -> Option<&'static str> {
     }
 }
 
-fn set(scenario: &mut Table, key: &str, value: f64) {
+fn set(scenario: &mut Table, key: &str, (value, unit): (f64, Option<&str>)) {
     let Some((table, key)) = key.split_once('.') else { return };
     if let Some(Value::Table(table)) = scenario.get_mut(table) {
-        table.insert(key.into(), Value::Float(value));
+        let value = unit.map_or(Value::Float(value), |unit| Value::String(format!("{value:?} {unit}")));
+        table.insert(key.into(), value);
     }
 }
 

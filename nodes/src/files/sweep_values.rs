@@ -14,7 +14,7 @@ pub(crate) const MOST_SCENARIOS: usize = 1_000_000;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Values {
     List(Vec<f64>),
-    Range { from: f64, to: f64, count: usize },
+    Range { from: f64, to: f64, count: usize, unit: Option<String> },
 }
 
 impl JsonSchema for Values {
@@ -28,8 +28,8 @@ impl JsonSchema for Values {
             {
                 "type": "object",
                 "properties": {
-                    "from": { "type": "number" },
-                    "to": { "type": "number" },
+                    "from": { "type": ["number", "string"] },
+                    "to": { "type": ["number", "string"] },
                     "count": { "type": "integer", "minimum": 1, "maximum": MOST_SCENARIOS }
                 },
                 "required": ["from", "to", "count"],
@@ -70,7 +70,15 @@ impl Values {
         match self {
             Self::List(values) => values.get(index).copied(),
             Self::Range { from, count: 1, .. } => Some(*from),
-            Self::Range { from, to, count } => Some(from + (to - from) * index as f64 / (count - 1) as f64),
+            Self::Range { from, to, count, .. } => Some(from + (to - from) * index as f64 / (count - 1) as f64),
+        }
+    }
+
+    /// The unit of the values, if it is not the key's own.
+    pub(crate) fn unit(&self) -> Option<&str> {
+        match self {
+            Self::List(_) => None,
+            Self::Range { unit, .. } => unit.as_deref(),
         }
     }
 
@@ -84,7 +92,7 @@ impl Values {
             Self::Range { from, to, .. } if !(to - from).is_finite() => {
                 Err(format!("from = {} and to = {} are too far apart", plain(*from), plain(*to)))
             }
-            Self::Range { from, to, count: 1 } if from != to => Err(format!(
+            Self::Range { from, to, count: 1, .. } if from != to => Err(format!(
                 "to = {} has no effect, as count = 1 takes from = {from} alone; write [{from}], or a count of 2 or more",
                 plain(*to),
                 from = plain(*from)
@@ -120,10 +128,25 @@ fn range(table: &Table) -> Result<Values, String> {
         return Err(format!("{missing} is missing; {RANGE}"));
     }
     let wrong = |key: &str, right: &str| format!("{key} = {} is not allowed, it must be {right}", shown(&table[key]));
-    let end = |key: &str| finite(&table[key]).ok_or_else(|| wrong(key, "a finite number"));
+    let end = |key: &str| {
+        let right = "a finite number, or a text with one and its unit: \"60 deg\"";
+        with_unit(&table[key]).ok_or_else(|| wrong(key, right))
+    };
     let count = table["count"].as_integer().and_then(|count| usize::try_from(count).ok());
     let count = count.ok_or_else(|| wrong("count", "a whole number, how many values the range has"))?;
-    Ok(Values::Range { from: end("from")?, to: end("to")?, count })
+    let ((from, unit), (to, of_end)) = (end("from")?, end("to")?);
+    if unit != of_end {
+        return Err("from and to must have the same unit: { from = \"0 deg\", to = \"60 deg\", count = 5 }".into());
+    }
+    Ok(Values::Range { from, to, count, unit })
+}
+
+/// A number with its unit, if it has one. Whether the key knows the unit is found when a scenario is read.
+fn with_unit(value: &Value) -> Option<(f64, Option<String>)> {
+    let Some(text) = value.as_str() else { return Some((finite(value)?, None)) };
+    let (number, unit) = text.trim().split_once(' ')?;
+    let number = number.parse().ok().filter(|number: &f64| number.is_finite())?;
+    Some((number, Some(unit.trim().to_owned())))
 }
 
 fn finite(value: &Value) -> Option<f64> {
@@ -158,6 +181,8 @@ mod tests {
         assert_eq!(values("[1, 0.5]"), [1.0, 0.5]);
         assert_eq!(values("{ from = 0, to = 1, count = 3 }"), [0.0, 0.5, 1.0]);
         assert_eq!(values("{ from = 0.1, to = 0.1, count = 1 }"), [0.1]);
+        let in_degrees = "{ from = \"10 deg\", to = \"20 deg\", count = 3 }";
+        assert_eq!((values(in_degrees), read(in_degrees).unwrap().unit()), (vec![10.0, 15.0, 20.0], Some("deg")));
     }
 
     #[test]

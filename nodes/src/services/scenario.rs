@@ -53,10 +53,12 @@ pub fn run(session: &Session, settings: &ScenarioSettings) -> Result<(), Failure
         first: settings.first,
         position: 0,
         count: 0,
+        most: None,
     };
     match &settings.source {
         Source::Files(files) => {
             publisher.count = files.len() as u32;
+            publisher.most = Some(publisher.count);
             session.ready()?;
             for file in files {
                 let scenario = scenario_file::load_cloud(file).map_err(|e| Failure::Refused(e.to_string()))?;
@@ -65,6 +67,7 @@ pub fn run(session: &Session, settings: &ScenarioSettings) -> Result<(), Failure
         }
         Source::Sweep(file) => {
             let sweep = Sweep::load(file).map_err(|e| Failure::Refused(e.to_string()))?;
+            publisher.most = Some(sweep.len() as u32);
             session.ready()?;
             for index in 0..sweep.len() {
                 let scenario = sweep.scenario(index).map_err(|e| Failure::Refused(e.to_string()));
@@ -97,6 +100,8 @@ struct Publisher<'a> {
     position: u32,
     /// Scenarios in the run; 0 if the number is not known.
     count: u32,
+    /// The most that there can be, if that is known: combinations of a sweep may turn out to be impossible.
+    most: Option<u32>,
 }
 
 impl Publisher<'_> {
@@ -120,8 +125,7 @@ impl Publisher<'_> {
         let (header, items) = assignment.to_parts()?;
         let outlet = Roomy::with_room(&mut self.scenarios, &self.session.domain, items.len())?;
         outlet.send_items(header, &items)?;
-        let of = (self.count > 0).then_some(self.count);
-        self.session.report(position, Event::Accepted { name: name.into(), of, request })?;
+        self.session.report(position, Event::Accepted { name: name.into(), of: self.most, request })?;
         while !is_recorded(&self.reports, position)? {
             self.session.wait(&[&self.reports, outlet])?;
         }
