@@ -149,7 +149,10 @@ fn a_folder_with_something_else_is_left_alone_and_mistakes_are_told() {
     refused("out", "map.toml:3: quantity.name: \"density\" is no quantity");
     bench.write("map.toml", &MAP.replace("to = 2.5", "to = 0.5"));
     refused("out", "map.toml:6");
-    bench.write("map.toml", &MAP.replace("orbit.semi_major_axis\" = { from = 2.2, to = 2.5", "times.at\" = { from = 2.2, to = 2.5"));
+    bench.write(
+        "map.toml",
+        &MAP.replace("orbit.semi_major_axis\" = { from = 2.2, to = 2.5", "times.at\" = { from = 2.2, to = 2.5"),
+    );
     refused("out", "is not a number of the scenario");
     assert!(!bench.path("out").exists());
     bench.write("map.toml", MAP);

@@ -15,14 +15,15 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::error::FolderError;
-use crate::files::{DIAGNOSTICS, DISTANCES, EFFORT, ERRORS, FIRST_PASSAGE, MOMENTS, NOTES, VERDICTS};
+use crate::files::{DIAGNOSTICS, DISTANCES, EFFORT, ERRORS, FIRST_PASSAGE, GIVEN_RE_ENTRY, MOMENTS, NOTES, VERDICTS};
 use crate::manifest::{self, Manifest};
 
 /// The tables of a results folder.
-const TABLES: [&str; 8] = [MOMENTS, ERRORS, DISTANCES, EFFORT, FIRST_PASSAGE, DIAGNOSTICS, NOTES, VERDICTS];
+const TABLES: [&str; 9] =
+    [MOMENTS, ERRORS, DISTANCES, EFFORT, FIRST_PASSAGE, GIVEN_RE_ENTRY, DIAGNOSTICS, NOTES, VERDICTS];
 
 /// The columns that are text, also in a table without rows.
-const TEXTS: [&str; 13] = [
+const TEXTS: [&str; 15] = [
     "scenario",
     "method",
     "reference",
@@ -32,6 +33,8 @@ const TEXTS: [&str; 13] = [
     "diagnostic",
     "note",
     "interval",
+    "given",
+    "errors",
     "verdict",
     "moments_quantity",
     "moments_judged_by",

@@ -142,7 +142,8 @@ mod tests {
             let found = evaluate(&row, quantity, TOLERANCE);
             let exact = rows::evaluate(&of_plane, quantity, 2e-4);
             for (found, exact) in found.iter().zip(exact) {
-                let is_same = found.value == exact.value || (found.value - exact.value).abs() <= found.error + exact.error;
+                let is_same =
+                    found.value == exact.value || (found.value - exact.value).abs() <= found.error + exact.error;
                 assert!(is_same, "{quantity:?}: {found:?} {exact:?}");
             }
             assert!(found.iter().any(|found| found.error > 0.0 && found.error < 0.02), "{quantity:?}: {found:?}");
@@ -185,7 +186,10 @@ mod tests {
             let other = sampled(Cloud::flattened(&point).unwrap());
             let difference = one.value - other.value;
             assert!(difference.abs() > 2e-3, "{difference}");
-            assert!((found.value - difference).abs() <= found.error + one.error + other.error, "{found:?} {difference}");
+            assert!(
+                (found.value - difference).abs() <= found.error + one.error + other.error,
+                "{found:?} {difference}"
+            );
         }
     }
 

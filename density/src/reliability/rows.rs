@@ -62,9 +62,9 @@ pub fn evaluate(row: &[Point], quantity: Quantity, tolerance: f64) -> Row {
     }
     let acting: Vec<&Point> = row.iter().filter(|point| radiation(point) > 0.0).collect();
     let range = range(&acting, quantity, tolerance);
-    if let Some(found) = years_of_orbits(row, quantity, tolerance)
-        .and_then(|years| with_orbits(row, quantity, tolerance, Asked { ends: range.ends, narrowest: range.narrowest, years }))
-    {
+    if let Some(found) = years_of_orbits(row, quantity, tolerance).and_then(|years| {
+        with_orbits(row, quantity, tolerance, Asked { ends: range.ends, narrowest: range.narrowest, years })
+    }) {
         return found;
     }
     let distribution = first.spread.map_or(Distribution::LogNormal, |spread| spread.distribution);

@@ -47,7 +47,8 @@ impl RawDifference {
     }
 
     fn in_model(&self, file: &InputFile, model: &Spanned<String>, is_in_space: bool) -> Result<Other, InputError> {
-        let given = [("samples", self.samples.as_ref().map(|s| s.span())), ("seed", self.seed.as_ref().map(|s| s.span()))];
+        let given =
+            [("samples", self.samples.as_ref().map(|s| s.span())), ("seed", self.seed.as_ref().map(|s| s.span()))];
         if let Some((_, Some(span))) = given.into_iter().find(|(_, span)| span.is_some()) {
             let problem = "has no effect on a difference between models; it belongs to method = \"mc\"";
             return Err(file.error(&Spanned::new(span, ()), problem));
@@ -56,7 +57,9 @@ impl RawDifference {
             ("planar", true) => Ok(Other::Planar),
             ("planar", false) => Err(file.error(model, "has no effect: the scenario is in the plane already")),
             (other, _) => {
-                let problem = format!("\"{other}\" is not allowed, it must be \"planar\", to which a scenario in space is compared");
+                let problem = format!(
+                    "\"{other}\" is not allowed, it must be \"planar\", to which a scenario in space is compared"
+                );
                 Err(file.error(model, &problem))
             }
         }
@@ -73,7 +76,9 @@ impl RawDifference {
                 let problem = format!("{samples} is not allowed, it must be at least 100 and at most {MOST_SAMPLES}");
                 Err(file.error(given, &problem))
             }
-            _ => Ok(Other::MonteCarlo { samples, seed: self.seed.as_ref().map_or(1, |seed| u64::from(*seed.get_ref())) }),
+            _ => {
+                Ok(Other::MonteCarlo { samples, seed: self.seed.as_ref().map_or(1, |seed| u64::from(*seed.get_ref())) })
+            }
         }
     }
 }

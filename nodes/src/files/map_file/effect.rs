@@ -17,7 +17,8 @@ impl MapFile {
                 continue;
             }
             let place = vary.get_ref().keys().find(|known| known.get_ref() == key);
-            let problem = format!("has no effect on the {}, so that it is no axis of its map; vary something else", self.label());
+            let problem =
+                format!("has no effect on the {}, so that it is no axis of its map; vary something else", self.label());
             return Err(place.map_or_else(|| file.error(vary, &problem), |place| file.error(place, &problem)));
         }
         Ok(())

@@ -204,7 +204,9 @@ impl MapFile {
         match self.other {
             None => itself,
             Some(Other::Planar) => format!("{itself}, in space less in the plane"),
-            Some(Other::MonteCarlo { samples, .. }) => format!("{itself}, less that of {samples} samples by Monte Carlo"),
+            Some(Other::MonteCarlo { samples, .. }) => {
+                format!("{itself}, less that of {samples} samples by Monte Carlo")
+            }
         }
     }
 }
@@ -226,4 +228,3 @@ fn tolerance(file: &InputFile, given: Option<&Spanned<f64>>) -> Result<f64, Inpu
         }
     }
 }
-

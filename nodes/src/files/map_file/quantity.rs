@@ -94,7 +94,6 @@ fn ranged(
     Err(file.error(value, &problem))
 }
 
-
 impl Shown {
     /// The name of what is shown of a quantity, with its unit.
     pub(super) fn label(self, quantity: Quantity) -> String {

@@ -58,21 +58,11 @@ fn a_mistake_is_told_with_line_and_key() {
             1,
             "0.5 is not allowed, it must be at least 0.000001 and at most 0.1",
         ),
-        (
-            "[1, 2, 3]",
-            "[1, 2, 4]",
-            7,
-            "orbit.area_to_mass: must have at least two values, ascending and evenly spaced",
-        ),
+        ("[1, 2, 3]", "[1, 2, 4]", 7, "orbit.area_to_mass: must have at least two values, ascending and evenly spaced"),
         ("[1, 2, 3]", "[1]", 7, "must have at least two values"),
         ("[1, 2, 3]", "[1]\n\"initial.e\" = [0.1]", 5, "vary: names 3 keys; a map has one or two axes"),
         ("\"orbit.area_to_mass\" = [1, 2, 3]", "\"initial.e\" = [0.1, 1.5]", 7, "1.5 is not allowed"),
-        (
-            "[quantity]\nname = \"reentry\"\nwithin = 10\n",
-            "",
-            1,
-            "this is a sweep file, but a map file belongs here",
-        ),
+        ("[quantity]\nname = \"reentry\"\nwithin = 10\n", "", 1, "this is a sweep file, but a map file belongs here"),
     ] {
         assert!(GOOD.contains(from), "{from}");
         let error = load(&GOOD.replace(from, to)).unwrap_err();
@@ -101,7 +91,10 @@ fn load_in_space(base: &str, text: &str) -> Result<MapFile, InputError> {
 #[test]
 fn an_inclination_in_degrees_is_an_axis_of_a_map_in_space() {
     let map = load_in_space(IN_SPACE, OF_SPACE).unwrap();
-    assert_eq!((map.size(), map.place((3, 1)), map.sweep.unit("initial.inclination")), ((4, 3), vec![60.0, 2.0], Some("deg")));
+    assert_eq!(
+        (map.size(), map.place((3, 1)), map.sweep.unit("initial.inclination")),
+        ((4, 3), vec![60.0, 2.0], Some("deg"))
+    );
     let AnyPoint::InSpace(point) = map.point(map.index((1, 2))).unwrap() else { panic!("it is in space") };
     assert!((point.initial.mean[2] - 20f64.to_radians()).abs() < 1e-15);
     assert!(map.sweep.combination(0).contains("initial.inclination = 0 deg"), "{}", map.sweep.combination(0));
@@ -110,7 +103,11 @@ fn an_inclination_in_degrees_is_an_axis_of_a_map_in_space() {
 #[test]
 fn a_model_without_a_map_is_refused_by_name() {
     for (from, to, words) in [
-        ("[\"srp\", \"j2\"]", "[\"srp\", \"j2\", \"shadow\"]", "scenario: model.forces: \"shadow\" makes the semi-major axis a variable"),
+        (
+            "[\"srp\", \"j2\"]",
+            "[\"srp\", \"j2\", \"shadow\"]",
+            "scenario: model.forces: \"shadow\" makes the semi-major axis a variable",
+        ),
         ("\"vectorial\"", "\"osculating\"", "scenario: model.name: \"osculating\" is not averaged"),
     ] {
         let error = load_in_space(&IN_SPACE.replace(from, to), OF_SPACE).unwrap_err();
@@ -132,20 +129,33 @@ fn what_has_no_effect_on_the_quantity_is_no_axis() {
     let reflectivity = required.replace("orbit.area_to_mass\" = [1, 2, 3]", "orbit.reflectivity\" = [1.1, 1.2, 1.3]");
     assert!(load(&reflectivity).is_ok(), "a sail that reflects more needs less area");
     let radiation = reflectivity.replace("required-area-to-mass", "required-radiation");
-    assert!(load(&radiation).unwrap_err().to_string().contains("orbit.reflectivity: has no effect on the radiation parameter"));
+    assert!(
+        load(&radiation)
+            .unwrap_err()
+            .to_string()
+            .contains("orbit.reflectivity: has no effect on the radiation parameter")
+    );
     let times = load(&GOOD.replace("orbit.semi_major_axis", "times.at"));
     assert!(times.is_err());
     let mean = IN_SPACE.replace("critical_e = 0.6", "critical_e = 0.6\n");
-    let of_mean = OF_SPACE.replace("\"reentry\"\nwithin", "\"mean-e\"\nafter").replace("\"orbit.area_to_mass\" = [1, 2, 3]", "\"disposal.critical_e\" = [0.5, 0.6]");
+    let of_mean = OF_SPACE
+        .replace("\"reentry\"\nwithin", "\"mean-e\"\nafter")
+        .replace("\"orbit.area_to_mass\" = [1, 2, 3]", "\"disposal.critical_e\" = [0.5, 0.6]");
     let error = load_in_space(&mean, &of_mean).unwrap_err();
-    assert!(error.to_string().contains("disposal.critical_e: has no effect on the mean eccentricity after 10 yr"), "{error}");
+    assert!(
+        error.to_string().contains("disposal.critical_e: has no effect on the mean eccentricity after 10 yr"),
+        "{error}"
+    );
 }
 
 #[test]
 fn a_difference_is_between_models_or_methods_that_there_are() {
     let with = |table: &str| OF_SPACE.replace("[vary]", &format!("[difference]\n{table}\n[vary]"));
     let map = load_in_space(IN_SPACE, &with("model = \"planar\"")).unwrap();
-    assert_eq!((map.other, map.label().as_str()), (Some(Other::Planar), "probability of re-entry within 10 yr, in space less in the plane"));
+    assert_eq!(
+        (map.other, map.label().as_str()),
+        (Some(Other::Planar), "probability of re-entry within 10 yr, in space less in the plane")
+    );
     let map = load_in_space(IN_SPACE, &with("method = \"mc\"\nsamples = 500")).unwrap();
     assert_eq!(map.other, Some(Other::MonteCarlo { samples: 500, seed: 1 }));
     for (table, line, words) in [
@@ -159,7 +169,12 @@ fn a_difference_is_between_models_or_methods_that_there_are() {
         assert!(error.line == line && error.to_string().contains(words), "{error}");
     }
     let time = with("model = \"planar\"").replace("\"reentry\"", "\"time-of-reentry\"\nprobability = 0.5");
-    assert!(load_in_space(IN_SPACE, &time).unwrap_err().to_string().contains("is computed of \"reentry\" and \"mean-e\" alone"));
+    assert!(
+        load_in_space(IN_SPACE, &time)
+            .unwrap_err()
+            .to_string()
+            .contains("is computed of \"reentry\" and \"mean-e\" alone")
+    );
     let plane = load(&GOOD.replace("[vary]", "[difference]\nmodel = \"planar\"\n[vary]")).unwrap_err();
     assert!(plane.line == 6 && plane.to_string().contains("the scenario is in the plane already"), "{plane}");
 }
