@@ -4,7 +4,8 @@
 //! coefficients of the map, the estimate of its error and the largest error of 20,000 random starts, the share of samples
 //! that it leaves to direct propagation, and wall seconds, with CPU seconds of all threads in brackets behind the sum: to make the map, to draw the samples and sort them into
 //! cells, to move all samples to all snapshots and reduce them there to bins and sums for the moments, to count their first
-//! passages; and to do the same directly with `--direct` samples, scaled. `--problem NAME` does one row only, `--threads` sets the threads.
+//! passages; and to do the same directly with `--direct` samples, scaled. `--problem NAME` does one row only, `--threads` sets the threads, and `--by
+//! action-angle` takes the map by action and angle.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -13,9 +14,10 @@ use std::time::Instant;
 use density::first_passage::curve_times;
 use density::first_passage::empirical::point;
 use density::flow::{Flow, Passages};
-use density::flow_map::{FlowMap, MappedOrbits, Settings};
-use density::grid::comparison_grids;
+use density::flow_map::{AngleMap, AngleOrbits, FlowMap, MappedOrbits, Settings, Summary};
+use density::grid::{Grid, comparison_grids};
 use density::model::planar::Force;
+use density::model::plane::State;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
 use density::sample_sums::SampleSums;
@@ -43,7 +45,8 @@ fn problems() -> Vec<(String, Problem)> {
     let over_thirty = || vec![0.0, 5.0, 10.0, 20.0, 30.0];
     let short = [(1, 5), (2, 7), (3, 5)].map(|(n, count)| (format!("scenario-{n}"), problem(n, half_years(count))));
     let long = [1, 2, 3].map(|n| (format!("scenario-{n}-30yr"), problem(n, over_thirty())));
-    short.into_iter().chain(long).collect()
+    let longest = [1, 2, 3].map(|n| (format!("scenario-{n}-100yr"), problem(n, vec![0.0, 25.0, 50.0, 75.0, 100.0])));
+    short.into_iter().chain(long).chain(longest).collect()
 }
 
 /// CPU seconds that the process has taken.
@@ -58,53 +61,110 @@ fn seconds<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (start.elapsed().as_secs_f64(), done)
 }
 
-fn row(name: &str, problem: &Problem, samples: usize, direct: usize) -> Result<(), Box<dyn Error>> {
+/// What a map costs, and how good it is.
+struct Cost {
+    summary: Summary,
+    /// The largest error of a coordinate of a state among random starts.
+    off: f64,
+    /// Orbits that it leaves to direct propagation.
+    direct: usize,
+    /// Wall seconds: for the map, the draws, the snapshots, the passages.
+    seconds: [f64; 4],
+    /// CPU seconds for all of them.
+    cpu: f64,
+}
+
+/// What is asked of a map.
+struct Wanted<'a> {
+    problem: &'a Problem,
+    grids: &'a [Grid],
+    samples: usize,
+    settings: Settings,
+}
+
+fn plan() -> SamplingPlan {
+    SamplingPlan { draws: Draws::Independent, seed: 1, replicates: std::num::NonZeroUsize::MIN }
+}
+
+/// The passage times of a curve.
+fn curve(problem: &Problem) -> Vec<f64> {
+    curve_times(problem.times[problem.times.len() - 1], CURVE)
+}
+
+fn by_cells(wanted: &Wanted<'_>) -> Result<Cost, Box<dyn Error>> {
+    let Wanted { problem, grids, samples, settings } = wanted;
+    let (critical, begun) = (problem.critical_e, cpu());
     let flow = Flow::new(problem.model);
-    let grids = comparison_grids(problem, &flow, 100, 100)?;
+    let made = seconds(|| FlowMap::new(flow, problem.initial.into(), &problem.times, Some(critical), settings));
+    let (map_seconds, map) = (made.0, made.1?);
+    let (map_cpu, polar) = (cpu() - begun, plan().polar(&problem.initial));
+    let off = largest_error(problem, &polar, |start, index| map.state(start, index))?;
+    let (begun, summary) = (cpu(), *map.summary());
+    let (draw_seconds, mut orbits) =
+        seconds(|| MappedOrbits::new(map, 0..*samples, Box::new(move |number| polar(number).into())));
+    let (move_seconds, reduced) = seconds(|| -> Result<(), Box<dyn Error>> {
+        grids.iter().enumerate().try_for_each(|(index, grid)| {
+            orbits.advance_watching(index, critical)?;
+            orbits.reduce(grid, critical)?;
+            Ok(())
+        })
+    });
+    reduced?;
+    let (passage_seconds, _) = seconds(|| orbits.passage_counts(&curve(problem)));
+    let seconds = [map_seconds, draw_seconds, move_seconds, passage_seconds];
+    Ok(Cost { summary, off, direct: orbits.direct(), seconds, cpu: map_cpu + cpu() - begun })
+}
+
+fn by_angle(wanted: &Wanted<'_>) -> Result<Cost, Box<dyn Error>> {
+    let Wanted { problem, grids, samples, settings } = wanted;
+    let (critical, begun) = (problem.critical_e, cpu());
+    let flow = Flow::new(problem.model);
+    let made = seconds(|| AngleMap::new(flow, &problem.initial, &problem.times, Some(critical), settings));
+    let (map_seconds, map) = (made.0, made.1?);
+    let (map_cpu, polar) = (cpu() - begun, plan().polar(&problem.initial));
+    let off = largest_error(problem, &polar, |&[phi, e], index| {
+        map.state(State::from_polar(phi, e), problem.times[index]).map(|(state, _)| state)
+    })?;
+    let (begun, summary) = (cpu(), *map.summary());
+    let (draw_seconds, mut orbits) =
+        seconds(|| AngleOrbits::new(map, 0..*samples, Box::new(move |number| polar(number).into())));
+    let (move_seconds, reduced) = seconds(|| -> Result<(), Box<dyn Error>> {
+        grids.iter().enumerate().try_for_each(|(index, grid)| {
+            orbits.advance_watching(index, critical)?;
+            orbits.reduce(grid, critical)?;
+            Ok(())
+        })
+    });
+    reduced?;
+    let (passage_seconds, _) = seconds(|| orbits.passage_counts(&curve(problem)));
+    let seconds = [map_seconds, draw_seconds, move_seconds, passage_seconds];
+    Ok(Cost { summary, off, direct: orbits.direct(), seconds, cpu: map_cpu + cpu() - begun })
+}
+
+fn row(name: &str, problem: &Problem, samples: usize, direct: usize, is_by_angle: bool) -> Result<(), Box<dyn Error>> {
+    let grids = comparison_grids(problem, &Flow::new(problem.model), 100, 100)?;
     let settings = Settings {
         smallest_share: 1000.0 / samples as f64,
         most_orbits: (samples / 4).clamp(20_000, 1_000_000),
         ..Settings::default()
     };
-    let (critical, begun) = (problem.critical_e, cpu());
-    let made = seconds(|| FlowMap::new(flow, problem.initial.into(), &problem.times, Some(critical), &settings));
-    let (map_seconds, map) = made;
-    let map = match map {
-        Ok(map) => map,
+    let wanted = Wanted { problem, grids: &grids, samples, settings };
+    let cost = match if is_by_angle { by_angle(&wanted) } else { by_cells(&wanted) } {
+        Ok(cost) => cost,
         Err(refused) => {
-            println!("{name}: {refused} ({map_seconds:.2} s)");
+            println!("{name}: {refused}");
             return Ok(());
         }
     };
-    let plan = SamplingPlan { draws: Draws::Independent, seed: 1, replicates: std::num::NonZeroUsize::MIN };
-    let polar = plan.polar(&problem.initial);
-    let map_cpu = cpu() - begun;
-    let off = largest_error(&map, problem, &polar)?;
-    let begun = cpu();
-    let summary = *map.summary();
-    let (draw_seconds, mut orbits) =
-        seconds(|| MappedOrbits::new(map, 0..samples, Box::new(move |number| polar(number).into())));
-    let (move_seconds, reduced) = seconds(|| {
-        (0..problem.times.len())
-            .map(|index| {
-                orbits.advance_watching(index, critical)?;
-                Ok(orbits.reduce(&grids[index], critical)?)
-            })
-            .collect::<Result<Vec<_>, Box<dyn Error>>>()
-    });
-    reduced?;
-    let times = curve_times(problem.times[problem.times.len() - 1], CURVE);
-    let (passage_seconds, _) = seconds(|| orbits.passage_counts(&times));
-    let total_cpu = map_cpu + cpu() - begun;
-    let share = orbits.direct() as f64 / samples as f64;
-    let total = map_seconds + draw_seconds + move_seconds + passage_seconds;
+    let Cost { summary, off, direct: left, seconds: [map, draw, moves, passages], cpu: total_cpu } = cost;
+    let (share, total) = (left as f64 / samples as f64, map + draw + moves + passages);
     let begun = cpu();
     let scale = samples as f64 / direct as f64;
     let direct_seconds = directly(problem, &grids, direct)? * scale;
     let direct_cpu = (cpu() - begun) * scale;
     println!(
-        "| {name} | {} | {} | {} | {:.1e} | {off:.1e} | {share:.1e} | {map_seconds:.3} | {draw_seconds:.3} | {move_seconds:.3} | \
-         {passage_seconds:.3} | **{total:.2}** ({total_cpu:.2}) | {direct_seconds:.1} ({direct_cpu:.1}) | {:.1} |",
+        "| {name} | {} | {} | {} | {:.1e} | {off:.1e} | {share:.1e} | {map:.3} | {draw:.3} | {moves:.3} | {passages:.3} | **{total:.2}** \
+         ({total_cpu:.2}) | {direct_seconds:.1} ({direct_cpu:.1}) | {:.1} |",
         summary.orbits,
         summary.cells,
         summary.coefficients,
@@ -116,9 +176,9 @@ fn row(name: &str, problem: &Problem, samples: usize, direct: usize) -> Result<(
 
 /// The largest error of a coordinate of a state among random starts.
 fn largest_error(
-    map: &FlowMap<Force, 2>,
     problem: &Problem,
     polar: &impl Fn(usize) -> (f64, f64),
+    by_map: impl Fn(&[f64; 2], usize) -> Option<State>,
 ) -> Result<f64, Box<dyn Error>> {
     let starts: Vec<[f64; 2]> = (0..COMPARED).map(|i| polar(i).into()).collect();
     let (phi, e): (Vec<f64>, Vec<f64>) = starts.iter().map(|start| (start[0], start[1])).unzip();
@@ -127,7 +187,7 @@ fn largest_error(
     for (index, &time) in problem.times.iter().enumerate() {
         orbits.advance_to(time)?;
         for (i, start) in starts.iter().enumerate() {
-            let Some(state) = map.state(start, index) else { continue };
+            let Some(state) = by_map(start, index) else { continue };
             worst = worst.max((state.x1 - orbits.x1()[i]).abs()).max((state.x2 - orbits.x2()[i]).abs());
         }
     }
@@ -136,11 +196,9 @@ fn largest_error(
 
 /// Seconds that the same takes directly.
 fn directly(problem: &Problem, grids: &[density::Grid], samples: usize) -> Result<f64, Box<dyn Error>> {
-    let end = problem.times[problem.times.len() - 1];
-    let times = curve_times(end, CURVE);
+    let times = curve(problem);
     let (taken, result) = seconds(|| -> Result<(), Box<dyn Error>> {
-        let plan = SamplingPlan { draws: Draws::Independent, seed: 1, replicates: std::num::NonZeroUsize::MIN };
-        let (x1, x2) = plan.draw(&problem.initial, samples);
+        let (x1, x2) = plan().draw(&problem.initial, samples);
         let mut orbits = Orbits::new(Flow::new(problem.model), x1, x2);
         let (mut phi, mut e) = (vec![0.0; samples], vec![0.0; samples]);
         let mut passages = vec![u8::MAX; samples];
@@ -157,7 +215,7 @@ fn directly(problem: &Problem, grids: &[density::Grid], samples: usize) -> Resul
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (mut samples, mut direct, mut only, mut threads) = (1_000_000, 100_000, None, 0);
+    let (mut samples, mut direct, mut only, mut threads, mut by) = (1_000_000, 100_000, None, 0, "cells".to_string());
     let mut arguments = std::env::args().skip(1);
     while let Some(key) = arguments.next() {
         let value = arguments.next().ok_or_else(|| format!("{key} needs a value"))?;
@@ -166,7 +224,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             "--direct" => direct = value.parse()?,
             "--problem" => only = Some(value),
             "--threads" => threads = value.parse()?,
-            _ => return Err(format!("{key} is unknown; --samples, --direct, --problem and --threads are known").into()),
+            "--by" if ["cells", "action-angle"].contains(&value.as_str()) => by = value,
+            "--by" => return Err(format!("--by {value} is unknown; there are cells and action-angle").into()),
+            _ => {
+                return Err(
+                    format!("{key} is unknown; --samples, --direct, --problem, --threads and --by are known").into()
+                );
+            }
         }
     }
     println!(
@@ -175,7 +239,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     for (name, problem) in problems().iter().filter(|(name, _)| only.as_ref().is_none_or(|only| only == name)) {
-        pool.install(|| row(name, problem, samples, direct).map_err(|why| why.to_string()))?;
+        pool.install(|| row(name, problem, samples, direct, by == "action-angle").map_err(|why| why.to_string()))?;
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ const RADIUS: f64 = 8.5;
 
 /// A closed interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Interval {
+pub(crate) struct Interval {
     pub low: f64,
     pub high: f64,
 }
@@ -33,7 +33,7 @@ pub(super) fn hamiltonian_range(model: &impl PlanarHamiltonian, phi: (f64, f64),
 }
 
 /// The range of `H` in the cloud.
-pub(super) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> Interval {
+pub(crate) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> Interval {
     range_within(model, measure, RADIUS)
 }
 

@@ -19,15 +19,15 @@
 //! outside the grid, [`ExactSnapshot::mass_outside`].
 
 mod at_start;
-mod axis;
+pub(crate) mod axis;
 mod block;
 mod by_blocks;
 mod by_orbits;
-mod contour;
+pub(crate) mod contour;
 mod crossings;
 pub(crate) mod detail;
 pub(crate) mod family;
-mod hamiltonian_range;
+pub(crate) mod hamiltonian_range;
 pub mod joint;
 mod joint_way;
 pub mod leaves;

@@ -16,6 +16,19 @@ const FINER: f64 = 10.0;
 /// Coefficients below this share of the error are left out, divided by the number of nodes along an axis.
 const NEGLIGIBLE: f64 = 0.05;
 
+/// The accuracy of the orbits from which a map with this error is made that reaches so many years.
+///
+/// # Errors
+/// [`Refused::TooFine`] if no orbits are that accurate.
+pub(super) fn accuracy_for(error: f64, years: f64) -> Result<Accuracy, Refused> {
+    // The error of an orbit grows about linearly with time; `Accuracy` states it after two years.
+    let of_orbits = |accuracy: Accuracy| accuracy.largest_error() * (0.5 * years).max(1.0);
+    let fits = |&accuracy: &Accuracy| FINER * of_orbits(accuracy) <= error;
+    let of_finest = of_orbits(Accuracy::Fine);
+    let too_fine = Refused::TooFine { error, of_orbits: of_finest, years, least: FINER * of_finest };
+    Accuracy::ALL.into_iter().find(fits).ok_or(too_fine)
+}
+
 /// What a map is made from.
 pub(super) struct Builder<'a, M, const N: usize> {
     /// The flow of the orbits that are propagated directly.
@@ -49,14 +62,7 @@ impl<'a, M: Model, const N: usize> Builder<'a, M, N> {
         critical: Option<f64>,
         settings: &'a Settings,
     ) -> Result<Self, Refused> {
-        let years = times[times.len() - 1];
-        // The error of an orbit grows about linearly with time; `Accuracy` states it after two years.
-        let of_orbits = |accuracy: Accuracy| accuracy.largest_error() * (0.5 * years).max(1.0);
-        let fits = |&accuracy: &Accuracy| FINER * of_orbits(accuracy) <= settings.error;
-        let Some(accuracy) = Accuracy::ALL.into_iter().find(fits) else {
-            let (error, of_orbits) = (settings.error, of_orbits(Accuracy::Fine));
-            return Err(Refused::TooFine { error, of_orbits, years, least: FINER * of_orbits });
-        };
+        let accuracy = accuracy_for(settings.error, times[times.len() - 1])?;
         let basis = Basis::of(N);
         let corner = |number: usize| std::array::from_fn(|k| if number >> k & 1 == 0 { -1.0 } else { 1.0 });
         let nodes = (0..basis.len::<N>()).map(|i| basis.node(i));

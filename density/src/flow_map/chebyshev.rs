@@ -130,6 +130,30 @@ impl<const N: usize> Polynomial<N> {
         evaluate(std::slice::from_ref(self), &std::array::from_fn(|k| [local[k]; LANES]), &mut value);
         value[0][0]
     }
+
+    /// The derivatives at one point, from `T_k' = 2 T_(k-1) + 2 x T_(k-1)' - T_(k-2)'`.
+    pub fn slopes(&self, local: &[f64; N]) -> [f64; N] {
+        let (mut tables, mut slope_tables) = ([[1.0; MOST_NODES]; N], [[0.0; MOST_NODES]; N]);
+        for axis in 0..N {
+            let (x, table, slopes) = (local[axis], &mut tables[axis], &mut slope_tables[axis]);
+            (table[1], slopes[1]) = (x, 1.0);
+            for k in 2..MOST_NODES {
+                table[k] = 2.0 * x * table[k - 1] - table[k - 2];
+                slopes[k] = 2.0 * table[k - 1] + 2.0 * x * slopes[k - 1] - slopes[k - 2];
+            }
+        }
+        std::array::from_fn(|by| {
+            let of = |axis: usize| if axis == by { &slope_tables[axis] } else { &tables[axis] };
+            let mut coefficients = self.coefficients.as_slice();
+            let row = |row: &[u8; N]| {
+                let (these, others) = coefficients.split_at(usize::from(row[N - 1]));
+                coefficients = others;
+                let inner: f64 = these.iter().zip(of(N - 1)).map(|(c, t)| c * t).sum();
+                (0..N - 1).fold(inner, |product, axis| product * of(axis)[usize::from(row[axis]) % MOST_NODES])
+            };
+            self.rows.iter().map(row).sum()
+        })
+    }
 }
 
 /// Values of several polynomials at [`LANES`] points. A lane never looks at its neighbours.

@@ -14,13 +14,13 @@ use rayon::prelude::*;
 use super::FlowMap;
 use super::cell::UNMAPPED;
 use super::chebyshev::evaluate;
+use super::left::Left;
 use super::passing::Passing;
 use crate::angle::fold;
 use crate::first_passage::empirical::point;
-use crate::flow::Passages;
 use crate::grid::Grid;
 use crate::model::{Coordinates, LANES, Lanes, Model};
-use crate::orbits::{LostOrbit, Orbits};
+use crate::orbits::LostOrbit;
 use crate::sample_sums::{SampleSums, TooFar};
 
 /// Number of starts that a thread takes at a time.
@@ -37,18 +37,15 @@ pub struct MappedOrbits<M, const N: usize> {
     draw: Draw<N>,
     numbers: Range<usize>,
     pub(super) kept: Option<Vec<Sorted<N>>>,
-    /// The numbers of the orbits that are propagated directly, counted from the first, in ascending order.
-    direct: Vec<usize>,
-    orbits: Orbits<M>,
-    /// When each of those has passed \[yr\].
-    passages: Vec<f64>,
+    /// The orbits that are propagated directly.
+    left: Left<M>,
     index: usize,
 }
 
-impl<M: fmt::Debug, const N: usize> fmt::Debug for MappedOrbits<M, N> {
+impl<M: Model, const N: usize> fmt::Debug for MappedOrbits<M, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { numbers, direct, index, .. } = self;
-        write!(f, "MappedOrbits {{ {numbers:?}, {} directly, at snapshot {index} }}", direct.len())
+        let Self { numbers, left, index, .. } = self;
+        write!(f, "MappedOrbits {{ {numbers:?}, {} directly, at snapshot {index} }}", left.len())
     }
 }
 
@@ -73,12 +70,8 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
         };
         let chunks = numbers.len().div_ceil(CHUNK);
         let (kept, direct): (Vec<_>, Vec<Vec<usize>>) = (0..chunks).into_par_iter().map(sorted).unzip();
-        let direct = direct.concat();
-        let starts: Vec<[f64; N]> = direct.iter().map(|&place| draw(numbers.start + place)).collect();
-        let columns: [Vec<f64>; N] = std::array::from_fn(|k| starts.iter().map(|start| start[k]).collect());
-        let orbits = Orbits::from_variables(map.flow, &columns.each_ref().map(Vec::as_slice));
-        let passages = vec![f64::INFINITY; direct.len()];
-        Self { kept: kept.into_iter().collect(), map, draw, numbers, direct, orbits, passages, index: 0 }
+        let left = Left::new(map.flow, numbers.start, direct.concat(), &draw);
+        Self { kept: kept.into_iter().collect(), map, draw, numbers, left, index: 0 }
     }
 
     /// The map by which they move.
@@ -98,7 +91,7 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
 
     /// Number of orbits that are propagated directly.
     pub fn direct(&self) -> usize {
-        self.direct.len()
+        self.left.len()
     }
 
     /// Moves all orbits to snapshot `index`, the next one, and notes when the orbits that are propagated directly first
@@ -108,10 +101,7 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
     /// [`LostOrbit`] names the first orbit that cannot be followed.
     pub fn advance_watching(&mut self, index: usize, critical: f64) -> Result<(), LostOrbit> {
         self.index = index;
-        let note = |time| time;
-        let passages = Passages { passages: &mut self.passages, pending: f64::INFINITY, note: &note };
-        let moved = self.orbits.advance_watching(self.map.times[index], critical, passages);
-        moved.map_err(|lost| LostOrbit { index: self.numbers.start + self.direct[lost.index], ..lost })
+        self.left.advance_watching(self.map.times[index], critical)
     }
 
     /// Writes the variables of all orbits at the snapshot that has been reached, one column per variable.
@@ -134,13 +124,12 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
             0 => self.at_start(sorted, columns),
             index => self.evaluate(sorted, index, columns),
         });
-        let time = self.map.times[self.index];
-        for position in self.directly_in(chunk) {
-            let state = Coordinates::from_fn(|k| self.orbits.columns()[k][position]);
-            let values = self.map.flow.model.read_out(time, state);
-            let place = self.direct[position] % CHUNK;
-            columns.iter_mut().enumerate().for_each(|(k, column)| column[place] = values.component(k));
-        }
+        self.left.read_out(self.map.times[self.index], self.places_of(chunk), columns);
+    }
+
+    /// The places of a chunk, counted from the first orbit.
+    fn places_of(&self, chunk: usize) -> Range<usize> {
+        chunk * CHUNK..self.len().min((chunk + 1) * CHUNK)
     }
 
     /// Does something with the sorted starts of a chunk, kept or drawn again.
@@ -149,12 +138,6 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
             Some(kept) => work(&kept[chunk]),
             None => work(&sort(&self.map, &self.draw, chunk_of(&self.numbers, chunk)).0),
         }
-    }
-
-    /// The positions among the directly propagated orbits of those in a chunk.
-    fn directly_in(&self, chunk: usize) -> Range<usize> {
-        let position = |place: usize| self.direct.partition_point(|&number| number < place);
-        position(chunk * CHUNK)..position((chunk + 1) * CHUNK)
     }
 
     /// The variables at the start.
@@ -215,7 +198,7 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
                 places.iter().zip(&value[0]).for_each(|(&place, &time)| note(place as usize, time));
             });
         });
-        self.directly_in(chunk).for_each(|position| note(self.direct[position] % CHUNK, self.passages[position]));
+        self.left.passages_in(self.places_of(chunk), note);
     }
 }
 

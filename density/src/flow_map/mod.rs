@@ -23,10 +23,16 @@
 //! | `build` | how the cells are found |
 //! | `passing` | whether and when the orbits of a cell first reach the critical value |
 //! | [`mapped`] | a set of orbits that moves by a map |
+//! | `determinant` | how a map in the plane changes a density |
+//! | `left` | the orbits that a map leaves to direct propagation |
+//! | [`by_angle`] | in the plane: a map by action and angle, which knows all times |
 
 mod build;
+pub mod by_angle;
 mod cell;
 mod chebyshev;
+mod determinant;
+mod left;
 pub mod mapped;
 mod passing;
 #[cfg(test)]
@@ -41,6 +47,7 @@ use cell::{Cell, Tree, UNMAPPED};
 use chebyshev::Polynomial;
 use passing::Passing;
 
+pub use by_angle::{AngleMap, AngleOrbits};
 pub use mapped::MappedOrbits;
 
 /// How far the domain of a map reaches from the mean along each axis unless set, in standard deviations. Beyond lie 8e-11 of a Gaussian.
@@ -86,6 +93,12 @@ pub enum Refused {
         /// The least error that can be asked for.
         least: f64,
     },
+    /// There is no angle.
+    #[error(
+        "a flow map by action and angle needs a planar model whose eccentricity grows wherever e sin(phi) > 0, and this is none: the \
+         pull towards the Sun must outweigh all else that drives the eccentricity; a map by cells has no such limit"
+    )]
+    TurnsBack,
     /// The flow bends too much.
     #[error(
         "a flow map of {orbits} orbits covers {mapped:.3} of the cloud only, less than the {least} for which it is worth its orbits: \
