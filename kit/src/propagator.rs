@@ -88,6 +88,12 @@ pub trait Propagator {
         0
     }
 
+    /// The propagator's own estimate of the largest error of a coordinate of a trajectory, where trajectories are interpolated; 0 where it makes
+    /// none. It stands among the diagnostics of the case.
+    fn trajectory_error(&self) -> f64 {
+        0.0
+    }
+
     /// The samples of the snapshot that has been reached, reduced to counts and sums on the comparison grid; `None` if what
     /// [`Propagator::write`] writes is to be reduced. Asked for only if the case sends reduced samples. A propagator
     /// that reduces its samples as it makes them needs no memory for them.
@@ -230,6 +236,7 @@ fn serve_one(
             time,
             seconds: clock.seconds(),
             trajectories: propagator.trajectories(),
+            trajectory_error: propagator.trajectory_error(),
             scenario: assignment.scenario(),
             index: index as u32,
             count: count as u32,

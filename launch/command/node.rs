@@ -169,7 +169,7 @@ use std::path::PathBuf;
     after_help = "Example, in a domain that `phasecloud domain demo ...` holds:\n  phasecloud node mc --domain demo --set samples=1000"
 )]
 pub struct NodeArguments {
-    /// scenario, mc, qmc, dee, gmm-ut, exact, estimator, comparator, recorder, player or bridge
+    /// scenario, mc, qmc, dee, gmm-ut, exact, flow-map, estimator, comparator, recorder, player or bridge
     pub kind: String,
     /// The run's domain: its name, or ROOT:PREFIX [default: from PHASECLOUD_ROOT and PHASECLOUD_PREFIX]
     #[arg(long)]

@@ -45,7 +45,7 @@ header! {
     /// `[0, 2π)` and its mean resultant length); their standard errors, NaN where the method has none; then the
     /// density on every projection of the scenario, first variable outermost. NaN stands for what the method
     /// withholds: any of the quantities, or all densities and with them `mass_on_grid`.
-    #[type_name("phasecloud/DensityHeader/3")]
+    #[type_name("phasecloud/DensityHeader/4")]
     pub struct DensityHeader {
         /// Names the run.
         pub run_id: u64,
@@ -64,6 +64,8 @@ header! {
         pub carried_density_error: f64,
         /// Trajectories that were followed for it; 0 if the method follows none or does not say.
         pub trajectories: u64,
+        /// The propagator's own estimate of the largest error of a coordinate of a trajectory; 0 if it does not say.
+        pub trajectory_error: f64,
         /// Position of the scenario in the run.
         pub scenario: u32,
         /// Position of the snapshot in the scenario.
@@ -277,8 +279,8 @@ mod tests {
     #[test]
     fn sizes_are_multiples_of_eight_and_known_to_other_languages() {
         assert_eq!(size_of::<crate::scenario::ScenarioHeader>(), 2096);
-        assert_eq!(size_of::<SnapshotHeader>(), 176);
-        assert_eq!(size_of::<DensityHeader>(), 152);
+        assert_eq!(size_of::<SnapshotHeader>(), 184);
+        assert_eq!(size_of::<DensityHeader>(), 160);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<PassageHeader>(), 272);
         assert_eq!(size_of::<StatusHeader>(), 1104);

@@ -118,6 +118,7 @@ impl Work<'_> {
             run_id: assignment.said.run_id,
             time: assignment.times[index],
             trajectories: propagator.trajectories(),
+            trajectory_error: propagator.trajectory_error(),
             scenario: assignment.scenario(),
             index: index as u32,
             count: assignment.times.len() as u32,

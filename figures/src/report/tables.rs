@@ -191,6 +191,9 @@ pub fn effort(scene: &Scene<'_>) -> Markup {
 /// What each diagnostic means.
 fn meaning(diagnostic: &str) -> &str {
     match diagnostic {
+        "trajectory_error" => {
+            "the propagator's own estimate of the largest error of a coordinate of an interpolated trajectory"
+        }
         "measure_defect" => "share of the flow's invariant measure that the mesh loses: how coarse it is for the flow",
         "flipped_mass" => "probability in triangles that the flow has turned over",
         "truncated_mass" => "probability outside the mesh",

@@ -100,7 +100,7 @@ fn every_mistake_is_told_with_line_and_key() {
         ),
         ("[\"s.toml\"]", "\"s.toml\"", 2, "scenarios", "\"s.toml\" is not allowed, it must be a list"),
         ("[\"s.toml\"]", "[1]", 2, "scenarios", "1 is not allowed, it must be text, in quotation marks"),
-        ("node = \"mc\"", "node = \"nc\"", 6, "propagator.node", "one of mc, qmc, dee, gmm-ut, exact"),
+        ("node = \"mc\"", "node = \"nc\"", 6, "propagator.node", "one of mc, qmc, dee, gmm-ut, exact, flow-map"),
         ("label = \"mine\"", "label = \"mc\"", 9, "propagator.label", "labels must differ"),
         ("label = \"mine\"", "label = \"../mine\"", 9, "propagator.label", "letters, digits"),
         ("label = \"mine\"", "label = \"recorder\"", 9, "propagator.label", "own processes"),

@@ -8,7 +8,7 @@ use crate::describe::{Described, Field, FieldType, header};
 
 header! {
     /// The details of characteristics.
-    #[type_name("phasecloud/SnapshotHeader/4/Characteristics")]
+    #[type_name("phasecloud/SnapshotHeader/5/Characteristics")]
     pub struct CharacteristicsDetails {
         /// How to estimate the density, see [`treatment`].
         pub treatment: u32 [codes treatment::CODES],

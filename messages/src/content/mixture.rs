@@ -8,7 +8,7 @@ use crate::describe::{Described, Field, FieldType, header};
 
 header! {
     /// The details of a mixture.
-    #[type_name("phasecloud/SnapshotHeader/4/Mixture")]
+    #[type_name("phasecloud/SnapshotHeader/5/Mixture")]
     pub struct MixtureDetails {
         /// How far the flow over a component is from linear, as a weighted mean over the components; NaN if not
         /// known.

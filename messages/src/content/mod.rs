@@ -208,7 +208,7 @@ fn split<const N: usize>(items: &mut [f64]) -> [&mut [f64]; N] {
 
 header! {
     /// The details of a kind that has none of its own.
-    #[type_name("phasecloud/SnapshotHeader/4/NoDetails")]
+    #[type_name("phasecloud/SnapshotHeader/5/NoDetails")]
     pub struct NoDetails {
         /// 0.
         pub reserved: u64,

@@ -8,7 +8,7 @@ use crate::describe::{Described, Field, FieldType, header};
 
 header! {
     /// The details of samples.
-    #[type_name("phasecloud/SnapshotHeader/4/Samples")]
+    #[type_name("phasecloud/SnapshotHeader/5/Samples")]
     pub struct SamplesDetails {
         /// Number of independent groups in which the samples were drawn: consecutive pairs of samples belong to the
         /// groups in turn; 0 or 1 if all samples are independent.

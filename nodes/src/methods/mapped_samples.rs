@@ -6,13 +6,14 @@ use std::ops::Range;
 
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_counts};
 use density::flow::{Accuracy, Flow};
-use density::flow_map::{FlowMap, MappedOrbits, Refused, Settings as MapSettings};
+use density::flow_map::{AngleMap, AngleOrbits, FlowMap, MappedOrbits, Refused, Settings as MapSettings};
 use density::gaussian::Gaussian;
 use density::grid::Grid;
 use density::in_space::draws::{Distributed, Start};
 use density::in_space::task::SpaceTask;
 use density::in_space::{SpaceProblem, SpaceProblemError};
 use density::model::Model;
+use density::model::plane::PlanarHamiltonian;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
 use density::model::unfolded::{InSpace, Unfolded};
 use density::orbits::LostOrbit;
@@ -46,6 +47,8 @@ trait Cloud: Debug + Send {
     fn passage_counts(&self, times: &[f64]) -> Vec<u64>;
     /// Number of samples, and of orbits that were propagated for them.
     fn counts(&self) -> (usize, usize);
+    /// The estimate of the map's error.
+    fn error(&self) -> f64;
 }
 
 impl<M: Model, const N: usize> Cloud for MappedOrbits<M, N> {
@@ -67,6 +70,37 @@ impl<M: Model, const N: usize> Cloud for MappedOrbits<M, N> {
 
     fn counts(&self) -> (usize, usize) {
         (self.len(), self.map().summary().orbits + self.direct())
+    }
+
+    fn error(&self) -> f64 {
+        self.map().summary().error
+    }
+}
+
+impl<M: PlanarHamiltonian> Cloud for AngleOrbits<M> {
+    fn advance_watching(&mut self, index: usize, critical: f64) -> Result<(), LostOrbit> {
+        AngleOrbits::advance_watching(self, index, critical)
+    }
+
+    fn read_out(&self, columns: &mut [f64]) {
+        let (phi, e) = columns.split_at_mut(self.len());
+        self.read_out_columns(phi, e);
+    }
+
+    fn reduce(&self, grid: &Grid, critical_e: f64) -> Result<SampleSums, TooFar> {
+        AngleOrbits::reduce(self, grid, critical_e)
+    }
+
+    fn passage_counts(&self, times: &[f64]) -> Vec<u64> {
+        AngleOrbits::passage_counts(self, times)
+    }
+
+    fn counts(&self) -> (usize, usize) {
+        (self.len(), self.map().summary().orbits + self.direct())
+    }
+
+    fn error(&self) -> f64 {
+        self.map().summary().error
     }
 }
 
@@ -100,11 +134,26 @@ impl<C: Cloud> Cloud for InSpaceCloud<C> {
     fn counts(&self) -> (usize, usize) {
         self.0.counts()
     }
+
+    fn error(&self) -> f64 {
+        self.0.error()
+    }
+}
+
+/// What a map is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum By {
+    /// Cells of the cloud.
+    Cells,
+    /// Orbit and time on the orbit, in the plane.
+    ActionAngle,
 }
 
 /// What the samples of a case are.
 #[derive(Debug, Clone)]
 pub struct Case {
+    /// What the map is made of.
+    pub by: By,
     /// The draws.
     pub plan: SamplingPlan,
     /// The numbers of those of this process.
@@ -133,10 +182,15 @@ impl MappedSamples {
     ///
     /// # Errors
     /// Why not.
-    pub fn check(plan: &SamplingPlan, assignment: &Assignment) -> Result<(), Failure> {
+    pub fn check(by: By, plan: &SamplingPlan, assignment: &Assignment) -> Result<(), Failure> {
         let are_plain = plan.draws == Draws::Independent && plan.replicates.get() == 1;
         if assignment.uncertain.is_some() && !are_plain {
             let why = "where the radiation parameter is uncertain, a flow map takes independent draws without replicates alone";
+            return Err(Failure::Refused(why.into()));
+        }
+        if by == By::ActionAngle && assignment.plane.is_none() {
+            let why = "by = \"action-angle\" is for scenarios in the plane whose radiation parameter is certain, where every orbit closes; by = \"cells\" \
+                       takes every scenario";
             return Err(Failure::Refused(why.into()));
         }
         if assignment.uncertain.is_none() && assignment.in_space.is_none() {
@@ -151,7 +205,7 @@ impl MappedSamples {
     /// A map that is refused, or a scenario whose orbits cannot be drawn.
     pub fn new(case: Case, assignment: &Assignment) -> Result<Self, Failure> {
         let critical = assignment.said.critical;
-        Self::check(&case.plan, assignment)?;
+        Self::check(case.by, &case.plan, assignment)?;
         let cloud = match (&assignment.uncertain, &assignment.in_space) {
             (_, Some(problem)) => {
                 let draw = Distributed::of(problem).map(|distributed| distributed.draw(&case.plan));
@@ -165,12 +219,16 @@ impl MappedSamples {
             (None, None) => {
                 let problem = &assignment.plane()?.problem;
                 let flow = Flow { model: problem.model, accuracy: case.accuracy };
-                let gaussian = problem.initial.into();
-                let map = FlowMap::new(flow, gaussian, &problem.times, case.passages.then_some(critical), &case.map);
+                let critical = case.passages.then_some(critical);
                 let polar = case.plan.polar(&problem.initial);
-                map.map(|map| -> Box<dyn Cloud> {
-                    Box::new(MappedOrbits::new(map, case.numbers, Box::new(move |number| polar(number).into())))
-                })
+                let draw = Box::new(move |number| polar(number).into());
+                let Case { by, numbers, map: settings, .. } = case;
+                match by {
+                    By::Cells => FlowMap::new(flow, problem.initial.into(), &problem.times, critical, &settings)
+                        .map(|map| -> Box<dyn Cloud> { Box::new(MappedOrbits::new(map, numbers, draw)) }),
+                    By::ActionAngle => AngleMap::new(flow, &problem.initial, &problem.times, critical, &settings)
+                        .map(|map| -> Box<dyn Cloud> { Box::new(AngleOrbits::new(map, numbers, draw)) }),
+                }
             }
         };
         let cloud = cloud.map_err(|refused| Failure::Refused(refused.to_string()))?;
@@ -207,6 +265,11 @@ impl MappedSamples {
     /// Orbits that were propagated: those of the map, and the samples that it left.
     pub fn orbits(&self) -> usize {
         self.cloud.counts().1
+    }
+
+    /// The estimate of the map's error.
+    pub fn error(&self) -> f64 {
+        self.cloud.error()
     }
 
     /// The first-passage curve of the samples.

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::drawing::{Drawing, check_forces};
-use crate::methods::mapped_samples::{Case, MappedSamples, map_for};
+use crate::methods::mapped_samples::{By, Case, MappedSamples, map_for};
 use crate::methods::radiation::Radiation;
 use crate::methods::sampling_settings::sampling_settings;
 use crate::methods::{Method, Misfit};
@@ -149,7 +149,7 @@ impl Method for Settings {
 
     fn check_scenario(&self, assignment: &Assignment, _: Shard) -> Result<(), Failure> {
         match self.through {
-            Through::FlowMap => MappedSamples::check(&self.plan(), assignment),
+            Through::FlowMap => MappedSamples::check(By::Cells, &self.plan(), assignment),
             // No orbits are drawn, but all that may be wrong is.
             Through::Orbits => self.drawing(0..0).cloud(assignment).map(drop),
         }
@@ -235,8 +235,14 @@ impl MonteCarlo {
     fn map(&self, assignment: &Assignment, numbers: Range<usize>) -> Result<MappedSamples, Failure> {
         let Settings { samples, accuracy, map_error, .. } = self.settings;
         let (accuracy, map_error) = (accuracy.unwrap_or_default().0, map_error.unwrap_or(MAP_ERROR));
-        let case =
-            Case { plan: self.settings.plan(), numbers, accuracy, map: map_for(samples, map_error), passages: true };
+        let case = Case {
+            by: By::Cells,
+            plan: self.settings.plan(),
+            numbers,
+            accuracy,
+            map: map_for(samples, map_error),
+            passages: true,
+        };
         MappedSamples::new(case, assignment)
     }
 
@@ -325,6 +331,10 @@ impl Propagator for MonteCarlo {
 
     fn trajectories(&self) -> u64 {
         self.mapped.as_ref().map_or(0, |mapped| mapped.orbits() as u64)
+    }
+
+    fn trajectory_error(&self) -> f64 {
+        self.mapped.as_ref().map_or(0.0, MappedSamples::error)
     }
 
     /// The curve is counted from the same orbits while they are propagated. It has an interval for independent draws, and for replicates

@@ -7,7 +7,9 @@ mod course;
 pub mod dee;
 mod drawing;
 pub mod exact;
+pub mod flow_map;
 pub mod gmm_ut;
+mod mapped_characteristics;
 mod mapped_samples;
 pub mod mc;
 mod method;
@@ -135,6 +137,8 @@ methods!(
     GaussianMixture(gmm_ut::Settings),
     /// The exact density.
     Exact(exact::Settings),
+    /// Samples or characteristics that move by a flow map.
+    FlowMap(flow_map::Settings),
 );
 
 impl BuiltIn {

@@ -267,6 +267,7 @@ fn publish(outlet: &Outlet<Density>, Answer { snapshot, estimated, seconds }: &A
         mass_on_grid: *mass_on_grid,
         // Each sample that was reduced is one trajectory.
         trajectories: estimated.reduced.map_or_else(|| trajectories_behind(snapshot), u64::from),
+        trajectory_error: snapshot.trajectory_error,
         scenario: snapshot.scenario,
         index: snapshot.index,
         count: snapshot.count,

@@ -143,6 +143,7 @@ fn put_together((first, content): (SnapshotHeader, Content), parts: Vec<(Snapsho
         (header.index, header.time) = (part.index, part.time);
     }
     header.trajectories = parts.iter().map(|(part, _)| part.trajectories).sum();
+    header.trajectory_error = parts.iter().map(|(part, _)| part.trajectory_error).fold(0.0, f64::max);
     header.seconds = parts.iter().map(|(part, _)| part.seconds).sum();
     Whole { header, content, items }
 }

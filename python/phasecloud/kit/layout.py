@@ -118,7 +118,7 @@ class SamplesDetails(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/4/Samples"
+        return "phasecloud/SnapshotHeader/5/Samples"
 
 
 class CharacteristicsDetails(ctypes.Structure):
@@ -128,7 +128,7 @@ class CharacteristicsDetails(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/4/Characteristics"
+        return "phasecloud/SnapshotHeader/5/Characteristics"
 
 
 class MixtureDetails(ctypes.Structure):
@@ -141,7 +141,7 @@ class MixtureDetails(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/4/Mixture"
+        return "phasecloud/SnapshotHeader/5/Mixture"
 
 
 DETAILS = {SAMPLES: SamplesDetails, CHARACTERISTICS: CharacteristicsDetails, MIXTURE: MixtureDetails}
@@ -168,6 +168,7 @@ class SnapshotHeader(ctypes.Structure):
         ("seconds", c_double),
         ("total", c_uint64),
         ("trajectories", c_uint64),
+        ("trajectory_error", c_double),
         ("scenario", c_uint32),
         ("index", c_uint32),
         ("count", c_uint32),
@@ -184,7 +185,7 @@ class SnapshotHeader(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/SnapshotHeader/4"
+        return "phasecloud/SnapshotHeader/5"
 
 
 class PassageHeader(ctypes.Structure):

@@ -20,7 +20,7 @@ use messages::content::Samples;
 use super::Settings;
 use super::settings::{MeshChoice, POINTS, PlacementChoice};
 use crate::files::input::Mode;
-use crate::methods::mapped_samples::{Case, MappedSamples};
+use crate::methods::mapped_samples::{By, Case, MappedSamples};
 
 /// Independent replicates of the points at which the flow is read out.
 const REPLICATES: usize = 16;
@@ -52,6 +52,7 @@ impl InSpace {
         check(settings, shard)?;
         let replicates = NonZeroUsize::new(REPLICATES).unwrap_or(NonZeroUsize::MIN);
         let case = Case {
+            by: By::Cells,
             plan: SamplingPlan { draws: Draws::Sobol, seed: 1, replicates },
             numbers: 0..POINTS,
             accuracy: settings.accuracy.unwrap_or_default().0,
@@ -84,6 +85,11 @@ impl InSpace {
     /// Number of characteristics, with the points that are propagated directly.
     pub fn trajectories(&self) -> u64 {
         self.0.orbits() as u64
+    }
+
+    /// The estimate of the map's error.
+    pub fn error(&self) -> f64 {
+        self.0.error()
     }
 }
 

@@ -148,6 +148,13 @@ impl Propagator for DensityEvolution {
         }
     }
 
+    fn trajectory_error(&self) -> f64 {
+        match &self.work {
+            Some(Work::InSpace(work)) => work.error(),
+            _ => 0.0,
+        }
+    }
+
     /// The curve follows from the flow that a lattice interpolates, or from scattered characteristics, which all have
     /// equal weight. Only the first shard computes it, from all points of the case.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {

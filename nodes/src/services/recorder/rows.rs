@@ -137,7 +137,8 @@ pub fn diagnostic_names(kind: u32) -> &'static [&'static str] {
 pub(super) fn diagnostics(scenario: &str, method: &str, header: &DensityHeader) -> Vec<DiagnosticRow> {
     let carried = Some((&"carried_density_error", header.carried_density_error)).filter(|(_, error)| error.is_finite());
     let carried = carried.filter(|_| header.diagnostic == diagnostic::MESH);
-    let names = diagnostic_names(header.diagnostic).iter().zip(header.diagnostics).chain(carried);
+    let interpolated = Some((&"trajectory_error", header.trajectory_error)).filter(|(_, error)| *error > 0.0);
+    let names = diagnostic_names(header.diagnostic).iter().zip(header.diagnostics).chain(carried).chain(interpolated);
     let row = |(name, value): (&&str, f64)| DiagnosticRow {
         scenario: scenario.into(),
         method: method.into(),
