@@ -18,7 +18,7 @@ use crate::methods::accuracy::AccuracySetting;
 use crate::methods::mapped_characteristics::MappedCharacteristics;
 use crate::methods::mapped_samples::{By, Case, MappedSamples, map_for};
 use crate::methods::{Method, Misfit};
-use kit::assignment::Assignment;
+use kit::assignment::{Assignment, Plane};
 use kit::failure::Failure;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
