@@ -8,7 +8,7 @@ use density::first_passage::over_leaves::curve_on_lattices;
 use density::flow::{Accuracy, Flow};
 use density::grid::{Grid, grids_over_leaves};
 use density::mesh::MeshDiagnostics;
-use density::mesh::stack::{Layers, Stack, StackEstimate, cubic_lattice};
+use density::mesh::stack::{Layers, Stack, StackEstimate, cubic_lattice, layered_lattice};
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
 use density::orbits::Orbits;
 use density::uncertain::{Distribution, Spread, UncertainProblem, UncertainTask};
@@ -33,7 +33,8 @@ impl UncertainTask for Carry<'_> {
         let columns = columns.each_ref().map(Vec::as_slice);
         let flow = Flow { model, accuracy: Accuracy::Medium };
         let mut orbits = Orbits::from_variables(flow, &columns);
-        let stack = Stack::new(problem, columns, layers.third.len(), 7).unwrap();
+        let side = layers.plane.lattice.unwrap();
+        let stack = Stack::new(problem, columns, side, 7).unwrap();
         let at = |(&time, grid): (&f64, &Grid)| {
             orbits.advance_to(time).unwrap();
             let mut found = [0, 1, 2].map(|_| vec![0.0; layers.len()]);
@@ -53,7 +54,8 @@ fn scenario(name: &str, years: f64) -> (UncertainProblem, Vec<Snapshot>) {
     (UncertainProblem::new(plane, spread).unwrap(), snapshots)
 }
 
-/// `PHASECLOUD_POINTS=1000000` takes so many points, to two years (six on the cliff), and prints how far the moments are off.
+/// `PHASECLOUD_POINTS=1000000` takes so many points, to two years (six on the cliff), and prints how far the moments are off; with
+/// `PHASECLOUD_SIDES=60x120` these are 120 layers of 60 by 60 points.
 #[test]
 fn the_stack_has_the_moments_of_the_reference_as_far_as_its_defect_says() {
     let wanted = std::env::var("PHASECLOUD_POINTS").ok().map(|text| text.parse::<usize>().unwrap());
@@ -61,7 +63,11 @@ fn the_stack_has_the_moments_of_the_reference_as_far_as_its_defect_says() {
     let all = [("uncertain-1", 2.0), ("uncertain-3", 2.0), ("cliff", 6.0)];
     for (name, years) in if wanted.is_some() { all.to_vec() } else { cases.to_vec() } {
         let (problem, snapshots) = scenario(name, years);
-        let layers = cubic_lattice(&problem, wanted.unwrap_or(30_000)).unwrap();
+        let sides = std::env::var("PHASECLOUD_SIDES").ok();
+        let layers = match sides.as_deref().and_then(|sides| sides.split_once('x')) {
+            Some((side, layers)) => layered_lattice(&problem, side.parse().unwrap(), layers.parse().unwrap()).unwrap(),
+            None => cubic_lattice(&problem, wanted.unwrap_or(30_000)).unwrap(),
+        };
         let grids = grids_over_leaves(&problem, BINS, BINS).unwrap();
         let found = problem.perform(Carry { problem: &problem, layers: &layers, grids });
         for (snapshot, found) in snapshots.iter().zip(&found) {

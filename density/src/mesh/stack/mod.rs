@@ -31,7 +31,7 @@ use crate::grid::Grid;
 use crate::model::plane::State;
 use crate::uncertain::{ThirdMoments, UncertainProblem};
 
-pub use self::points::{Layers, cubic_lattice, cubic_side};
+pub use self::points::{Layers, cubic_lattice, cubic_side, layered_lattice};
 
 /// Largest change of a moment, in standard deviations, by the last halving of the step.
 const MOMENTS: f64 = 5e-5;
@@ -65,8 +65,7 @@ pub struct StackEstimate {
 }
 
 impl Stack {
-    /// The stack of the initial points in these columns, solar angle, eccentricity and third variable: `side` layers of `side` by `side`
-    /// points.
+    /// The stack of the initial points in these columns, solar angle, eccentricity and third variable: layers of `side` by `side` points.
     ///
     /// # Errors
     /// [`MeshError`] if the columns are no such lattice, or if the degree does not fit it.
@@ -76,9 +75,10 @@ impl Stack {
         side: usize,
         degree: usize,
     ) -> Result<Self, MeshError> {
-        check_points(phi, e, side.saturating_pow(3))?;
-        check_degree(degree, side)?;
-        let levels = points::levels(problem, [phi, e, third], side)?;
+        let layers = points::layers_of(phi.len(), side);
+        check_points(phi, e, layers.saturating_mul(side.saturating_pow(2)))?;
+        check_degree(degree, side.min(layers))?;
+        let levels = points::levels(problem, [phi, e, third], (side, layers))?;
         let initial = &problem.plane.initial;
         let (phi, e) = (&phi[..side * side], &e[..side * side]);
         let unfolded = unfold(initial, phi, e, side);
@@ -92,7 +92,7 @@ impl Stack {
     /// # Errors
     /// [`MeshError`] if the columns are not those of the stack's points.
     pub fn estimate(&self, phi: &[f64], e: &[f64], grid: &Grid) -> Result<StackEstimate, MeshError> {
-        check_points(phi, e, self.side.pow(3))?;
+        check_points(phi, e, self.levels.len() * self.side.pow(2))?;
         let state = |(&phi, &e): (&f64, &f64)| State::from_polar(phi, e);
         let states: Vec<State> = phi.iter().zip(e).map(state).collect();
         let carried = Carried {
@@ -132,13 +132,13 @@ struct Total {
 
 impl Carried<'_> {
     fn estimate(&self, grid: &Grid) -> StackEstimate {
-        let Stack { side, levels, problem, .. } = self.stack;
+        let Stack { levels, problem, .. } = self.stack;
         let start = ThirdMoments::at_start(problem);
         let centre = self.centre();
-        let gaps = side - 1;
+        let gaps = levels.len() - 1;
         let step = (levels[gaps] - levels[0]) / gaps as f64;
         let ends = |k: usize| if k == 0 || k == gaps { 0.5 } else { 1.0 };
-        let at_layers: Vec<(f64, f64)> = (0..*side).map(|k| (k as f64, ends(k))).collect();
+        let at_layers: Vec<(f64, f64)> = (0..=gaps).map(|k| (k as f64, ends(k))).collect();
         let mut sum = self.total(&at_layers, grid, centre, &start, false).sums;
         let mut last = self.read(&sum, step, None, centre, grid);
         let mut judged: Option<MeshDiagnostics> = None;

@@ -44,26 +44,40 @@ pub fn cubic_side(count: usize) -> usize {
 /// As [`lattice_points`].
 pub fn cubic_lattice(problem: &UncertainProblem, count: usize) -> Result<Layers, MeshError> {
     let side = cubic_side(count);
+    layered_lattice(problem, side, side)
+}
+
+/// The same with layers of `side` by `side` points.
+///
+/// # Errors
+/// As [`lattice_points`].
+pub fn layered_lattice(problem: &UncertainProblem, side: usize, layers: usize) -> Result<Layers, MeshError> {
     let reach = lattice_reach(side);
     let plane = lattice_points(&problem.plane, side, reach)?;
     let (low, (mean, sigma)) = (problem.lowest().max(-reach), problem.third());
-    let at = |k: usize| mean + sigma * (low + (reach - low) * (k as f64 / (side - 1) as f64));
-    let third = (0..side).map(at).collect();
+    let at = |k: usize| mean + sigma * (low + (reach - low) * (k as f64 / (layers - 1) as f64));
+    let third = (0..layers).map(at).collect();
     Ok(Layers { plane, third })
 }
 
-/// The third variable of each layer in standard deviations, from that of all points of a cubic lattice with `side` points per side.
+/// The number of layers of `side` by `side` points among so many points; at least two.
+pub(super) fn layers_of(points: usize, side: usize) -> usize {
+    (points / side.saturating_mul(side).max(1)).max(2)
+}
+
+/// The third variable of each layer in standard deviations, from that of all points of equal layers with `side` points per side.
 ///
 /// # Errors
 /// [`MeshError`] if the columns are not those of equal layers at ascending, evenly spaced values.
 pub(super) fn levels(
     problem: &UncertainProblem,
     [phi, e, third]: [&[f64]; 3],
-    side: usize,
+    (side, layers): (usize, usize),
 ) -> Result<Vec<f64>, MeshError> {
     /// Largest difference of a spacing from the others, as a share of them.
     const UNEVEN: f64 = 1e-6;
-    let (layer, rows) = (side.saturating_mul(side), side.saturating_pow(3));
+    let layer = side.saturating_mul(side);
+    let rows = layer.saturating_mul(layers);
     check_column("the third variable", third, rows, "finite", f64::is_finite)?;
     let off = |row: usize| {
         let (first, within) = (row - row % layer, row % layer);
@@ -73,8 +87,8 @@ pub(super) fn levels(
         return Err(MeshError::NotALattice { side, row: row % layer });
     }
     let (mean, sigma) = problem.third();
-    let levels: Vec<f64> = (0..side).map(|k| (third[k * layer] - mean) / sigma).collect();
-    let step = (levels[side - 1] - levels[0]) / (side - 1) as f64;
+    let levels: Vec<f64> = (0..layers).map(|k| (third[k * layer] - mean) / sigma).collect();
+    let step = (levels[layers - 1] - levels[0]) / (layers - 1) as f64;
     let is_even = |pair: &[f64]| pair[1] > pair[0] && ((pair[1] - pair[0]) / step - 1.0).abs() < UNEVEN;
     match levels.windows(2).position(|pair| !is_even(pair)) {
         None => Ok(levels),
