@@ -51,10 +51,16 @@ fn table(map: &MapFile, cells: &[Cell], path: &Path) -> Result<(), String> {
     let mut table = Table::with_head(path, head).map_err(|e| e.to_string())?;
     let rows = places(map).zip(cells).map(|(place, cell)| {
         let Cell { quantity: Estimated { value, error }, is_interpolated } = cell;
-        let numbers = map.place(place).into_iter().chain([*value, *error]).map(|number| number.to_string());
+        let numbers = map.place(place).into_iter().chain([*value, *error]).map(short);
         numbers.chain([u8::from(*is_interpolated).to_string()]).collect::<Vec<_>>()
     });
     table.write(rows).and_then(|()| table.finish()).map_err(|e| e.to_string())
+}
+
+/// A number to its last digit, without hundreds of zeros where it is tiny.
+fn short(number: f64) -> String {
+    let is_tiny = number != 0.0 && number.abs() < 1e-5;
+    if is_tiny { format!("{number:e}") } else { number.to_string() }
 }
 
 fn along(map: &MapFile, axis: usize) -> Vec<f64> {

@@ -69,12 +69,12 @@ impl ByOrbits {
     }
 
     /// Without starts.
-    pub(super) fn none(asked: Asked) -> Self {
+    fn none(asked: Asked) -> Self {
         Self { replicates: vec![Vec::new(); REPLICATES], distance: lattice(asked).1, lost: 0 }
     }
 
     /// Adds the starts of these numbers to each replicate.
-    pub(super) fn add(&mut self, cloud: &Cloud, asked: Asked, numbers: std::ops::Range<usize>) {
+    fn add(&mut self, cloud: &Cloud, asked: Asked, numbers: std::ops::Range<usize>) {
         for (replicate, known) in self.replicates.iter_mut().enumerate() {
             let starts = cloud.starts(replicate, numbers.clone());
             let (found, lost) = borders(cloud, asked, &starts, replicate * MOST_STARTS + numbers.start);
@@ -95,12 +95,12 @@ impl ByOrbits {
     }
 
     /// A figure from those of the replicates.
-    pub(super) fn figure(&self, means: &[f64]) -> Estimated {
+    fn figure(&self, means: &[f64]) -> Estimated {
         estimated(means, self.replicates.iter().map(Vec::len).sum(), self.lost)
     }
 
     /// The probability of each replicate.
-    pub(super) fn means(&self, mean: f64, spread: Option<Spread>) -> Vec<f64> {
+    fn means(&self, mean: f64, spread: Option<Spread>) -> Vec<f64> {
         let above = tail_above(mean, spread);
         let of = |starts: &Vec<Borders>| {
             starts.iter().map(|start| start.share(&above, self.distance)).sum::<f64>() / starts.len().max(1) as f64

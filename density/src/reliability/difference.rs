@@ -5,10 +5,8 @@ use crate::first_passage::empirical::wilson_within;
 use crate::in_space::SpaceProblem;
 
 use super::UNKNOWN;
-use super::by_orbits::{ByOrbits, MOST_STARTS};
 use super::cloud::Cloud;
-use super::followed::{Followed, figures_of, follow};
-use super::in_space::{asked, radiation};
+use super::followed::{Followed, MOST_ORBITS, figures_of, follow};
 use super::quantity::Quantity;
 use super::replicates::{Numbers, STANDARD_ERRORS};
 use super::rows::Row;
@@ -50,41 +48,16 @@ pub fn less(one: Estimated, other: Estimated) -> Estimated {
     Estimated { value: one.value - other.value, error: one.error + other.error }
 }
 
-/// The quantity in space less that in the plane at each of the points of a row, which must be alike, to about `tolerance`. Both have the same starts, so that the error
-/// is that of the difference alone.
-pub fn space_less_plane(row: &[SpaceProblem], quantity: Quantity, tolerance: f64) -> Row {
-    let unknown = || vec![UNKNOWN; row.len()];
-    let Some(first) = row.first() else { return Row::new() };
-    let (Ok(space), Ok(plane)) = (Cloud::in_space(first), Cloud::flattened(first)) else { return unknown() };
-    let asked = match (quantity, asked(row, quantity)) {
-        (Quantity::Reentry { .. }, Some(asked)) => asked,
-        _ => return row.iter().map(|point| followed_less_plane(point, quantity, tolerance)).collect(),
-    };
-    let (mut in_space, mut in_plane) = (ByOrbits::none(asked), ByOrbits::none(asked));
-    let mut found = unknown();
-    for numbers in Numbers::up_to(MOST_STARTS) {
-        in_space.add(&space, asked, numbers.clone());
-        in_plane.add(&plane, asked, numbers);
-        let difference = |point: &SpaceProblem| {
-            let [one, other] = [&in_space, &in_plane].map(|orbits| orbits.means(radiation(point), point.spread));
-            let each: Vec<f64> = one.iter().zip(other).map(|(one, other)| one - other).collect();
-            let of_space = in_space.figure(&each);
-            Estimated { error: of_space.error.max(in_plane.figure(&each).error), ..of_space }
-        };
-        found = row.iter().map(difference).collect();
-        if found.iter().all(|figure| figure.error <= tolerance) {
-            break;
-        }
-    }
-    found
+/// The quantity in space less that in the plane at each of some points, to about `tolerance`. Both have the same starts, so that the error is that of the difference alone.
+pub fn space_less_plane(points: &[SpaceProblem], quantity: Quantity, tolerance: f64) -> Row {
+    points.iter().map(|point| of_point(point, quantity, tolerance)).collect()
 }
 
-/// The same by orbits that are followed, each with the radiation parameter that was drawn for it.
-fn followed_less_plane(point: &SpaceProblem, quantity: Quantity, tolerance: f64) -> Estimated {
+fn of_point(point: &SpaceProblem, quantity: Quantity, tolerance: f64) -> Estimated {
     let (Ok(space), Ok(plane)) = (Cloud::in_space(point), Cloud::flattened(point)) else { return UNKNOWN };
     let (mut in_space, mut in_plane) = (Followed::none(quantity), Followed::none(quantity));
     let mut found = UNKNOWN;
-    for numbers in Numbers::up_to(2 * MOST_STARTS) {
+    for numbers in Numbers::up_to(MOST_ORBITS) {
         in_space.add(&space, numbers.clone());
         in_plane.add(&plane, numbers);
         let pairs = in_space.of_replicates().into_iter().zip(in_plane.of_replicates());

@@ -3,10 +3,16 @@
 use std::ops::Range;
 
 use crate::exact::Estimated;
+use crate::first_passage::empirical::wilson_within;
 
 use super::cloud::{Cloud, Irradiated};
 use super::quantity::Quantity;
-use super::replicates::{REPLICATES, estimated};
+use super::replicates::{REPLICATES, STANDARD_ERRORS, estimated};
+
+/// Most orbits of each replicate.
+pub const MOST_ORBITS: usize = 4096;
+/// Where fewer orbits have passed, or all but as few, the spread of the replicates says little of the error.
+const FEW: f64 = 20.0;
 
 /// What was found of the orbits of each replicate: when each passes, or the eccentricity that it has in the end.
 #[derive(Debug, Clone)]
@@ -44,12 +50,20 @@ impl Followed {
         self.estimated(&self.of_replicates())
     }
 
-    /// Figures from those of the replicates.
+    /// Figures from those of the replicates. A probability, or a difference of probabilities, to which few orbits say anything has at least the error of as many
+    /// independent ones (Wilson's interval).
     pub(super) fn estimated(&self, of_replicates: &[Vec<f64>]) -> Vec<Estimated> {
         let starts = self.replicates.iter().map(Vec::len).sum();
+        let is_mean = matches!(self.quantity, Quantity::MeanEccentricity { .. });
         let figure = |k: usize| {
             let each: Vec<f64> = of_replicates.iter().map(|figures| figures[k]).collect();
-            estimated(&each, starts, self.lost)
+            let found = estimated(&each, starts, self.lost);
+            let share = found.value.abs();
+            if is_mean || share.min(1.0 - share) * starts as f64 >= FEW {
+                return found;
+            }
+            let (low, high) = wilson_within(share.min(1.0), starts as f64, STANDARD_ERRORS);
+            Estimated { error: found.error.max(high - share).max(share - low), ..found }
         };
         (0..of_replicates.first().map_or(0, Vec::len)).map(figure).collect()
     }

@@ -1,84 +1,37 @@
 //! Points of a map in space: there is no exact curve, and every quantity is that of a quasi-random sample of orbits.
 //!
-//! All points have the same starts by their numbers, so that a map is smooth where the probability is ([`super::by_orbits`]).
+//! Each orbit is followed to the end with a radiation parameter that is drawn for it. The borders in that parameter, by which the plane is answered ([`super::by_orbits`]),
+//! are of no use here: near resonances with the Sun and the Moon several of them lie within a tenth of the parameter, and halving finds one. All points have the
+//! same starts by their numbers, so that a map is smooth where the probability is.
 
 use crate::exact::Estimated;
 use crate::in_space::SpaceProblem;
 
-use super::by_orbits::{Asked, ByOrbits};
+use super::UNKNOWN;
 use super::cloud::Cloud;
-use super::followed::Followed;
+use super::followed::{Followed, MOST_ORBITS};
 use super::quantity::Quantity;
 use super::replicates::Numbers;
-use super::required::{error_at, factor_for};
-use super::rows::{REACH, Row, SMALLEST};
-use super::{UNKNOWN, by_orbits};
-
-/// Whether two points share the radiation parameters with which their orbits pass.
-pub fn are_alike(one: &SpaceProblem, other: &SpaceProblem) -> bool {
-    let kind = |problem: &SpaceProblem| problem.spread.map(|spread| spread.distribution);
-    let mut moved = SpaceProblem { spread: one.spread, times: one.times.clone(), ..other.clone() };
-    moved.model.forces_mut().force.radiation = radiation(one);
-    kind(one) == kind(other) && moved == *one
-}
+use super::rows::Row;
 
 /// The radiation parameter, or its mean.
 pub(super) fn radiation(problem: &SpaceProblem) -> f64 {
     problem.model.forces().force.radiation
 }
 
-/// The quantity at each of the points of a row, which must be alike ([`are_alike`]), to about `tolerance`.
-pub fn evaluate(row: &[SpaceProblem], quantity: Quantity, tolerance: f64) -> Row {
-    let by_borders = asked(row, quantity).zip(row.first().and_then(|first| Cloud::in_space(first).ok()));
-    match (by_borders, quantity) {
-        (Some((asked, cloud)), _) => with_borders(row, quantity, tolerance, (&cloud, asked)),
-        (None, Quantity::RequiredFactor { .. }) => vec![UNKNOWN; row.len()],
-        (None, _) => row.iter().map(|point| followed(point, quantity, tolerance)).collect(),
+/// The quantity at each of some points, to about `tolerance`. Factors on the radiation parameter are not computed.
+pub fn evaluate(points: &[SpaceProblem], quantity: Quantity, tolerance: f64) -> Row {
+    match quantity {
+        Quantity::RequiredFactor { .. } => vec![UNKNOWN; points.len()],
+        _ => points.iter().map(|point| followed(point, quantity, tolerance)).collect(),
     }
-}
-
-/// The quantity by the radiation parameters with which orbits pass.
-fn with_borders(row: &[SpaceProblem], quantity: Quantity, tolerance: f64, (cloud, asked): (&Cloud, Asked)) -> Row {
-    let probability = |orbits: &ByOrbits, point: &SpaceProblem, factor: f64| {
-        orbits.probability(factor * radiation(point), point.spread)
-    };
-    let error = |orbits: &ByOrbits| {
-        let at = |point: &SpaceProblem| error_at(quantity, |factor| probability(orbits, point, factor));
-        row.iter().map(at).fold(0.0, f64::max)
-    };
-    let orbits = ByOrbits::new(cloud, asked, tolerance, error);
-    let at = |point: &SpaceProblem| match quantity {
-        Quantity::RequiredFactor { probability: wanted, .. } => {
-            factor_for(wanted, |factor| probability(&orbits, point, factor))
-        }
-        _ => probability(&orbits, point, 1.0),
-    };
-    row.iter().map(at).collect()
-}
-
-/// Which radiation parameters the quantity of a row needs; `None` if it does not follow from them, or if there is no radiation pressure.
-pub(super) fn asked(row: &[SpaceProblem], quantity: Quantity) -> Option<Asked> {
-    let (Quantity::Reentry { within: years } | Quantity::RequiredFactor { within: years, .. }) = quantity else {
-        return None;
-    };
-    let (least, most) = quantity.factors();
-    let ends = row.iter().map(|point| {
-        let mean = radiation(point);
-        let at = |z: f64| point.spread.map_or(mean, |spread| spread.radiation(mean, z.max(spread.lowest())));
-        (least * at(-REACH), most * at(REACH))
-    });
-    let (low, high) = ends.fold((f64::INFINITY, 0.0f64), |(low, high), (a, b)| (low.min(a), high.max(b)));
-    let spreads = row.iter().map(|point| point.spread.map_or(0.0, |spread| spread.relative));
-    let narrowest = spreads.fold(f64::INFINITY, f64::min);
-    let acts = row.iter().all(|point| radiation(point) > 0.0);
-    acts.then_some(Asked { ends: (low.max(SMALLEST * high), high), narrowest, years })
 }
 
 /// The quantity of a point by orbits that are followed, each with the radiation parameter that was drawn for it.
 fn followed(point: &SpaceProblem, quantity: Quantity, tolerance: f64) -> Estimated {
     let Ok(cloud) = Cloud::in_space(point) else { return UNKNOWN };
     let mut found = Followed::none(quantity);
-    for numbers in Numbers::up_to(2 * by_orbits::MOST_STARTS) {
+    for numbers in Numbers::up_to(MOST_ORBITS) {
         found.add(&cloud, numbers);
         if found.figures().iter().all(|figure| figure.error <= tolerance) {
             break;
@@ -98,7 +51,7 @@ mod tests {
     use crate::problem::{InitialGaussian, Problem};
     use crate::uncertain::{Distribution, Spread};
 
-    const TOLERANCE: f64 = 2e-3;
+    const TOLERANCE: f64 = 5e-3;
 
     fn with_radiation(problem: &SpaceProblem, radiation: f64) -> SpaceProblem {
         let mut changed = problem.clone();
@@ -135,7 +88,6 @@ mod tests {
         let (row, of_plane): (Vec<SpaceProblem>, Vec<Point>) = [0.06, 0.085, 0.1, 0.12].map(flat).into_iter().unzip();
         for quantity in [
             Quantity::Reentry { within: 1.0 },
-            Quantity::RequiredFactor { probability: 0.9, within: 1.0 },
             Quantity::TimeOfReentry { probability: 0.5, within: 1.0 },
             Quantity::MeanEccentricity { after: 1.0 },
         ] {
@@ -191,15 +143,5 @@ mod tests {
                 "{found:?} {difference}"
             );
         }
-    }
-
-    #[test]
-    fn points_share_their_orbits_if_they_differ_in_the_radiation_parameter_alone() {
-        let one = example::problem();
-        assert!(are_alike(&one, &with_radiation(&one, 0.3)));
-        let mut other = with_radiation(&one, 0.3);
-        other.initial.mean[2] = 0.3;
-        assert!(!are_alike(&one, &other));
-        assert!(!are_alike(&one, &SpaceProblem { spread: None, ..one.clone() }));
     }
 }

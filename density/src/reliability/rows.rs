@@ -13,9 +13,9 @@ use super::quantity::Quantity;
 use super::required::{error_at, factor_for};
 
 /// Distance in standard deviations out to which the radiation parameter is followed; the probability beyond is 2e-9.
-pub(super) const REACH: f64 = 6.0;
+const REACH: f64 = 6.0;
 /// Smallest radiation parameter of a table, as a share of the largest one.
-pub(super) const SMALLEST: f64 = 1e-4;
+const SMALLEST: f64 = 1e-4;
 /// Largest distance between values of the radiation parameter in a table, as a share.
 const COARSEST: f64 = 0.1;
 

@@ -113,6 +113,10 @@ impl MapFile {
         let told = |error: SpaceProblemError| file.error(&raw.scenario, &format!("{}: {}", error.key, error.problem));
         if matches!(point, AnyPoint::InSpace(_)) {
             point.cloud().map_err(told)?;
+            if self.shown != Shown::Itself {
+                let problem = "is not computed in space, where more radiation pressure may make re-entry less probable; draw \"reentry\" over orbit.area_to_mass";
+                return Err(file.error(&raw.quantity.get_ref().name, problem));
+            }
         }
         if self.shown != Shown::Itself && point.radiation() <= 0.0 {
             let problem = format!(
