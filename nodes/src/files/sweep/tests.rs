@@ -1,4 +1,5 @@
 use super::*;
+use crate::files::scenario_file::ScenarioFile;
 use density::model::PlanarHamiltonian;
 
 const BASE: &str = "name = \"s\"\n[orbit]\nradiation = 0.15\noblateness = 0.4\n[initial]\nphi = 2.2\ne = 0.145\n\
