@@ -354,6 +354,7 @@ fn the_examples_of_the_page_about_launch_files_are_good() {
             let more = match (name, key) {
                 ("mc", "draws") => "replicates = 2\n",
                 ("mc", "map_error") => "through = \"flow-map\"\n",
+                ("flow-map", "degree") => "sends = \"characteristics\"\n",
                 ("dee", "seed") => "placement = \"random\"\n",
                 ("dee", "resolution") => "mesh = \"hull\"\n",
                 ("gmm-ut", "components" | "across" | "keep_variance") => "split = \"solar-angle\"\n",

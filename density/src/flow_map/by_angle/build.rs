@@ -71,7 +71,7 @@ struct Tried {
 
 /// What a try to fit an interval came to.
 enum Fit {
-    Fitted { panel: Panel, passage_error: f64 },
+    Fitted { panel: Box<Panel>, passage_error: f64 },
     Unfitted { years: f64, error: f64 },
 }
 
@@ -135,7 +135,7 @@ impl<'a, M: PlanarHamiltonian> Builder<'a, M> {
                         summary.passage_error = summary.passage_error.max(passage_error);
                         summary.mapped += self.share(interval);
                         summary.coefficients += panel.patches.iter().map(Patch::len).sum::<usize>();
-                        panels.push(panel);
+                        panels.push(*panel);
                     }
                     Fit::Unfitted { years, error } => bent.push((Tried { interval, years, error }, before)),
                 }
@@ -240,7 +240,7 @@ impl<'a, M: PlanarHamiltonian> Builder<'a, M> {
             self.critical.map_or((Rise::Never, 0.0), |critical| rise_of(&self.basis, nodes, &checks, critical));
         let panel = Panel { low, high, half, patches, rise };
         match self.checked(&panel, &checks) {
-            Ok(()) => Fit::Fitted { panel, passage_error },
+            Ok(()) => Fit::Fitted { panel: Box::new(panel), passage_error },
             Err((years, error)) => unfitted(years, error),
         }
     }
