@@ -65,7 +65,7 @@ fn what_cannot_follow_the_shadow_refuses_it_by_name() {
     assert_eq!(output.status.code(), Some(1));
     let told = text(&output.stderr) + &text(&output.stdout);
     for words in [
-        "exact: the scenario's model is \"vectorial\" with the Earth's shadow",
+        "exact: the scenario's model is \"planar\" with the Earth's shadow",
         "map: model.forces: \"shadow\" makes the semi-major axis a variable",
         "none: forces: \"sun\" does not act in the scenario",
     ] {

@@ -119,7 +119,10 @@ mod tests {
     fn orbits(count: u32) -> Vec<(f64, usize)> {
         let one = |i: u32| {
             let uniform = f64::from(i * 7919 % 10_007) / 10_007.0;
-            (0.15 + 0.01 * uniform * uniform, if i % 7 == 0 { 0 } else { 1 + usize::from(i % 3 != 0) })
+            (
+                0.15 + 0.01 * uniform * uniform,
+                if i.is_multiple_of(7) { 0 } else { 1 + usize::from(!i.is_multiple_of(3)) },
+            )
         };
         (0..count).map(one).collect()
     }

@@ -34,7 +34,7 @@ const FEWEST: usize = 4;
 
 impl Settings {
     /// The same as a case of Monte Carlo.
-    fn as_monte_carlo(self) -> mc::Settings {
+    fn into_monte_carlo(self) -> mc::Settings {
         let Self { samples, seed, replicates, accuracy, model, forces } = self;
         let draws = DrawsChoice::Sobol;
         mc::Settings { samples, seed, replicates, accuracy, model, forces, draws, ..mc::Settings::default() }
@@ -46,11 +46,11 @@ impl Method for Settings {
     type Propagator = QuasiMonteCarlo;
 
     fn propagator(self) -> QuasiMonteCarlo {
-        QuasiMonteCarlo(MonteCarlo::with_interval_of_replicates(self.as_monte_carlo()))
+        QuasiMonteCarlo(MonteCarlo::with_interval_of_replicates(self.into_monte_carlo()))
     }
 
     fn check_scenario(&self, assignment: &Assignment, shard: Shard) -> Result<(), Failure> {
-        self.clone().as_monte_carlo().check_scenario(assignment, shard)
+        self.clone().into_monte_carlo().check_scenario(assignment, shard)
     }
 
     fn check(&self) -> Result<(), Misfit> {
