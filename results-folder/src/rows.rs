@@ -97,7 +97,7 @@ rows! {
     }
 
     /// A row of `given_re_entry.csv`: mean and standard deviation of an uncertain radiation parameter `C`, given that the satellite has re-entered
-    /// by `t_yr` (`given` is [`RE_ENTRY`](crate::rows::RE_ENTRY)) or that it has not ([`NONE`](crate::rows::NONE)), and their errors, of which
+    /// by `t_yr` (`given` is [`RE_ENTRY`]) or that it has not ([`NONE`]), and their errors, of which
     /// `errors` says the type.
     GivenRow {
         scenario: String,

@@ -33,9 +33,12 @@ fn the_first_key_of_the_file_is_the_horizontal_axis() {
 
 #[test]
 fn a_required_ratio_is_the_factor_times_the_ratio_of_the_point() {
-    let map = load(&GOOD.replace("\"reentry\"", "\"required-area-to-mass\"\nprobability = 0.9")).unwrap();
+    let required = GOOD.replace("\"reentry\"", "\"required-area-to-mass\"\nprobability = 0.9");
+    let refused = load(&required).unwrap_err();
+    assert!(refused.line == 8 && refused.to_string().contains("orbit.area_to_mass: has no effect"), "{refused}");
+    let map = load(&required.replace("area_to_mass\" = [1, 2, 3]", "reflectivity\" = [1.1, 1.2, 1.3]")).unwrap();
     let index = map.index((1, 2));
-    assert_eq!(map.scale(index, &map.point(index).unwrap()), 3.0);
+    assert_eq!(map.scale(index, &map.point(index).unwrap()), 10.0);
     assert_eq!(map.label(), "area-to-mass ratio for 90 % within 10 yr [m²/kg]");
 }
 
