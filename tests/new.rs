@@ -1,4 +1,4 @@
-//! `phasecloud new`: its crate builds, and it writes the programs that `tests/check.rs` and `tests/python.rs` check.
+//! `phasecloud new`: its crate builds, and it writes the programs that `tests/check.rs` and `tests/python/` check.
 #![allow(missing_docs)]
 
 mod common;
@@ -38,7 +38,7 @@ fn a_new_python_propagator_is_the_example_with_its_kit() {
     let bench = Bench::new();
     let output = bench.phasecloud().args(["new", "--python", "mine.py"]).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
-    // tests/python.rs checks the example, and that these files keep all rules without the package.
+    // tests/python/ checks the example, and that these files keep all rules without the package.
     for (written, original) in [
         ("propagator.py", "examples/python/monte_carlo.py"),
         ("phasecloud_kit.py", "python/phasecloud/kit/__init__.py"),
