@@ -132,6 +132,44 @@ fn the_mean_of_an_unaveraged_orbit_follows_the_averaged_one() {
     assert!(mean.column("a_earth_radii").iter().all(|a| (a - 2.5).abs() < 1e-3));
 }
 
+/// The elements of a position and a velocity follow from its energy and its eccentricity vector.
+#[test]
+fn an_ephemeris_has_the_positions_of_the_osculating_elements() {
+    const MU: f64 = 398_600.441_8; // km³/s²
+    const RADIUS: f64 = 6378.137; // km
+    let bench = Bench::new();
+    let dated = OSCULATING.replace("[epoch]\n", "[epoch]\ndate = 2027-03-01\n");
+    let step = ["--step", "0.03125"]; // a thirty-second of a sidereal year: 11 d 9 h 55 min 33.43... s
+    let elements = table(&bench, &dated, &["--osculating", step[0], step[1]]);
+    let output = orbit(&bench, &dated, &["--oem", step[0], step[1]]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let printed = text(&output.stdout);
+    assert!(printed.starts_with("CCSDS_OEM_VERS = 2.0\n"), "{printed}");
+    assert!(printed.contains("\nSTART_TIME = 2027-03-01T00:00:00.000000\n"), "{printed}");
+    let states: Vec<Vec<&str>> = printed
+        .lines()
+        .filter(|line| line.starts_with("2027-") || line.starts_with("2028-"))
+        .map(|line| line.split(' ').collect())
+        .collect();
+    let (axis, vectors) = (elements.column("a_earth_radii"), ["e1", "e2", "e3"].map(|name| elements.column(name)));
+    assert_eq!((states.len(), states[1][0]), (axis.len(), "2027-03-12T09:55:33.430425"));
+    let mut eccentric = 0.0_f64;
+    for (k, state) in states.iter().enumerate() {
+        let numbers: Vec<f64> = state[1..].iter().map(|number| number.parse().unwrap()).collect();
+        let (r, v): ([f64; 3], [f64; 3]) = (numbers[..3].try_into().unwrap(), numbers[3..].try_into().unwrap());
+        let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (distance, square) = (dot(r, r).sqrt(), dot(v, v));
+        let found = 1.0 / (2.0 / distance - square / MU) / RADIUS;
+        assert!((found - axis[k]).abs() < 1e-9, "{found} {}", axis[k]);
+        for (i, expected) in vectors.iter().enumerate() {
+            let e = ((square - MU / distance) * r[i] - dot(r, v) * v[i]) / MU;
+            assert!((e - expected[k]).abs() < 1e-9, "{e} {}", expected[k]);
+            eccentric = eccentric.max(e.abs());
+        }
+    }
+    assert!(eccentric > 0.1);
+}
+
 #[test]
 fn what_cannot_be_done_is_refused_in_words() {
     let bench = Bench::new();
@@ -141,6 +179,8 @@ fn what_cannot_be_done_is_refused_in_words() {
         assert!(text(&output.stderr).contains(words), "{words}: {}", text(&output.stderr));
     };
     refused(VECTORIAL, &["--osculating"], "only the model \"osculating\" has osculating elements");
+    refused(VECTORIAL, &["--oem"], "only the model \"osculating\" says where on its orbit the satellite is");
+    refused(OSCULATING, &["--oem"], "mine.toml: epoch: --oem needs the date at t = 0");
     refused(VECTORIAL, &["--step", "0"], "--step: 0 is not allowed");
     refused(VECTORIAL, &["--step", "3"], "--step: 3 is not allowed, it must be between");
     refused(&VECTORIAL.replace("e = 0.145", "e = 1.5"), &[], "initial.e: 1.5 is not allowed");

@@ -7,6 +7,7 @@ mod cli;
 mod completions;
 mod derived;
 mod domain;
+mod ephemeris;
 mod export;
 mod fidelity;
 mod from_environment;

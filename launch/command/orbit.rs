@@ -1,4 +1,4 @@
-//! `phasecloud orbit`: the mean orbit of a scenario in any model, as CSV.
+//! `phasecloud orbit`: the mean orbit of a scenario in any model, as CSV; an unaveraged one also as an ephemeris.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -16,18 +16,21 @@ use density::model::vectorial::{self, Vectorial};
 use density::model::{Model, Variable, earth};
 use nodes::files::input::{InputError, InputFile};
 use nodes::files::plain_number::plain;
-use nodes::files::scenario_file::{self, AnyScenario, ModelInSpace};
+use nodes::files::scenario_file::{self, AnyScenario, ModelInSpace, ScenarioInSpace};
 
+use super::ephemeris::Ephemeris;
 use crate::exit::BAD_INPUT;
 
 /// Arguments of `phasecloud orbit`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  phasecloud orbit launch/models/vectorial.toml\n  phasecloud orbit --step 0.05 my-scenario.toml > orbit.csv\n\n\
+    after_help = "Examples:\n  phasecloud orbit launch/models/vectorial.toml\n  phasecloud orbit --step 0.05 my-scenario.toml > orbit.csv\n  \
+    phasecloud orbit --oem --step 1e-5 my-scenario.toml > orbit.oem\n\n\
     Columns: the time, the variables of the model, the eccentricity vector e1, e2, e3 and the angular momentum vector h1, h2, h3 (of length \
     sqrt(1 - e²)) in equatorial axes, and the semi-major axis, which is empty where the scenario does not give it. In the planar model the \
     Sun is in the equator, at longitude 0 at first. Orbits of the model \"osculating\" are averaged over one revolution centred on the time, \
-    unless --osculating is given.\n\n\
+    unless --osculating is given. --oem prints the orbit of a scenario in that model, which must have [epoch] date, as an Orbit Ephemeris \
+    Message (CCSDS 502.0): positions in km and velocities in km/s, in the mean equator and equinox of the epoch.\n\n\
     Exit codes: 0 printed; 1 the orbit cannot be followed to the end; 2 bad input."
 )]
 pub struct OrbitArguments {
@@ -39,6 +42,20 @@ pub struct OrbitArguments {
     /// Of an orbit in the model "osculating", print the osculating elements at the time itself
     #[arg(long)]
     pub osculating: bool,
+    /// Print an orbit in the model "osculating" as an Orbit Ephemeris Message
+    #[arg(long, conflicts_with = "osculating")]
+    pub oem: bool,
+}
+
+/// What is printed of an unaveraged orbit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Form {
+    /// Elements averaged over a revolution.
+    Mean,
+    /// Osculating elements.
+    Osculating,
+    /// Positions and velocities.
+    Ephemeris,
 }
 
 /// Largest number of rows.
@@ -46,7 +63,12 @@ const MOST_ROWS: f64 = 1e6;
 
 /// Prints the orbit.
 pub fn run(arguments: &OrbitArguments) -> ExitCode {
-    let OrbitArguments { scenario: path, step, osculating } = arguments;
+    let OrbitArguments { scenario: path, step, osculating, oem } = arguments;
+    let form = match (osculating, oem) {
+        (_, true) => Form::Ephemeris,
+        (true, false) => Form::Osculating,
+        (false, false) => Form::Mean,
+    };
     let scenario = match load(path) {
         Ok(scenario) => scenario,
         Err(error) => return refuse(&error.to_string()),
@@ -57,8 +79,8 @@ pub fn run(arguments: &OrbitArguments) -> ExitCode {
         Err(problem) => return refuse(&problem),
     };
     let is_unaveraged = matches!(&scenario, AnyScenario::InSpace(s) if matches!(s.model, ModelInSpace::Osculating(..)));
-    if *osculating && !is_unaveraged {
-        return refuse("--osculating: only the model \"osculating\" has osculating elements; leave it out");
+    if !is_unaveraged && let Some(needed) = form.needed() {
+        return refuse(needed);
     }
     if has_no_place(&scenario) {
         return refuse(&format!(
@@ -67,11 +89,32 @@ pub fn run(arguments: &OrbitArguments) -> ExitCode {
             path.display()
         ));
     }
-    match print(&scenario, &times, *osculating) {
+    if form == Form::Ephemeris && !has_date(&scenario) {
+        return refuse(&format!(
+            "{}: epoch: --oem needs the date at t = 0; write date = 2027-03-01 here",
+            path.display()
+        ));
+    }
+    match print(&scenario, &times, form) {
         Ok(()) => ExitCode::SUCCESS,
         Err(Escaped { why, years, place, .. }) => {
             remark!("error: {}: the orbit {why} within {years} yr of the state {place}", path.display());
             ExitCode::FAILURE
+        }
+    }
+}
+
+impl Form {
+    /// What is said where the model has no such thing.
+    fn needed(self) -> Option<&'static str> {
+        match self {
+            Self::Mean => None,
+            Self::Osculating => {
+                Some("--osculating: only the model \"osculating\" has osculating elements; leave it out")
+            }
+            Self::Ephemeris => {
+                Some("--oem: only the model \"osculating\" says where on its orbit the satellite is; leave it out")
+            }
         }
     }
 }
@@ -98,7 +141,7 @@ fn stepped(step: f64, snapshots: &[f64]) -> Result<Vec<f64>, String> {
     Ok((0..rows as u32).map(written).collect())
 }
 
-fn print(scenario: &AnyScenario, times: &[f64], osculating: bool) -> Result<(), Escaped> {
+fn print(scenario: &AnyScenario, times: &[f64], form: Form) -> Result<(), Escaped> {
     match scenario {
         AnyScenario::InPlane { scenario, semi_major_axis } => {
             let start = [scenario.problem.initial.mean_phi, scenario.problem.initial.mean_e];
@@ -131,32 +174,42 @@ fn print(scenario: &AnyScenario, times: &[f64], osculating: bool) -> Result<(), 
                 let start = with_place(model, start, anomaly);
                 if scenario.shadow {
                     let shadowed = ShadowedOsculating { model, has_shadow: true, reentry_radius: None };
-                    return unaveraged(shadowed, &model, start, times, osculating);
+                    return unaveraged(shadowed, &model, start, scenario, times, form);
                 }
-                unaveraged(model, &model, start, times, osculating)
+                unaveraged(model, &model, start, scenario, times, form)
             }
         },
     }
 }
 
-/// Prints an unaveraged orbit: its osculating elements, or means over a revolution.
+/// Prints an unaveraged orbit.
 fn unaveraged<M: Model<State<f64> = osculating::State, Variables = [f64; 6]>>(
     model: M,
     nominal: &Osculating,
     start: [f64; 6],
+    scenario: &ScenarioInSpace,
     times: &[f64],
-    osculating: bool,
+    form: Form,
 ) -> Result<(), Escaped> {
-    head(if osculating { &osculating::VARIABLES[..5] } else { &vectorial::VARIABLES });
+    let ephemeris = scenario.epoch.map(|epoch| Ephemeris { epoch, semi_major_axis: nominal.semi_major_axis });
+    match (form, &ephemeris) {
+        (Form::Mean, _) => head(&vectorial::VARIABLES),
+        (Form::Osculating, _) => head(&osculating::VARIABLES[..5]),
+        (Form::Ephemeris, ephemeris) => ephemeris.iter().for_each(|e| e.head(&scenario.name, times)),
+    }
     follow(model, start, times, |model: &M, time, state| {
-        if osculating {
-            let [x, y, z, vx, vy, vz] = state;
-            let Motion { vectors, .. } = Motion::of([x, y, z], [vx, vy, vz]);
-            let variables = model.read_out(time, state);
-            row(time, &variables[..5], vectors, Some(variables[5]));
-        } else {
-            let MeanOrbit { vectors, semi_major_axis } = mean_orbit(&Flow::new(*model), nominal, time, state)?;
-            row(time, &of_mean(nominal, time, vectors), vectors, Some(semi_major_axis));
+        match form {
+            Form::Mean => {
+                let MeanOrbit { vectors, semi_major_axis } = mean_orbit(&Flow::new(*model), nominal, time, state)?;
+                row(time, &of_mean(nominal, time, vectors), vectors, Some(semi_major_axis));
+            }
+            Form::Osculating => {
+                let [x, y, z, vx, vy, vz] = state;
+                let Motion { vectors, .. } = Motion::of([x, y, z], [vx, vy, vz]);
+                let variables = model.read_out(time, state);
+                row(time, &variables[..5], vectors, Some(variables[5]));
+            }
+            Form::Ephemeris => ephemeris.iter().for_each(|ephemeris| ephemeris.row(time, state)),
         }
         Ok(())
     })
@@ -165,6 +218,11 @@ fn unaveraged<M: Model<State<f64> = osculating::State, Variables = [f64; 6]>>(
 /// Whether it is not said where on its ellipse the satellite is at first.
 fn has_no_place(scenario: &AnyScenario) -> bool {
     matches!(scenario, AnyScenario::InSpace(s) if matches!(s.model, ModelInSpace::Osculating(.., None)))
+}
+
+/// Whether the scenario says on which date it starts.
+fn has_date(scenario: &AnyScenario) -> bool {
+    matches!(scenario, AnyScenario::InSpace(s) if s.epoch.is_some())
 }
 
 /// The variables of the unaveraged model.

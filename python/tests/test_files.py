@@ -3,6 +3,7 @@
 import json
 import subprocess
 
+import numpy as np
 import phasecloud as pc
 import pytest
 from conftest import ROOT, SCENARIOS
@@ -149,3 +150,19 @@ def test_a_run_writes_its_tables_as_parquet_too(recorded):
         rows = parquet.read_table(recorded / f"columns/{name}.parquet").to_pylist()
         written = pc.Results(recorded / "columns").columns(name)
         assert len(rows) == len(written["method"]) and list(rows[0] if rows else written) == list(written)
+
+
+def test_an_ephemeris_is_read_by_the_oem_package(tmp_path):
+    oem = pytest.importorskip("oem")
+    scenario = (ROOT / "launch/models/osculating.toml").read_text()
+    (tmp_path / "mine.toml").write_text(scenario.replace("[epoch]\n", "[epoch]\ndate = 2027-03-01\n"))
+    command = [pc.command(), "orbit", "--oem", "--step", "0.25", "mine.toml"]
+    printed = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+    (tmp_path / "mine.oem").write_text(printed)
+    message = oem.OrbitEphemerisMessage.open(tmp_path / "mine.oem")
+    segment = message.segments[0]
+    assert segment.metadata["OBJECT_NAME"] == "osculating" and segment.metadata["TIME_SYSTEM"] == "TT"
+    states = list(segment.states)
+    assert len(states) == 9
+    assert 2.5 * 6378.137 * 0.85 < np.linalg.norm(states[0].position) < 2.5 * 6378.137 * 1.15
+    assert (states[-1].epoch - states[0].epoch).to_value("s") == pytest.approx(2 * 365.256363 * 86400, abs=1e-4)

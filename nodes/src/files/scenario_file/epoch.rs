@@ -85,6 +85,13 @@ impl Epoch {
         text.map_or("beyond all dates".into(), |text| text.chars().take_while(|c| *c != 'T').collect())
     }
 
+    /// Date and time so many years after the epoch, as `2032-03-01T12:00:00.000000`.
+    pub fn instant_after(&self, years: f64) -> String {
+        let after = Duration::from_secs_f64((years * earth::YEAR).max(0.0));
+        let text = self.0.checked_add(after).map(|time| humantime::format_rfc3339_micros(time).to_string());
+        text.map_or("beyond all dates".into(), |text| text.trim_end_matches('Z').to_owned())
+    }
+
     /// Mean longitudes of the Sun and of the Moon at the epoch \[rad\], between -2π and 2π. The minute or two between universal and terrestrial time, in which
     /// the Moon moves by 0.01°, is left out.
     fn mean_longitudes(&self) -> [f64; 2] {
