@@ -6,7 +6,6 @@ use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 use std::sync::LazyLock;
 
-use density::dynamics::{Force, State};
 use density::exact::{Exact, ExactSettings};
 use density::first_passage::times::first_passage_times;
 use density::flow::{Accuracy, Flow};
@@ -16,6 +15,8 @@ use density::mesh::delaunay::triangulate;
 use density::mesh::raster::PointGrid;
 use density::mesh::{Branch, CarriedMesh, Placement, characteristic_densities, hull_estimate, initial_points};
 use density::mixture::{self, MixturePropagator};
+use density::model::planar::Force;
+use density::model::plane::State;
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
 use density::model::{Model, ecliptic};

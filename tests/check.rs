@@ -48,6 +48,7 @@ fn our_own_propagators_and_the_examples_keep_all_rules() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn propagators_of_scenarios_in_space_keep_all_rules_that_are_judged_there() {
     let bench = Bench::new();
     let cubature = example("cubature-in-space").display().to_string();
@@ -77,6 +78,7 @@ fn a_propagator_of_the_plane_refuses_scenarios_in_space_and_wrong_moments_there_
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_faulty_propagator_fails_the_rule_that_it_breaks_and_no_other() {
     let bench = Bench::new();
     let program = example("faulty-propagator").display().to_string();
@@ -131,6 +133,7 @@ fn angles_in_degrees_break_the_rules_about_mass_and_moments() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_density_may_withhold_what_it_does_not_stand_behind_but_not_contradict_the_right_answer() {
     let bench = Bench::new();
     let program = example("lying-exact").display().to_string();

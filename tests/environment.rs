@@ -132,6 +132,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_service_is_found_and_works_after_a_cleaner_has_been_in_the_temporary_folder() {
     let bench = Bench::new();
     let mut service = serve(&bench, &mut bench.phasecloud());

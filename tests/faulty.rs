@@ -33,6 +33,7 @@ fn run_beside(bench: &Bench, fault: &str) -> (Option<i32>, String) {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_faulty_propagator_is_named_and_the_others_stay_the_same_bytes() {
     let bench = Bench::new();
     bench.run_well(&bench.launch_file("alone", FOUR_CASES), "alone");

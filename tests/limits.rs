@@ -122,6 +122,7 @@ fn a_mount_point_is_filled_also_in_a_parent_that_cannot_be_written() {
 
 /// The disk becomes full somewhere between the first file and the last: whatever is sealed is whole.
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn no_half_of_a_file_is_sealed_however_much_of_the_results_the_disk_can_hold() {
     if !can_mount() {
         return;
@@ -201,6 +202,7 @@ fn files_that_may_not_be_as_long_as_those_of_a_run_are_refused() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_case_that_is_refused_memory_is_named_and_the_others_are_compared() {
     let bench = Bench::new();
     let big = "[[propagator]]\nlabel = \"big\"\nnode = \"mc\"\nsamples = 20_000_000\n";

@@ -15,6 +15,7 @@ fn source(path: &str) -> String {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_new_crate_compiles_and_is_the_skeleton_that_is_checked() {
     let bench = Bench::new();
     let output = bench.phasecloud().args(["new", "my-method"]).output().unwrap();

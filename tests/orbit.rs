@@ -91,6 +91,7 @@ fn averaged_orbits_in_space_are_those_of_the_reference_to_1e_10() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn unaveraged_orbits_are_those_of_the_reference_to_1e_6() {
     let reference = include_str!("../density/tests/reference/osculating-states.csv");
     // The first three orbits: each takes seconds.

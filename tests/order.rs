@@ -36,6 +36,7 @@ fn any_order_of_starts_gives_the_same_bytes() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_reader_that_stands_still_for_a_while_loses_nothing() {
     let bench = Bench::new();
     let launch = bench.launch_file("four", FOUR_CASES);

@@ -20,6 +20,7 @@ fn head(restart: &str) -> String {
 const SMALL: &str = "[[propagator]]\nlabel = \"mc\"\nnode = \"mc\"\nsamples = 2_000\n";
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn one_silent_case_is_named_and_the_others_are_compared_with_and_without_restarts() {
     let silent = "[[propagator]]\nlabel = \"silent\"\ncommand = [\"sleep\", \"1000\"]\n";
     std::thread::scope(|scope| {
@@ -40,6 +41,7 @@ fn one_silent_case_is_named_and_the_others_are_compared_with_and_without_restart
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_run_that_was_stopped_for_longer_than_patience_accuses_nobody_when_it_goes_on() {
     let bench = Bench::new();
     let launch = bench.launch_file("stopped", &format!("{}{FOUR_CASES}", head("never")));
@@ -100,6 +102,7 @@ fn a_sweep_goes_on_after_a_refused_passage_and_the_case_serves_the_next_scenario
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_case_that_reaches_its_budget_is_named_and_serves_the_next_scenario() {
     let bench = Bench::new();
     // The budget in the second scenario is 30 s for work that takes a second on an idle machine.
@@ -126,6 +129,7 @@ fn a_case_that_reaches_its_budget_is_named_and_serves_the_next_scenario() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn cases_owe_nothing_for_a_scenario_that_its_node_does_not_publish() {
     let bench = Bench::new();
     let launch = bench.two_scenarios("unpublished", &head("on-failure"), SMALL);

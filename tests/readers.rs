@@ -90,6 +90,7 @@ fn commands_that_print_their_result_do_not_panic_and_say_when_it_could_not_be_wr
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn a_service_and_those_who_look_at_it_outlive_their_readers() {
     for sink in SINKS {
         let bench = Bench::new();

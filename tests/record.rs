@@ -80,6 +80,7 @@ fn a_replay_gives_the_same_bytes_whichever_part_is_played() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn one_case_is_replaced_or_left_out_and_the_others_stay_as_recorded() {
     let bench = recorded();
     let mine = common::examples::example("stt-gaussian");

@@ -117,6 +117,7 @@ fn without_a_report_there_are_tables_only_and_it_can_be_made_later() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn several_runs_are_laid_side_by_side() {
     let bench = Bench::new();
     let launch = bench.launch_file("four", FOUR_CASES);

@@ -88,6 +88,7 @@ fn probe(bench: &Bench, chromium: &str, page: &Path, size: &str) -> String {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn the_report_is_legible_in_light_dark_and_print() {
     let Some(chromium) = chromium() else { return };
     let bench = Bench::new();

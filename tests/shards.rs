@@ -112,6 +112,7 @@ fn snapshot_bytes(bench: &Bench, name: &str, more: &str) -> usize {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn reduced_a_million_samples_are_a_hundredth_of_the_bytes() {
     let bench = Bench::new();
     let moved = snapshot_bytes(&bench, "whole", "");

@@ -97,6 +97,7 @@ fn the_mixture_has_the_exact_moments_to_a_two_thousandth() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn layers_of_characteristics_have_the_exact_moments_whatever_the_shards() {
     let bench = Bench::new();
     bench.write("mine.toml", SCENARIO);

@@ -121,6 +121,7 @@ fn a_reference_that_has_failed_is_replaced_by_the_next() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn an_exact_method_that_lies_is_contradicted_by_the_samples_of_the_same_run_or_by_itself() {
     let bench = Bench::new();
     let lies = [

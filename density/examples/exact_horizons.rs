@@ -5,30 +5,18 @@
 //! `--years Y` does one horizon, `--scenario N` one scenario. `--check N` compares the mean and the deviation of `e` with a
 //! trapezoidal rule over `N x N` orbits that are propagated one by one, within eight deviations of the mean and above `e = 0`.
 
-use std::error::Error;
-use std::f64::consts::PI;
+mod common;
 
+use std::error::Error;
+
+use common::{cpu_of, paper};
 use density::exact::{Exact, ExactSettings};
 use density::first_passage::curve_times;
 use density::first_passage::exact::exact_curve;
 use density::flow::Flow;
 use density::grid::comparison_grids;
-use density::model::planar::Force;
 use density::orbits::Orbits;
-use density::problem::{InitialGaussian, Problem};
-use rustix::time::{ClockId, clock_gettime};
-
-fn problem(number: usize, years: f64) -> Problem {
-    let (mean_phi, mean_e, delta_phi, delta_e) = match number {
-        1 => (2.2069, 0.145, PI / 8.0, 0.05),
-        2 => (0.5419, 0.095, PI / 40.0, 0.01),
-        _ => (0.3004, 0.23, PI / 32.0, 0.02),
-    };
-    let initial =
-        InitialGaussian { mean_phi, mean_e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e, correlation: 0.0 };
-    let model = Force { radiation: 0.15, oblateness: 0.40921 };
-    Problem { model, initial, times: vec![0.0, years], critical_e: 0.6 }
-}
+use density::problem::Problem;
 
 /// Mean and standard deviation of the eccentricity by a trapezoidal rule over orbits.
 fn by_orbits(problem: &Problem, years: f64, count: usize) -> Result<(f64, f64), Box<dyn Error>> {
@@ -51,17 +39,6 @@ fn by_orbits(problem: &Problem, years: f64, count: usize) -> Result<(f64, f64), 
     Ok((mean, mean_of(&|e| (e - mean).powi(2)).sqrt()))
 }
 
-/// CPU seconds of all threads.
-fn cpu<T>(work: impl FnOnce() -> T) -> (f64, T) {
-    let now = || {
-        let time = clock_gettime(ClockId::ProcessCPUTime);
-        time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-    };
-    let start = now();
-    let done = work();
-    (now() - start, done)
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let (mut horizons, mut scenarios, mut check) = (vec![2.0, 30.0, 100.0], vec![1, 2, 3], None);
     let mut arguments = std::env::args().skip(1);
@@ -80,10 +57,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for number in scenarios {
         for &years in &horizons {
-            let problem = problem(number, years);
+            let problem = paper(number, vec![0.0, years]);
             let flow = Flow::new(problem.model);
             let exact = Exact::new(&problem, &flow, ExactSettings::default());
-            let (moment_seconds, moments) = cpu(|| exact.moments(years));
+            let (moment_seconds, moments) = cpu_of(|| exact.moments(years));
             let moments = moments?;
             if let Some(count) = check {
                 let (mean, deviation) = by_orbits(&problem, years, count)?;
@@ -92,10 +69,10 @@ fn main() -> Result<(), Box<dyn Error>> {
                 continue;
             }
             let grids = comparison_grids(&problem, &flow, 100, 100)?;
-            let (all_seconds, snapshot) = cpu(|| exact.snapshot(&grids, 1));
+            let (all_seconds, snapshot) = cpu_of(|| exact.snapshot(&grids, 1));
             let snapshot = snapshot?;
             let times = curve_times(years, 65);
-            let (curve_seconds, curve) = cpu(|| exact_curve(&problem, &flow, &times));
+            let (curve_seconds, curve) = cpu_of(|| exact_curve(&problem, &flow, &times));
             let worst = curve?.iter().map(|p| p.error).fold(0.0, f64::max);
             println!(
                 "| {number} | {years} | {moment_seconds:.3} | {:.1e} | {} | {:.1e} | {all_seconds:.2} | {:.1e} | {curve_seconds:.3} | {worst:.1e} |",

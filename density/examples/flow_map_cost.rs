@@ -7,52 +7,35 @@
 //! passages; and to do the same directly with `--direct` samples, scaled. `--problem NAME` does one row only, `--threads` sets the threads, and `--by
 //! action-angle` takes the map by action and angle.
 
+mod common;
+
 use std::error::Error;
-use std::f64::consts::PI;
 use std::time::Instant;
 
+use common::{cpu, paper};
 use density::first_passage::curve_times;
 use density::first_passage::empirical::point;
 use density::flow::{Flow, Passages};
 use density::flow_map::{AngleMap, AngleOrbits, FlowMap, MappedOrbits, Settings, Summary};
 use density::grid::{Grid, comparison_grids};
-use density::model::planar::Force;
 use density::model::plane::State;
 use density::orbits::Orbits;
-use density::problem::{InitialGaussian, Problem};
+use density::problem::Problem;
 use density::sample_sums::SampleSums;
 use density::sampling::{Draws, SamplingPlan};
-use rustix::time::{ClockId, clock_gettime};
 
 /// Starts at which the map is compared with orbits.
 const COMPARED: usize = 20_000;
 /// Times of a first-passage curve.
 const CURVE: usize = 65;
 
-fn problem(number: usize, times: Vec<f64>) -> Problem {
-    let (mean_phi, mean_e, delta_phi, delta_e) = match number {
-        1 => (2.2069, 0.145, PI / 8.0, 0.05),
-        2 => (0.5419, 0.095, PI / 40.0, 0.01),
-        _ => (0.3004, 0.23, PI / 32.0, 0.02),
-    };
-    let initial =
-        InitialGaussian { mean_phi, mean_e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e, correlation: 0.0 };
-    Problem { model: Force { radiation: 0.15, oblateness: 0.40921 }, initial, times, critical_e: 0.6 }
-}
-
 fn problems() -> Vec<(String, Problem)> {
     let half_years = |count: u32| (0..count).map(|k| 0.5 * f64::from(k)).collect::<Vec<_>>();
     let over_thirty = || vec![0.0, 5.0, 10.0, 20.0, 30.0];
-    let short = [(1, 5), (2, 7), (3, 5)].map(|(n, count)| (format!("scenario-{n}"), problem(n, half_years(count))));
-    let long = [1, 2, 3].map(|n| (format!("scenario-{n}-30yr"), problem(n, over_thirty())));
-    let longest = [1, 2, 3].map(|n| (format!("scenario-{n}-100yr"), problem(n, vec![0.0, 25.0, 50.0, 75.0, 100.0])));
+    let short = [(1, 5), (2, 7), (3, 5)].map(|(n, count)| (format!("scenario-{n}"), paper(n, half_years(count))));
+    let long = [1, 2, 3].map(|n| (format!("scenario-{n}-30yr"), paper(n, over_thirty())));
+    let longest = [1, 2, 3].map(|n| (format!("scenario-{n}-100yr"), paper(n, vec![0.0, 25.0, 50.0, 75.0, 100.0])));
     short.into_iter().chain(long).chain(longest).collect()
-}
-
-/// CPU seconds that the process has taken.
-fn cpu() -> f64 {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 fn seconds<T>(work: impl FnOnce() -> T) -> (f64, T) {

@@ -5,18 +5,18 @@
 //! `stage,level,threads,seconds`, the median of the given number of runs: CPU time on one thread, which other programs
 //! on the machine disturb less, and wall time on two.
 
-use std::f64::consts::PI;
+mod common;
+
 use std::path::Path;
 use std::time::Instant;
 
-use density::dynamics::Force;
+use common::{cpu, paper};
 use density::flow::{Accuracy, Flow};
 use density::grid::comparison_grids;
 use density::mesh::delaunay::triangulate;
 use density::mesh::raster::PointGrid;
 use density::mesh::{Placement, characteristic_densities, initial_points};
 use density::orbits::Orbits;
-use density::problem::{InitialGaussian, Problem};
 use rayon::ThreadPoolBuilder;
 
 const SAMPLES: usize = 100_000;
@@ -26,10 +26,8 @@ fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let [_, folder, repeats] = &arguments[..] else { panic!("give a folder and a number of repeats") };
     let (folder, repeats) = (Path::new(folder), repeats.parse().expect("a number of repeats"));
-    let initial =
-        InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025, correlation: 0.0 };
-    let force = Force { radiation: 0.15, oblateness: 0.40921 };
-    let problem = Problem { model: force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 };
+    let problem = paper(1, vec![0.0, 0.5, 1.0, 1.5, 2.0]);
+    let force = problem.model;
     let start = initial_points(&problem, SAMPLES, Placement::Random, 1).expect("points");
     let orbits = |accuracy| Orbits::from_polar(Flow { model: force, accuracy }, &start.phi, &start.e);
     let first = orbits(Accuracy::Fine);
@@ -78,9 +76,9 @@ fn time<T: Send>(stage: &str, level: &str, repeats: usize, work: impl Fn() -> T 
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let mut seconds: Vec<f64> = (0..repeats.max(1))
             .map(|_| {
-                let (wall, cpu) = (Instant::now(), cpu_seconds());
+                let (wall, cpu) = (Instant::now(), cpu());
                 let result = pool.install(&work);
-                let seconds = if threads == 1 { cpu_seconds() - cpu } else { wall.elapsed().as_secs_f64() };
+                let seconds = if threads == 1 { cpu() - cpu } else { wall.elapsed().as_secs_f64() };
                 drop(result);
                 seconds
             })
@@ -88,12 +86,6 @@ fn time<T: Send>(stage: &str, level: &str, repeats: usize, work: impl Fn() -> T 
         seconds.sort_by(f64::total_cmp);
         println!("{stage},{level},{threads},{}", seconds[seconds.len() / 2]);
     }
-}
-
-/// CPU time that this process has taken \[s\].
-fn cpu_seconds() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 fn write(path: &Path, columns: &[&[f64]]) {

@@ -70,13 +70,6 @@ pub mod uncertain;
 pub mod variable_moments;
 mod wrapped;
 
-/// Older names of the paper's planar model, used by the other crates.
-pub mod dynamics {
-    pub use crate::model::earth::{self, SUN_MEAN_MOTION};
-    pub use crate::model::planar::{Force, force_from_orbit};
-    pub use crate::model::plane::{State, density_growth, density_growth_without_jacobian};
-}
-
 pub use exact::Exact;
 pub use flow::Flow;
 pub use grid::Grid;

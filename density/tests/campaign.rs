@@ -11,11 +11,12 @@ use campaign_support::paths::{Motion, follow};
 use campaign_support::scenario::{Scenario, draw};
 use common::{paper, rows};
 use density::angle::nearest;
-use density::dynamics::{Force, State};
 use density::exact::{Exact, ExactSettings};
 use density::first_passage::exact::exact_curve;
 use density::flow::Flow;
 use density::grid::{Axis, Grid, comparison_grids};
+use density::model::planar::Force;
+use density::model::plane::State;
 use density::problem::Problem;
 
 /// A grid of little cost, for when no density is needed.
@@ -86,6 +87,7 @@ fn differences(known: &Known, truth: &Truth) -> Vec<String> {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn the_oracle_has_the_values_of_the_cases() {
     for (scenario, known) in all() {
         let oracle = quadrature_alone(&scenario.problem, 2);
@@ -148,6 +150,7 @@ fn a_scenario_survives_being_written_down() {
 const BEYOND_EXACT: &[(&str, &str, f64)] = &[];
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn exact_has_the_values_of_the_cases() {
     let (mut wrong, mut withheld) = (Vec::new(), Vec::new());
     for (scenario, known) in all() {
@@ -202,6 +205,7 @@ fn exact_is_silently_wrong_in_no_case_by_the_oracle() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn exact_is_not_refused_for_the_side_of_zero_on_which_the_mean_of_a_symmetric_cloud_lies() {
     // Once mixed along its orbits, the cloud is symmetric about phi = 0: its circular mean is 0 or just below 2π.
     let mut problem = draw(1, 35).problem;

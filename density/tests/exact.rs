@@ -6,11 +6,12 @@
 mod common;
 
 use common::{paper, rows, sample};
-use density::dynamics::{Force, State};
 use density::exact::measure::Measure;
 use density::exact::{Error, Exact, ExactSettings};
 use density::flow::Flow;
 use density::grid::comparison_grids;
+use density::model::planar::Force;
+use density::model::plane::State;
 use density::problem::{InitialGaussian, Problem};
 
 /// The numbers of the rows of a reference file that belong to one of the paper's scenarios.

@@ -3,13 +3,15 @@
 mod common;
 
 use common::{paper, sample};
-use density::dynamics::{Force, SUN_MEAN_MOTION, State};
 use density::exact::{Exact, ExactSettings};
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::exact::exact_curve;
 use density::first_passage::times::first_passage_times;
 use density::first_passage::{curve_times, passage_times};
 use density::flow::{Flow, Passages};
+use density::model::earth::SUN_MEAN_MOTION;
+use density::model::planar::Force;
+use density::model::plane::State;
 use density::problem::{InitialGaussian, Problem};
 
 /// First time at which an orbit without oblateness reaches `critical_e`: `(x1, x2, s)` turns rigidly about `(0, C, 1)`, so `s`

@@ -5,9 +5,10 @@ mod common;
 
 use std::f64::consts::{PI, TAU};
 
-use density::dynamics::{Force, State};
 use density::flow::{Accuracy, Flow, Loss};
 use density::model::PlanarHamiltonian;
+use density::model::planar::Force;
+use density::model::plane::State;
 use density::problem::InitialGaussian;
 use density::sampling::draw;
 

@@ -83,6 +83,7 @@ fn dee_with_961_points_is_within_a_thousandth_in_every_moment_and_3_per_cent_in_
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn dee_with_1e5_points_is_within_a_ten_thousandth_in_every_moment_and_half_a_per_cent_in_the_density() {
     check("dee-1e5", 1e-4, 0.005, |problem, grids| estimates(carried(problem, grids, 100_000, 7)));
 }

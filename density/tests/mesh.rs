@@ -6,7 +6,7 @@ use density::mesh::{
     Branch, CarriedMesh, MeshDiagnostics, MeshError, Placement, characteristic_densities, hull_estimate,
     initial_points, lattice_points,
 };
-use density::{dynamics::State, estimate::Estimate, flow::Flow, grid::comparison_grids, problem::Problem};
+use density::{estimate::Estimate, flow::Flow, grid::comparison_grids, model::plane::State, problem::Problem};
 use mesh_support::{Snapshot, exact_joint, exact_moments, l1, paper_table_3, propagate, relative_errors, scenario};
 
 /// Estimates of a carried mesh at every snapshot.

@@ -65,6 +65,7 @@ fn apart<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn every_orbit_of_the_reference_has_its_shape_and_orientation_to_1e_8_over_two_years() {
     let rows = reference();
     assert_eq!(rows.len(), 24);

@@ -5,13 +5,13 @@
 #![allow(missing_docs)]
 
 use density::angle::nearest;
-use density::dynamics::Force;
 use density::estimate::Moments;
 use density::flow::Flow;
 use density::grid::comparison_grids;
 use density::mesh::passage::passage_curve;
 use density::mesh::{CarriedMesh, Placement, initial_points, unfold};
 use density::mixture::{self, MixturePropagator, mass_below_zero};
+use density::model::planar::Force;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
 use density::trust::{Kind, TOLERANCE, trust};

@@ -10,12 +10,12 @@ use std::num::NonZeroUsize;
 
 use common::paper;
 use density::binning;
-use density::dynamics::Force;
 use density::estimate::{Estimate, Moments};
 use density::exact::{Exact, ExactSettings};
 use density::first_passage::empirical::wilson_interval;
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
+use density::model::planar::Force;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling::{Draws, SamplingPlan};

@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use density::angle::nearest;
-use density::dynamics::{State, density_growth};
+use density::model::plane::{State, density_growth};
 use density::problem::InitialGaussian;
 
 /// Standard deviations of the solar angle from the mean within which points are looked for.

@@ -7,10 +7,10 @@ use std::f64::consts::SQRT_2;
 
 use density::angle::nearest;
 use density::binning;
-use density::dynamics::{density_growth, density_growth_without_jacobian};
 use density::exact::{Exact, ExactSettings};
 use density::flow::Flow;
 use density::model::PlanarHamiltonian;
+use density::model::plane::{density_growth, density_growth_without_jacobian};
 use kit::assignment::{Assignment, Plane};
 use kit::kind::{Estimated, Trajectories, groups};
 use kit::snapshot_rules::decode;

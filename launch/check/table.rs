@@ -1,6 +1,6 @@
 //! A snapshot that has been decoded, with its columns.
 
-use density::dynamics::State;
+use density::model::plane::State;
 use kit::kind::{self, Snapshot, Trajectories};
 
 /// A snapshot with its position and its columns.

@@ -21,6 +21,7 @@ use crate::launch_file;
 const WATCHDOG: Duration = Duration::from_secs(180);
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn an_exception_in_a_python_propagator_is_named() {
     let Some(python) = interpreter() else { return };
     let bench = Bench::new();

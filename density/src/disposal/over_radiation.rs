@@ -169,6 +169,7 @@ mod tests {
     use crate::uncertain::Distribution;
 
     #[test]
+    #[ignore = "long; .ci/long runs it"]
     fn a_table_gives_the_probability_of_the_integral_over_leaves() {
         let initial = InitialGaussian { mean_phi: 3.0, mean_e: 0.05, sigma_phi: 0.4, sigma_e: 0.01, correlation: 0.0 };
         let model = Force { radiation: 0.124, oblateness: 0.40921 }.into();

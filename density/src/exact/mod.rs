@@ -20,6 +20,7 @@
 
 mod at_start;
 pub(crate) mod axis;
+mod bin_averages;
 mod block;
 mod by_blocks;
 mod by_orbits;
@@ -31,6 +32,7 @@ pub(crate) mod hamiltonian_range;
 pub mod joint;
 mod joint_way;
 pub mod leaves;
+mod leaves_density;
 mod leaves_joint;
 pub mod measure;
 pub mod moments;

@@ -139,8 +139,8 @@ impl Numbered {
     fn number(
         &mut self,
         (i, j): (i32, i32),
-        state: crate::dynamics::State,
-        states: &mut Vec<crate::dynamics::State>,
+        state: crate::model::plane::State,
+        states: &mut Vec<crate::model::plane::State>,
     ) -> u32 {
         let slot = (i + self.columns + 1) as usize * (2 * self.rows + 3) as usize + (j + self.rows + 1) as usize;
         *self.numbers[slot].get_or_insert_with(|| {

@@ -105,6 +105,7 @@ fn adaptive_moments_are_exact_to_a_tenth_of_a_per_cent_with_five_thousand_points
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn adaptive_joint_densities_are_exact_to_one_per_cent_and_the_papers_are_not() {
     // The L1 errors of the paper's form that the module documentation states.
     let papers = [(1, 2, 0.56), (1, 4, 1.01), (2, 3, 1.46), (2, 6, 1.15)];
@@ -125,6 +126,7 @@ fn adaptive_joint_densities_are_exact_to_one_per_cent_and_the_papers_are_not() {
 }
 
 #[test]
+#[ignore = "long; .ci/long runs it"]
 fn distrust_is_shown_wherever_a_split_in_both_directions_misses_by_six_per_cent() {
     let square = |spacing: f64| MixtureSettings {
         split: Split::Lattice(lattice::Lattice { spacing: [spacing; 2], ..Default::default() }),

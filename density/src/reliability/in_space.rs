@@ -84,6 +84,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "long; .ci/long runs it"]
     fn in_the_equator_every_quantity_is_that_of_the_exact_curve_within_its_error() {
         let (row, of_plane): (Vec<SpaceProblem>, Vec<Point>) = [0.06, 0.085, 0.1, 0.12].map(flat).into_iter().unzip();
         for quantity in [
@@ -103,6 +104,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "long; .ci/long runs it"]
     fn out_of_the_equator_the_probabilities_are_those_of_monte_carlo_within_both_errors() {
         let certain = SpaceProblem { spread: None, ..example::problem() };
         let quantity = Quantity::Reentry { within: 2.0 };

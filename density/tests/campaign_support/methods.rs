@@ -3,7 +3,6 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use density::binning;
-use density::dynamics::Force;
 use density::estimate::Estimate;
 use density::exact::{Exact, ExactSettings};
 use density::first_passage::curve_times;
@@ -14,6 +13,7 @@ use density::grid::Grid;
 use density::mesh::passage::passage_curve;
 use density::mesh::{CarriedMesh, Placement, initial_points};
 use density::mixture;
+use density::model::planar::Force;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling;

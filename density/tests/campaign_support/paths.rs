@@ -11,7 +11,7 @@
 
 use std::f64::consts::TAU;
 
-use density::dynamics::Force;
+use density::model::planar::Force;
 use multiversion::multiversion;
 use rayon::prelude::*;
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use std::fmt;
 
-use density::dynamics::Force;
+use density::model::planar::Force;
 use density::problem::{InitialGaussian, Problem};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -3,7 +3,8 @@
 
 use std::f64::consts::PI;
 
-use density::dynamics::{Force, State};
+use density::model::planar::Force;
+use density::model::plane::State;
 use density::problem::{InitialGaussian, Problem};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -6,11 +6,11 @@ mod common;
 
 pub use common::paper as scenario;
 
-use density::dynamics::{State, density_growth};
 use density::estimate::{Estimate, Moments};
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
 use density::mesh::{Placement, Points, initial_points};
+use density::model::plane::{State, density_growth};
 use density::problem::Problem;
 
 /// One snapshot of propagated points.
