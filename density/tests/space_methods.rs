@@ -6,11 +6,13 @@
 
 mod space_support;
 
+use density::exact::{Exact, ExactSettings};
 use density::flow::{Accuracy, Flow};
 use density::flow_map::{FlowMap, MappedOrbits, Settings, Summary};
 use density::gaussian::Gaussian;
 use density::in_space::SpaceProblem;
 use density::in_space::draws::{Distributed, Start};
+use density::in_space::example::in_the_equator;
 use density::in_space::task::SpaceTask;
 use density::mixture::adaptive::{AdaptiveMixture, Fineness};
 use density::mixture::unscented::Unscented;
@@ -100,6 +102,22 @@ fn the_mixture_has_every_moment_of_quasi_monte_carlo_to_half_a_percent() {
             println!("  disagreement {disagreement:.3}");
             assert!(worst < 0.005 && worst < 0.1 * disagreement + 1e-3, "{name} at {time} yr: {worst} {disagreement}");
         }
+    }
+}
+
+/// Inclination and node of a cloud in the equator do not vary, so that its covariances are singular.
+#[test]
+fn the_mixture_of_a_cloud_in_the_equator_has_the_exact_moments_of_the_plane() {
+    let (problem, plane) = in_the_equator(0.1, None);
+    let found = problem.perform(ByMixture(&problem, Fineness { components: 500, ..Fineness::default() })).unwrap();
+    let flow = Flow { model: plane.model, accuracy: Accuracy::Medium };
+    let exact = Exact::new(&plane, &flow, ExactSettings::default());
+    for ((cloud, _), &time) in found.iter().zip(&problem.times).skip(1) {
+        let right = exact.moments(time).unwrap();
+        let deviation = cloud.covariance[1][1].sqrt();
+        let off = [(cloud.mean[1] - right.mean_e) / right.std_e, deviation / right.std_e - 1.0];
+        assert!(off.iter().all(|off| off.abs() < 2e-3), "{time} yr: {off:?}");
+        assert!(cloud.mean[2].abs() < 1e-9 && cloud.covariance[2][2] < 1e-15, "{time} yr: {:?}", cloud.covariance);
     }
 }
 

@@ -7,7 +7,6 @@
 use std::num::NonZeroUsize;
 
 use super::draws::{Distributed, Start};
-use super::models::SpaceModel;
 use super::task::SpaceTask;
 use super::{InitialInSpace, SpaceProblem, SpaceProblemError};
 use crate::disposal::time_of;
@@ -159,7 +158,7 @@ fn mean_of(figures: &[f64]) -> (f64, f64) {
 /// The problem with another mean of the radiation parameter, whose relative spread stays the same.
 fn with_radiation(problem: &SpaceProblem, factor: f64) -> SpaceProblem {
     let mut changed = problem.clone();
-    forces(&mut changed.model).force.radiation *= factor;
+    changed.model.forces_mut().force.radiation *= factor;
     changed
 }
 
@@ -234,7 +233,7 @@ fn changes(problem: &SpaceProblem) -> Vec<(String, SpaceProblem)> {
     let mut all = Vec::new();
     for (k, (parameter, value)) in problem.model.averaged().parameters().into_iter().enumerate() {
         let mut changed = problem.clone();
-        let forces = forces(&mut changed.model);
+        let forces = changed.model.forces_mut();
         let place = [&mut forces.force.radiation, &mut forces.force.oblateness, &mut forces.sun, &mut forces.moon];
         place.into_iter().skip(k).take(1).for_each(|place| *place *= 1.01);
         if value > 0.0 {
@@ -258,44 +257,18 @@ fn changes(problem: &SpaceProblem) -> Vec<(String, SpaceProblem)> {
     all
 }
 
-/// The parameters of the forces.
-fn forces(model: &mut SpaceModel) -> &mut crate::model::sun_moon::SunMoon {
-    match model {
-        SpaceModel::Vectorial { model, .. } => &mut model.forces,
-        SpaceModel::Osculating { model, .. } => &mut model.forces,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::example;
     use super::*;
     use crate::disposal::probabilities;
-    use crate::model::vectorial::Vectorial;
-    use crate::problem::{InitialGaussian, Problem};
+    use crate::problem::Problem;
 
     const EFFORT: Effort = Effort { orbits: 256, seed: 3 };
 
-    /// A cloud in the equator under a Sun in the equator, whose exact probabilities are those of the planar model.
+    /// The cloud in the equator, whose exact probabilities are those of the planar model.
     fn flat() -> (SpaceProblem, Problem<crate::model::registry::Planar>) {
-        let mut problem = example::problem();
-        let Vectorial { mut forces, sun_longitude, .. } = problem.model.averaged();
-        (forces.sun, forces.moon, forces.force.radiation) = (0.0, 0.0, 0.1);
-        let model = Vectorial { forces, sun_longitude, obliquity: 0.0 };
-        problem.model = SpaceModel::Vectorial { model, axis: None };
-        (problem.initial.mean[2], problem.initial.sigma[2], problem.initial.sigma[3]) = (0.0, 0.0, 0.0);
-        (problem.initial.correlation, problem.spread) = ([0.0; 6], None);
-        problem.critical_e = 0.52;
-        let InitialInSpace { mean, sigma, .. } = problem.initial;
-        let initial = InitialGaussian {
-            mean_phi: mean[0],
-            mean_e: mean[1],
-            sigma_phi: sigma[0],
-            sigma_e: sigma[1],
-            correlation: 0.0,
-        };
-        let plane = Problem { model: problem.model.planar(), initial, times: problem.times.clone(), critical_e: 0.52 };
-        (problem, plane)
+        example::in_the_equator(0.1, None)
     }
 
     #[test]

@@ -281,8 +281,10 @@ pub mod example {
     //! An example for tests: a cloud at two and a half Earth radii, inclined and correlated.
     use super::*;
     use crate::model::planar::Force;
+    use crate::model::registry::Planar;
     use crate::model::sun_moon::SunMoon;
     use crate::model::vectorial::Vectorial;
+    use crate::problem::{InitialGaussian, Problem};
 
     /// The cloud, with an uncertain radiation parameter.
     pub fn problem() -> SpaceProblem {
@@ -304,6 +306,27 @@ pub mod example {
             shadow: false,
             reentry_altitude: None,
         }
+    }
+
+    /// A cloud in the equator under a Sun in the equator, with this radiation parameter, and the same cloud in the plane, whose model is right for it.
+    pub fn in_the_equator(radiation: f64, spread: Option<Spread>) -> (SpaceProblem, Problem<Planar>) {
+        let mut problem = SpaceProblem { spread, critical_e: 0.52, ..problem() };
+        let Vectorial { mut forces, sun_longitude, .. } = problem.model.averaged();
+        (forces.sun, forces.moon, forces.force.radiation) = (0.0, 0.0, radiation);
+        let model = Vectorial { forces, sun_longitude, obliquity: 0.0 };
+        problem.model = SpaceModel::Vectorial { model, axis: None };
+        let InitialInSpace { mean, sigma, correlation } = &mut problem.initial;
+        (mean[2], sigma[2], sigma[3], *correlation) = (0.0, 0.0, 0.0, [0.0; 6]);
+        let initial = InitialGaussian {
+            mean_phi: mean[0],
+            mean_e: mean[1],
+            sigma_phi: sigma[0],
+            sigma_e: sigma[1],
+            correlation: 0.0,
+        };
+        let model = problem.model.planar();
+        let plane = Problem { model, initial, times: problem.times.clone(), critical_e: problem.critical_e };
+        (problem, plane)
     }
 }
 

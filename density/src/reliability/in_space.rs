@@ -45,10 +45,7 @@ mod tests {
     use super::super::difference::{monte_carlo, space_less_plane};
     use super::super::rows::{self, Point};
     use super::*;
-    use crate::in_space::models::SpaceModel;
-    use crate::in_space::{InitialInSpace, example};
-    use crate::model::vectorial::Vectorial;
-    use crate::problem::{InitialGaussian, Problem};
+    use crate::in_space::example;
     use crate::uncertain::{Distribution, Spread};
 
     const TOLERANCE: f64 = 5e-3;
@@ -61,26 +58,9 @@ mod tests {
 
     /// A cloud in the equator under a Sun in the equator, for which the planar model is right, with that of the plane.
     fn flat(radiation: f64) -> (SpaceProblem, Point) {
-        let mut problem = with_radiation(&example::problem(), radiation);
-        let Vectorial { mut forces, sun_longitude, .. } = problem.model.averaged();
-        (forces.sun, forces.moon) = (0.0, 0.0);
-        problem.model =
-            SpaceModel::Vectorial { model: Vectorial { forces, sun_longitude, obliquity: 0.0 }, axis: None };
-        (problem.initial.mean[2], problem.initial.sigma[2], problem.initial.sigma[3]) = (0.0, 0.0, 0.0);
-        problem.initial.correlation = [0.0; 6];
-        problem.spread = Some(Spread { relative: 0.05, distribution: Distribution::LogNormal });
-        problem.critical_e = 0.52;
-        let InitialInSpace { mean, sigma, .. } = problem.initial;
-        let initial = InitialGaussian {
-            mean_phi: mean[0],
-            mean_e: mean[1],
-            sigma_phi: sigma[0],
-            sigma_e: sigma[1],
-            correlation: 0.0,
-        };
-        let plane = Problem { model: problem.model.planar(), initial, times: problem.times.clone(), critical_e: 0.52 };
-        let point = Point { problem: plane, spread: problem.spread };
-        (problem, point)
+        let spread = Some(Spread { relative: 0.05, distribution: Distribution::LogNormal });
+        let (problem, plane) = example::in_the_equator(radiation, spread);
+        (problem, Point { problem: plane, spread })
     }
 
     #[test]
