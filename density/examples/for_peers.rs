@@ -53,7 +53,7 @@ fn main() {
     last.advance_to(2.0).expect("no orbit is lost");
     let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
     last.read_out(&mut phi, &mut e);
-    let n = characteristic_densities(&initial, &start.phi, &start.e, last.x1(), last.x2(), true).expect("densities");
+    let n = characteristic_densities(&problem.initial, &start.phi, &start.e, last.x1(), last.x2(), true).expect("densities");
     let grid = comparison_grids(&problem, &first.flow, 100, 100).expect("grids")[4];
     phi.iter_mut().for_each(|phi| *phi = grid.fold(*phi));
     write(&folder.join("cloud.f64"), &[&phi, &e, &n]);
@@ -76,9 +76,9 @@ fn time<T: Send>(stage: &str, level: &str, repeats: usize, work: impl Fn() -> T 
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let mut seconds: Vec<f64> = (0..repeats.max(1))
             .map(|_| {
-                let (wall, cpu) = (Instant::now(), cpu());
+                let (wall, before) = (Instant::now(), cpu());
                 let result = pool.install(&work);
-                let seconds = if threads == 1 { cpu() - cpu } else { wall.elapsed().as_secs_f64() };
+                let seconds = if threads == 1 { cpu() - before } else { wall.elapsed().as_secs_f64() };
                 drop(result);
                 seconds
             })

@@ -24,7 +24,7 @@ impl Ephemeris {
         say!("CCSDS_OEM_VERS = 2.0");
         say!("CREATION_DATE = {}", created.trim_end_matches('Z'));
         say!("ORIGINATOR = PHASECLOUD");
-        say!();
+        say!("");
         say!("META_START");
         say!("OBJECT_NAME = {name}");
         say!("OBJECT_ID = UNKNOWN");

@@ -108,10 +108,11 @@ impl<'a> Leaves<'a> {
         for (k, (points, states)) in starts.iter().enumerate() {
             points.iter().zip(states).for_each(|(&point, &state)| by_point[point as usize].push((k, state)));
         }
-        let at = |((end, spans), starts): ((&Option<State>, &Vec<usize>), &Vec<(usize, State)>)| {
-            end.map_or([0.0; 2], |end| self.integral(level, end, spans, starts))
+        let at = |point: usize| {
+            let end = ends[point].filter(|_| !spans[point].is_empty());
+            end.map_or([0.0; 2], |end| self.integral(level, end, &spans[point], &by_point[point]))
         };
-        let found: Vec<[f64; 2]> = ends.par_iter().zip(&spans).zip(&by_point).map(at).collect();
+        let found: Vec<[f64; 2]> = (0..points.len()).into_par_iter().map(at).collect();
         let difference = found.iter().map(|[value, rougher]| (value - rougher).abs()).collect();
         Values { density: found.into_iter().map(|[value, _]| value).collect(), difference, orbits }
     }
