@@ -53,7 +53,8 @@ fn main() {
     last.advance_to(2.0).expect("no orbit is lost");
     let (mut phi, mut e) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
     last.read_out(&mut phi, &mut e);
-    let n = characteristic_densities(&problem.initial, &start.phi, &start.e, last.x1(), last.x2(), true).expect("densities");
+    let n = characteristic_densities(&problem.initial, &start.phi, &start.e, last.x1(), last.x2(), true)
+        .expect("densities");
     let grid = comparison_grids(&problem, &first.flow, 100, 100).expect("grids")[4];
     phi.iter_mut().for_each(|phi| *phi = grid.fold(*phi));
     write(&folder.join("cloud.f64"), &[&phi, &e, &n]);
