@@ -144,8 +144,8 @@ impl Sweep {
     /// A number of the scenario that is varied, by its key as `TABLE.KEY`.
     pub fn number(&self, index: usize, key: &str) -> Option<f64> {
         let varied = self.keys().zip(self.values(index)).find(|(varied, _)| *varied == key);
-        let (table, name) = key.split_once('.')?;
-        let given = || self.base.get(table)?.get(name);
+        let (name, tables) = split(key)?;
+        let given = || tables.iter().try_fold(&self.base, |table, name| table.get(*name)?.as_table())?.get(name);
         varied.map(|(_, value)| value).or_else(|| given()?.as_float().or_else(|| Some(given()?.as_integer()? as f64)))
     }
 
@@ -237,15 +237,30 @@ fn axis(scenario: &Table, key: &Spanned<String>, value: &Value) -> Result<Axis, 
     Ok(Axis { key: name.clone(), values: Values::read(value)?, place: Spanned::new(key.span(), ()) })
 }
 
-/// The numbers of a scenario, as `TABLE.KEY`.
+/// The numbers of a scenario, as `TABLE.KEY`; those of a table within a table as `TABLE.TABLE.KEY`.
 fn numbers(scenario: &Table) -> Vec<String> {
     // A text is a number with a unit; the values that a sweep gives it are in the key's own unit.
     let is_number = |value: &Value| value.is_float() || value.is_integer() || value.is_str();
+    let of_key = |table: &str, key: &str, value: &Value| match value {
+        Value::Table(inner) => inner
+            .iter()
+            .filter(|(_, value)| is_number(value))
+            .map(|(name, _)| format!("{table}.{key}.{name}"))
+            .collect(),
+        value if is_number(value) => vec![format!("{table}.{key}")],
+        _ => Vec::new(),
+    };
     let of_table = |(name, value): (&String, &Value)| {
-        let keys = value.as_table().into_iter().flatten().filter(|(_, value)| is_number(value));
-        keys.map(|(key, _)| format!("{name}.{key}")).collect::<Vec<_>>()
+        let keys = value.as_table().into_iter().flatten();
+        keys.flat_map(|(key, value)| of_key(name, key, value)).collect::<Vec<_>>()
     };
     scenario.iter().flat_map(of_table).collect()
+}
+
+/// The name of a key, and the tables that it is in, the outermost first; `None` if it is in no table.
+fn split(key: &str) -> Option<(&str, Vec<&str>)> {
+    let (tables, name) = key.rsplit_once('.')?;
+    Some((name, tables.split('.').collect()))
 }
 
 /// Why `key` cannot be varied, and what can.
@@ -279,10 +294,11 @@ fn given_otherwise(scenario: &Table, key: &str) -> Option<&'static str> {
 }
 
 fn set(scenario: &mut Table, key: &str, (value, unit): (f64, Option<&str>)) {
-    let Some((table, key)) = key.split_once('.') else { return };
-    if let Some(Value::Table(table)) = scenario.get_mut(table) {
+    let Some((name, tables)) = split(key) else { return };
+    let innermost = tables.iter().try_fold(scenario, |table, name| table.get_mut(*name)?.as_table_mut());
+    if let Some(table) = innermost {
         let value = unit.map_or(Value::Float(value), |unit| Value::String(format!("{value:?} {unit}")));
-        table.insert(key.into(), value);
+        table.insert(name.into(), value);
     }
 }
 

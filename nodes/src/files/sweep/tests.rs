@@ -41,6 +41,22 @@ fn every_combination_comes_once_and_the_last_key_varies_fastest() {
     assert_eq!(found, [(0.1, 0.1), (0.1, 0.2), (0.1, 0.3), (0.2, 0.1), (0.2, 0.2), (0.2, 0.3)]);
 }
 
+/// A table within a table, as the correlations of a cloud in space.
+#[test]
+fn a_correlation_in_space_is_varied() {
+    let folder = tempfile::tempdir().unwrap();
+    let base = include_str!("../../../../launch/scenarios/three-dimensional.toml");
+    std::fs::write(folder.path().join("base.toml"), base).unwrap();
+    let path = folder.path().join("sweep.toml");
+    std::fs::write(&path, "scenario = \"base.toml\"\n[vary]\n\"initial.correlation.phi_node\" = [-0.5, 0.25]\n").unwrap();
+    let sweep = Sweep::load(&path).unwrap();
+    assert_eq!(sweep.combination(1), "initial.correlation.phi_node = 0.25");
+    for (index, right) in [-0.5, 0.25].into_iter().enumerate() {
+        let AnyScenario::InSpace(scenario) = sweep.scenario(index).unwrap() else { panic!("it is in space") };
+        assert_eq!(scenario.cloud.unwrap().initial.correlation[2], right);
+    }
+}
+
 #[test]
 fn scenarios_of_a_long_name_have_names_of_their_own_that_are_allowed() {
     let base = BASE.replace("\"s\"", "\"a-name-of-thirty-one-characters\"");
