@@ -140,20 +140,17 @@ fn an_ephemeris_has_the_positions_of_the_osculating_elements() {
     const RADIUS: f64 = 6378.137; // km
     let bench = Bench::new();
     let dated = OSCULATING.replace("[epoch]\n", "[epoch]\ndate = 2027-03-01\n");
-    let step = ["--step", "0.03125"]; // a thirty-second of a sidereal year: 11 d 9 h 55 min 33.43... s
+    let step = ["--step", "0.03125"]; // a thirty-second of a sidereal year: 11 d 9 h 56 min 32.1801 s
     let elements = table(&bench, &dated, &["--osculating", step[0], step[1]]);
     let output = orbit(&bench, &dated, &["--oem", step[0], step[1]]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let printed = text(&output.stdout);
     assert!(printed.starts_with("CCSDS_OEM_VERS = 2.0\n"), "{printed}");
     assert!(printed.contains("\nSTART_TIME = 2027-03-01T00:00:00.000000\n"), "{printed}");
-    let states: Vec<Vec<&str>> = printed
-        .lines()
-        .filter(|line| line.starts_with("2027-") || line.starts_with("2028-"))
-        .map(|line| line.split(' ').collect())
-        .collect();
+    let states: Vec<Vec<&str>> =
+        printed.lines().filter(|line| line.starts_with("202")).map(|line| line.split(' ').collect()).collect();
     let (axis, vectors) = (elements.column("a_earth_radii"), ["e1", "e2", "e3"].map(|name| elements.column(name)));
-    assert_eq!((states.len(), states[1][0]), (axis.len(), "2027-03-12T09:55:33.430425"));
+    assert_eq!((states.len(), states[1][0]), (axis.len(), "2027-03-12T09:56:32.180100"));
     let mut eccentric = 0.0_f64;
     for (k, state) in states.iter().enumerate() {
         let numbers: Vec<f64> = state[1..].iter().map(|number| number.parse().unwrap()).collect();

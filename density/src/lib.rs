@@ -56,7 +56,6 @@ pub mod mesh;
 pub mod mixture;
 pub mod model;
 pub mod orbits;
-
 pub mod problem;
 pub mod problem_error;
 pub mod projected;

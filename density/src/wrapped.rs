@@ -20,7 +20,7 @@ pub(crate) struct BeyondCut {
 }
 
 impl BeyondCut {
-    /// Of a normal whose mean lies `off` from the middle of the branch, `|off| <= π`.
+    /// The part beyond the cut of a normal angle whose mean lies `off` from the middle of the branch, `|off| <= π`.
     pub(crate) fn new(off: f64, deviation: f64) -> Self {
         let (to_upper, to_lower) = ((PI - off) / deviation, (PI + off) / deviation);
         let (upper, lower) = (normal_tail(to_upper), normal_tail(to_lower));
@@ -46,7 +46,7 @@ impl BeyondCut {
 }
 
 /// What a component adds to the mean product of two variables less their means: `covariance` and `off` are its own covariance and distances from
-/// these means, and `beyond` what of it lies beyond the cut of an angle's branch.
+/// these means, and `beyond` is the part of it that lies beyond the cut of an angle's branch.
 pub(crate) fn product(
     [a, b]: [usize; 2],
     covariance: impl Fn(usize, usize) -> f64,

@@ -37,7 +37,7 @@ impl SpaceTask for ByMixture<'_> {
         println!("{} components, {} orbits", mixture.components(), mixture.trajectories());
         let at = |(index, &time): (usize, &f64)| {
             mixture.advance_to(time).unwrap();
-            let component = |c: &density::mixture::any_model::Component<N>| projected::Component {
+            let component = |c: &density::mixture::component::Component<N>| projected::Component {
                 weight: c.weight,
                 mean: c.mean.to_vec(),
                 covariance: c.covariance.iter().map(|row| row.to_vec()).collect(),

@@ -3,7 +3,7 @@
 /// An amount with at least two significant digits.
 pub fn amount(x: f64) -> String {
     match x.abs() {
-        _ if x.is_nan() => "a number that is none".into(),
+        _ if x.is_nan() => "not a number".into(),
         size if size.is_infinite() => "more than any number".into(),
         0.0 => "0".into(),
         size if (1e-3..1e6).contains(&size) => {
@@ -33,7 +33,7 @@ mod tests {
             (123.4, "123"),
             (3.21e-12, "3.2e-12"),
             (f64::INFINITY, "more than any number"),
-            (f64::NAN, "a number that is none"),
+            (f64::NAN, "not a number"),
         ] {
             assert_eq!(amount(x), text);
         }

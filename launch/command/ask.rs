@@ -14,6 +14,7 @@ use nodes::files::plain_number::plain;
 use nodes::files::scenario_file::{self, AnyScenario, Epoch, ScenarioFile};
 use serde_json::json;
 
+use super::asked::{PROBABILITIES, years};
 use super::derived::{self, Derived};
 use crate::exit::BAD_INPUT;
 use crate::report::new_table;
@@ -41,12 +42,8 @@ pub struct AskArguments {
     pub seed: u64,
 }
 
-/// Probabilities of re-entry for which a time and a radiation parameter are looked for.
-pub(super) const PROBABILITIES: [f64; 3] = [0.5, 0.9, 0.99];
 /// Error estimate of a probability above which it is withheld.
 const LARGEST_ERROR: f64 = 1e-3;
-/// Most times at which the probability is printed.
-const MOST_TIMES: usize = 20;
 
 /// What is answered.
 struct Answer {
@@ -180,16 +177,6 @@ fn with_uncertainty(name: String, problem: &UncertainProblem, epoch: Option<Epoc
     })
 }
 
-/// Every year up to the horizon, or every few years of a long one, or parts of a year of a short one; the horizon itself comes last.
-pub(super) fn years(end: f64) -> Vec<f64> {
-    let steps = [0.001, 0.01, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
-    let step = steps.into_iter().find(|step| end / step <= MOST_TIMES as f64).unwrap_or(end);
-    // As a person would write them: three times 0.1 is 0.3.
-    let written = |k: i32| format!("{:.9e}", f64::from(k) * step).parse().unwrap_or(f64::from(k) * step);
-    let before = (1..).map(written).take_while(|t: &f64| *t < end * (1.0 - 1e-9));
-    before.chain([end]).collect()
-}
-
 fn is_stated(p: &Estimated) -> bool {
     p.error <= LARGEST_ERROR
 }
@@ -282,20 +269,4 @@ fn in_json(answer: &Answer) -> serde_json::Value {
         "radiation_at_end": at_end.as_ref().map(|passed| json!({"if_re_entered": given(passed.radiation_if_passed), "if_not": given(passed.radiation_if_not)})),
         "sensitivities": sensitivities.iter().map(|s| json!({"change": s.change, "effect": s.effect})).collect::<Vec<_>>(),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_horizon_is_divided_into_at_most_twenty_parts_and_comes_last() {
-        for end in [1e-3, 0.3, 1.0, 2.0, 5.5, 20.0, 30.0, 1000.0] {
-            let years = years(end);
-            assert!(years.len() <= MOST_TIMES + 1 && *years.last().unwrap() == end, "{end}: {years:?}");
-            assert!(years.is_sorted_by(|a, b| a < b), "{years:?}");
-        }
-        assert_eq!(years(5.0)[..2], [0.25, 0.5]);
-        assert_eq!(years(2.0)[2], 0.3);
-    }
 }

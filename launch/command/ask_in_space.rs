@@ -8,7 +8,7 @@ use nodes::files::plain_number::plain;
 use nodes::files::scenario_file::ScenarioInSpace;
 use serde_json::{Value, json};
 
-use super::ask::{PROBABILITIES, years};
+use super::asked::{PROBABILITIES, years};
 use super::derived;
 use crate::report::new_table;
 

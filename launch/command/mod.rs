@@ -2,6 +2,7 @@
 
 mod ask;
 mod ask_in_space;
+mod asked;
 mod clean;
 mod cli;
 mod completions;

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use density::flow::Flow;
 use density::gaussian::Gaussian;
-use density::mixture::any_model::{self, Component};
+use density::mixture::any_model;
+use density::mixture::component::Component;
 use density::mixture::library::{Library, Variance};
 use density::mixture::unscented::Unscented;
 use density::model::Model;

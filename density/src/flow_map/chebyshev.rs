@@ -207,6 +207,15 @@ pub(super) fn evaluate<const N: usize>(polynomials: &[Polynomial<N>], point: &[L
     }
 }
 
+/// A series of Chebyshev polynomials (Clenshaw's rule).
+pub(super) fn series(coefficients: &[f64; MOST_NODES], x: f64) -> f64 {
+    let (mut b1, mut b2) = (0.0, 0.0);
+    for c in coefficients.iter().skip(1).rev() {
+        (b1, b2) = (c + 2.0 * x * b1 - b2, b1);
+    }
+    coefficients[0] + x * b1 - b2
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::mapped::Draw;
+use super::draw::Draw;
 use crate::flow::{Flow, Passages};
 use crate::model::{Coordinates, Model};
 use crate::orbits::{LostOrbit, Orbits};

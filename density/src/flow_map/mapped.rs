@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::FlowMap;
 use super::cell::UNMAPPED;
 use super::chebyshev::evaluate;
+use super::draw::Draw;
 use super::left::Left;
 use super::passing::Passing;
 use crate::angle::fold;
@@ -27,9 +28,6 @@ use crate::sample_sums::{SampleSums, TooFar};
 const CHUNK: usize = 32_768;
 /// Largest number of starts that are kept: with two variables they take 20 bytes each.
 const KEPT: usize = 1 << 24;
-
-/// The start of an orbit as a function of its number: the variables, on the branch of the initial Gaussian's mean.
-pub type Draw<const N: usize> = Box<dyn Fn(usize) -> [f64; N] + Send + Sync>;
 
 /// Orbits on their way by a map.
 pub struct MappedOrbits<M, const N: usize> {

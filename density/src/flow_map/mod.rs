@@ -1,6 +1,6 @@
 //! Flow maps: where every start is at every snapshot time, interpolated from a lattice of orbits.
 //!
-//! The flow is smooth, so a few thousand orbits know it everywhere in a cloud. The map from the standardised coordinates
+//! The flow is smooth, so a few thousand orbits determine it throughout a cloud. The map from the standardised coordinates
 //! of the initial Gaussian to the state at a time is interpolated by products of Chebyshev polynomials on cells, which are
 //! halved where the flow bends, until an estimate of the error is below a setting. Moving an orbit then costs one evaluation
 //! of a polynomial for each snapshot, whatever the horizon.
@@ -32,6 +32,7 @@ pub mod by_angle;
 mod cell;
 mod chebyshev;
 mod determinant;
+pub mod draw;
 mod left;
 pub mod mapped;
 mod passing;

@@ -90,7 +90,7 @@ pub enum MeshError {
     Collinear,
     /// The interpolation grid is coarser than the bins.
     #[error(
-        "{points} interpolation points a side leave some of the {bins} bins a side without any; use a multiple of the bins"
+        "with {points} interpolation points per side, some of the {bins} bins per side contain none; use a multiple of the number of bins"
     )]
     CoarseGrid {
         /// Interpolation points per side.
@@ -110,7 +110,9 @@ pub enum MeshError {
         row: usize,
     },
     /// Interpolation degree out of range.
-    #[error("interpolation of degree {degree} needs 1 <= degree <= {most} and degree < {side}, the points a side")]
+    #[error(
+        "interpolation of degree {degree} needs 1 <= degree <= {most} and degree < {side}, the number of points per side"
+    )]
     Degree {
         /// The degree that was asked for.
         degree: usize,

@@ -19,7 +19,8 @@
 use rayon::prelude::*;
 
 use super::MixtureError;
-use super::any_model::{Component, MixturePropagator, SigmaPoints};
+use super::any_model::{MixturePropagator, SigmaPoints};
+use super::component::Component;
 use super::curvature::{Curvature, places, points};
 use super::fifth_degree;
 use super::part::Part;

@@ -13,6 +13,7 @@
 use rayon::prelude::*;
 
 use super::MixtureError;
+use super::component::Component;
 use super::fifth_degree::{self, Which};
 use super::library::Library;
 use super::unscented::Unscented;
@@ -22,17 +23,6 @@ use crate::gaussian::Gaussian;
 use crate::model::{Coordinates, Model, Variable};
 use crate::variable_moments::VariableMoments;
 use crate::wrapped::{self, BeyondCut};
-
-/// One Gaussian of a mixture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Component<const N: usize> {
-    /// Share of the probability.
-    pub weight: f64,
-    /// Mean.
-    pub mean: [f64; N],
-    /// Covariance.
-    pub covariance: [[f64; N]; N],
-}
 
 /// The sigma points of a Gaussian: its mean, then the points on the plus and the minus side along each column of its
 /// square root.

@@ -14,7 +14,7 @@
 //! `h` wide are right to `h⁴` included. Two such sets are carried, one of them turned against the other ([`turned`]). Each component has
 //! the moments of both together; by how much the mixture's moments differ between the two is an estimate of their error.
 
-use super::any_model::Component;
+use super::component::Component;
 use crate::angle::nearest;
 use crate::model::Variable;
 use crate::variable_moments::VariableMoments;

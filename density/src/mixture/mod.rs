@@ -63,6 +63,7 @@ use crate::flow::Escaped;
 pub mod adaptive;
 pub mod any_model;
 pub mod bins;
+pub mod component;
 mod curvature;
 pub mod direction;
 mod fifth_degree;

@@ -1,4 +1,4 @@
-//! The part of the report that answers to the hand: the densities of two cases at a time that a slider sets, divided by a
+//! The interactive part of the report: the densities of two cases at a time that a slider sets, divided by a
 //! swipe or as a difference, with the values under the pointer; and the first-passage curves with a cursor.
 //!
 //! Without scripts, and on paper, the page shows the figures alone: they show the same.

@@ -150,7 +150,7 @@ impl Method for Settings {
                 let (degree, most) = (self.degree(), MOST_DEGREE.min(side - 1));
                 Err(Misfit::new(
                     "degree",
-                    format!("{degree} does not fit {side} points a side; it must be at most {most}"),
+                    format!("{degree} does not fit {side} points per side; it must be at most {most}"),
                 ))
             }
             () => Ok(()),

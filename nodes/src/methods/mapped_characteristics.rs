@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use density::flow::Flow;
-use density::flow_map::mapped::Draw;
+use density::flow_map::draw::Draw;
 use density::flow_map::{AngleMap, AngleOrbits, FlowMap, MappedOrbits};
 use density::mesh::Points;
 use density::model::plane::State;

@@ -29,7 +29,7 @@ const MOST_PARTS: usize = 256;
 /// The error that the series along an orbit has at most, as far as the integrator allows: an error of the states misplaces the orbit of a
 /// start, whose angle then runs ahead or behind for the rest of the horizon. It takes a few coefficients more than the error of the map would.
 const ALONG: f64 = 1e-13;
-/// The share of the map's error that it has at most where that is not reached.
+/// Where that accuracy is not reached, the series may contribute at most this share of the map's error.
 const SHARE_ALONG: f64 = 0.1;
 /// Coefficients below this are left out.
 const NEGLIGIBLE: f64 = 1e-16;
@@ -60,16 +60,16 @@ pub(super) struct Builder<'a, M> {
     pilots: Vec<(f64, [f64; 2])>,
 }
 
-/// An interval, and how far the last try was off: of it, or of the interval of which it is a half.
+/// An interval, with the error of the last attempt to fit it, or to fit the interval of which it is a half.
 #[derive(Debug, Clone, Copy)]
 struct Tried {
     interval: (f64, f64),
     error: f64,
-    /// At which snapshot \[yr\].
+    /// The snapshot at which the error was found \[yr\].
     years: f64,
 }
 
-/// What a try to fit an interval came to.
+/// The outcome of an attempt to fit an interval.
 enum Fit {
     Fitted { panel: Box<Panel>, passage_error: f64 },
     Unfitted { years: f64, error: f64 },

@@ -5,7 +5,7 @@
 //! a centre too, where the orbits become points: only an angle is singular there, not the state.
 
 use crate::exact::contour::{Contour, angle_of};
-use crate::flow_map::chebyshev::{Basis, MOST_NODES};
+use crate::flow_map::chebyshev::{Basis, MOST_NODES, series};
 use crate::model::earth::SUN_MEAN_MOTION;
 use crate::model::plane::State;
 
@@ -42,15 +42,6 @@ pub(super) struct Spot {
     pub a: f64,
     /// The time on the orbit, between minus and plus half a period \[rad\].
     pub theta: f64,
-}
-
-/// A series of Chebyshev polynomials (Clenshaw's rule).
-pub(super) fn series(coefficients: &[f64; MOST_NODES], x: f64) -> f64 {
-    let (mut b1, mut b2) = (0.0, 0.0);
-    for c in coefficients.iter().skip(1).rev() {
-        (b1, b2) = (c + 2.0 * x * b1 - b2, b1);
-    }
-    coefficients[0] + x * b1 - b2
 }
 
 impl Panel {

@@ -1,11 +1,9 @@
 //! When the orbits of a panel rise above the critical eccentricity.
 
 use crate::exact::contour::Contour;
-use crate::flow_map::chebyshev::{Basis, MOST_NODES};
+use crate::flow_map::chebyshev::{Basis, MOST_NODES, series};
 use crate::flow_map::passing::TIME_ERROR;
 use crate::model::earth::SUN_MEAN_MOTION;
-
-use super::panel::series;
 
 /// The time on the orbit, between 0 and half a period, from which on an orbit is above the critical eccentricity until the mirror image of
 /// that time.

@@ -35,18 +35,18 @@ pub struct Lit<T> {
     share: T,
 }
 
-/// The rates of an orbit, in units of `c n_sun`: of `e`, of `h`, and of `a` in units of `a`.
+/// The rates of an orbit's elements, in units of `c n_sun`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates<T> {
-    /// Of the eccentricity vector.
+    /// Rate of the eccentricity vector.
     pub e: Vector<T>,
-    /// Of the angular momentum vector, in units of `sqrt(mu a)` at the present `a`.
+    /// Rate of the angular momentum vector, in units of `sqrt(mu a)` at the present `a`.
     pub h: Vector<T>,
-    /// Of the semi-major axis.
+    /// Rate of the semi-major axis, in units of `a`.
     pub axis: T,
 }
 
-/// A place on the ellipse, and what is taken the difference of.
+/// A place on the ellipse, with the terms whose differences between two places are the averages.
 #[derive(Debug, Clone, Copy)]
 struct Place<T> {
     mean_longitude: T,
@@ -80,7 +80,7 @@ impl<T: Quantity> Lit<T> {
         (plus(self.shrunk(toward), times(self.e, T::from(-1.0))), self.shrunk(across))
     }
 
-    /// The edge of which this is the place nearly, or to rounding where the numbers are exact; its derivatives are right in any case.
+    /// The place of an edge of the shadow, by one step of Newton's method from where it nearly is. The derivatives of the result are exact whatever the start.
     fn edge(&self, Edge { longitude, kind }: Edge) -> T {
         let start = T::from(longitude);
         let (position, velocity) = self.position(start);

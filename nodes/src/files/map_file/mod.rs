@@ -45,11 +45,11 @@ struct Raw {
 pub struct MapFile {
     /// The scenarios of its points.
     pub sweep: Sweep,
-    /// What is computed of each.
+    /// The quantity that is computed at each point.
     pub quantity: Quantity,
     /// What is subtracted from it.
     pub other: Option<Other>,
-    /// What is shown of it.
+    /// How the map is drawn.
     pub shown: Shown,
     /// Which error is aimed at: of the figures from which a point follows, and of the interpolation between points.
     pub tolerance: f64,

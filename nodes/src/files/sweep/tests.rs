@@ -48,7 +48,8 @@ fn a_correlation_in_space_is_varied() {
     let base = include_str!("../../../../launch/scenarios/three-dimensional.toml");
     std::fs::write(folder.path().join("base.toml"), base).unwrap();
     let path = folder.path().join("sweep.toml");
-    std::fs::write(&path, "scenario = \"base.toml\"\n[vary]\n\"initial.correlation.phi_node\" = [-0.5, 0.25]\n").unwrap();
+    std::fs::write(&path, "scenario = \"base.toml\"\n[vary]\n\"initial.correlation.phi_node\" = [-0.5, 0.25]\n")
+        .unwrap();
     let sweep = Sweep::load(&path).unwrap();
     assert_eq!(sweep.combination(1), "initial.correlation.phi_node = 0.25");
     for (index, right) in [-0.5, 0.25].into_iter().enumerate() {

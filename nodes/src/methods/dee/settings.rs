@@ -84,7 +84,7 @@ fn degree_problem(degree: usize, side: usize) -> String {
     }
     let (least, most) = ((degree + 1).pow(2), side - 1);
     format!(
-        "{degree} does not fit a lattice of {side} points a side; it must be at most {most}, or samples at least {least}"
+        "{degree} does not fit a lattice of {side} points per side; it must be at most {most}, or samples at least {least}"
     )
 }
 
@@ -149,7 +149,7 @@ impl Settings {
             Some(degree) if degree > MOST_DEGREE || degree >= side => {
                 let (least, most) = ((degree + 1).pow(3).div_ceil(LAYERS), side.saturating_sub(1));
                 Err(format!(
-                    "degree: {degree} does not fit a cubic lattice of {side} points a side; it must be at most {most}, or samples at \
+                    "degree: {degree} does not fit a cubic lattice of {side} points per side; it must be at most {most}, or samples at \
                      least {least}"
                 ))
             }
@@ -336,7 +336,7 @@ mod tests {
         for (text, words) in [
             (
                 "samples = 16\ndegree = 7",
-                "does not fit a lattice of 4 points a side; it must be at most 3, or samples at least 64",
+                "does not fit a lattice of 4 points per side; it must be at most 3, or samples at least 64",
             ),
             ("degree = 12", "12 is not allowed, it must be at most 11"),
         ] {

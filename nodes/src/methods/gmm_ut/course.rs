@@ -7,7 +7,7 @@ use density::gaussian::Gaussian;
 use density::in_space::SpaceProblem;
 use density::in_space::task::SpaceTask;
 use density::mixture::adaptive::{AdaptiveMixture, Fineness};
-use density::mixture::any_model::Component;
+use density::mixture::component::Component;
 use density::mixture::merge::merge;
 use density::mixture::unscented::Unscented;
 use density::mixture::{Mixture, MixturePropagator};

@@ -28,7 +28,7 @@ fn judged_quantities(space: &Space) -> Vec<Quantity> {
 /// one of 5e-10.
 const CERTAIN: f64 = 1e-8;
 
-/// Whether a mean or a deviation is of a variable that has one value alone, by this method and by all references.
+/// Whether this is the mean or the deviation of a variable that does not vary, by this method and by all references.
 fn is_certain(own: &Reading, references: &[(&str, &Reading)], quantity: Quantity) -> bool {
     let (Quantity::Mean(k) | Quantity::Deviation(k)) = quantity else { return false };
     let mut readings = references.iter().map(|(_, reading)| *reading).chain([own]);
