@@ -145,7 +145,7 @@ fn an_ephemeris_has_the_positions_of_the_osculating_elements() {
     let output = orbit(&bench, &dated, &["--oem", step[0], step[1]]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let printed = text(&output.stdout);
-    assert!(printed.starts_with("CCSDS_OEM_VERS = 2.0\n"), "{printed}");
+    assert!(printed.starts_with("CCSDS_OEM_VERS = 3.0\n"), "{printed}");
     assert!(printed.contains("\nSTART_TIME = 2027-03-01T00:00:00.000000\n"), "{printed}");
     let states: Vec<Vec<&str>> =
         printed.lines().filter(|line| line.starts_with("202")).map(|line| line.split(' ').collect()).collect();

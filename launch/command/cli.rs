@@ -61,14 +61,20 @@ pub enum Command {
     /// Do this host's share of a run that another host conducts
     Join(JoinArguments),
     /// Remove what runs left in shared memory when their launchers were killed; live runs are not touched
+    #[command(
+        after_help = "Example:\n  phasecloud clean\n\nIt prints what it removed, and the live runs that it left."
+    )]
     Clean,
     /// Run again what was recorded, with any part of it replaced
     Replay(ReplayArguments),
-    /// Write a recording as an MCAP file, which other programs read
+    /// Write a recording as an MCAP file, or the tables of a results folder as Parquet files
     Export(ExportArguments),
     /// Attach to a live run and show how far it is
     Watch(WatchArguments),
     /// List the live runs and who takes part in each topic
+    #[command(
+        after_help = "Example:\n  phasecloud topics     # while `phasecloud run` or `phasecloud serve` is under way"
+    )]
     Topics(Target),
     /// Print the messages of a topic of a live run
     Echo(EchoArguments),
@@ -108,7 +114,9 @@ pub enum Command {
     /// Create and hold a domain for nodes that are started by hand
     Domain(DomainArguments),
     /// Check that results folders are whole and unchanged, by the checksums in their manifests
-    #[command(after_help = "Exit codes: 0 unchanged; 1 a file is changed, missing or too many; 2 no manifest.")]
+    #[command(
+        after_help = "Example:\n  phasecloud verify results/scenario-1\n\nExit codes: 0 unchanged; 1 a file is changed, missing or too many; 2 no manifest."
+    )]
     Verify {
         /// Results folders
         #[arg(required = true, value_name = "DIR")]

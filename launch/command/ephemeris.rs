@@ -1,7 +1,7 @@
 //! An unaveraged orbit as an Orbit Ephemeris Message in key-value notation (CCSDS 502.0-B-3, Orbit Data Messages, Sect. 5).
 //!
-//! The model's axes are the mean equator and equinox of the epoch. Of the frames that the standard names, the true equator and equinox of
-//! a date ("TOD") is the nearest: nutation, which the model leaves out, turns it by at most 0.005°. Times are terrestrial time, which has no leap seconds.
+//! The model's axes are the mean equator and equinox of the epoch, which the registry of frames of version 3 calls MOE_EARTH. Times are terrestrial time, which has no leap
+//! seconds.
 
 use std::time::SystemTime;
 
@@ -19,9 +19,9 @@ pub(super) struct Ephemeris {
 impl Ephemeris {
     /// Prints what comes before the states at `times` \[yr\].
     pub fn head(&self, name: &str, times: &[f64]) {
-        let at = |time: Option<&f64>| self.epoch.instant_after(time.copied().unwrap_or(0.0));
+        let at = |time: Option<&f64>| self.instant(time.copied().unwrap_or(0.0));
         let created = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-        say!("CCSDS_OEM_VERS = 2.0");
+        say!("CCSDS_OEM_VERS = 3.0");
         say!("CREATION_DATE = {}", created.trim_end_matches('Z'));
         say!("ORIGINATOR = PHASECLOUD");
         say!("");
@@ -29,13 +29,18 @@ impl Ephemeris {
         say!("OBJECT_NAME = {name}");
         say!("OBJECT_ID = UNKNOWN");
         say!("CENTER_NAME = EARTH");
-        say!("REF_FRAME = TOD");
+        say!("REF_FRAME = MOE_EARTH");
         say!("REF_FRAME_EPOCH = {}", at(None));
         say!("TIME_SYSTEM = TT");
         say!("START_TIME = {}", at(times.first()));
         say!("STOP_TIME = {}", at(times.last()));
         say!("META_STOP");
         say!("COMMENT Position in km and velocity in km/s; the axes are the mean equator and equinox of the epoch.");
+    }
+
+    /// The instant at a time \[yr\]. The caller has seen to it that there is one.
+    fn instant(&self, time: f64) -> String {
+        self.epoch.instant_after(time).unwrap_or_default()
     }
 
     /// Prints the state at `time` \[yr\].
@@ -46,6 +51,6 @@ impl Ephemeris {
         let [x, y, z, vx, vy, vz] = state;
         let [position, velocity] = [([x, y, z], length), ([vx, vy, vz], speed)]
             .map(|(vector, unit)| vector.map(|part| format!("{:.9}", part * unit)).join(" "));
-        say!("{} {position} {velocity}", self.epoch.instant_after(time));
+        say!("{} {position} {velocity}", self.instant(time));
     }
 }

@@ -39,11 +39,13 @@ pub enum TableFormat {
 pub fn run(ExportArguments { what, out }: &ExportArguments) -> ExitCode {
     let is_mcap = out.extension().is_some_and(|extension| extension == "mcap");
     let written = match (what.is_dir(), is_mcap) {
+        _ if !what.exists() => Err(format!("{}: does not exist; name a recording or a results folder", what.display())),
         (true, _) => tables(what, out),
         (false, true) => mcap::export(what, out).map(|count| format!("{count} messages into {}", out.display())),
-        (false, false) => {
-            Err(format!("{}: the name must end in .mcap, the only format of a recording that there is", out.display()))
-        }
+        (false, false) => Err(format!(
+            "{}: the name must end in .mcap, since a recording is written in no other format",
+            out.display()
+        )),
     };
     match written {
         Ok(what) => {

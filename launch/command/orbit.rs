@@ -95,6 +95,12 @@ pub fn run(arguments: &OrbitArguments) -> ExitCode {
             path.display()
         ));
     }
+    if form == Form::Ephemeris && !has_date_at(&scenario, times.last().copied().unwrap_or(0.0)) {
+        return refuse(&format!(
+            "{}: epoch.date: the orbit goes on after the year 9999; choose an earlier date",
+            path.display()
+        ));
+    }
     match print(&scenario, &times, form) {
         Ok(()) => ExitCode::SUCCESS,
         Err(Escaped { why, years, place, .. }) => {
@@ -223,6 +229,11 @@ fn has_no_place(scenario: &AnyScenario) -> bool {
 /// Whether the scenario says on which date it starts.
 fn has_date(scenario: &AnyScenario) -> bool {
     matches!(scenario, AnyScenario::InSpace(s) if s.epoch.is_some())
+}
+
+/// Whether there is a date at a time \[yr\].
+fn has_date_at(scenario: &AnyScenario, time: f64) -> bool {
+    matches!(scenario, AnyScenario::InSpace(s) if s.epoch.is_some_and(|epoch| epoch.instant_after(time).is_some()))
 }
 
 /// The variables of the unaveraged model.

@@ -93,7 +93,9 @@ fn launch(file: &InputFile) -> Result<String, Vec<String>> {
     let problems: Vec<String> =
         programs.chain(refusals::problems(file, &launch)).map(|problem| problem.to_string()).collect();
     if problems.is_empty() {
-        return Ok(format!("{} cases on {} scenarios", launch.cases.len(), launch.scenarios.len()));
+        let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+        let (cases, scenarios) = (launch.cases.len(), launch.scenarios.len());
+        return Ok(format!("{} on {}", counted(cases, "case"), counted(scenarios, "scenario")));
     }
     Err(problems)
 }

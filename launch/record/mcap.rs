@@ -127,7 +127,8 @@ fn taken<T: Topic>(recording: &Recording, header: &T::Header, entry: &Entry) -> 
 /// The JSON Schema of the messages of a topic.
 fn schema<T: Topic>() -> Value {
     let property = |field: &Field| {
-        let number = json!({ "type": "number" });
+        // A number that is withheld is null.
+        let number = json!({ "type": ["number", "null"] });
         let mut said = match field.kind {
             FieldKind::U64 if field.name == "run_id" => json!({ "type": "string" }),
             FieldKind::U64 | FieldKind::U32 => json!({ "type": "integer" }),
@@ -141,7 +142,7 @@ fn schema<T: Topic>() -> Value {
         Some((field.name.to_owned(), said))
     };
     let header: Map<String, Value> = T::Header::FIELDS.iter().filter_map(property).collect();
-    let cell = if T::Item::FIELDS.is_empty() { json!({ "type": "number" }) } else { json!({}) };
+    let cell = if T::Item::FIELDS.is_empty() { json!({ "type": ["number", "null"] }) } else { json!({}) };
     let rows = json!({ "type": "array", "items": { "type": "array", "items": cell } });
     let columns = json!({ "type": "array", "items": { "type": "string" } });
     json!({

@@ -33,11 +33,16 @@ pub struct Vectors {
 }
 
 impl Elements {
-    /// The vectors of an orbit with these elements.
-    pub fn vectors(&self) -> Vectors {
+    /// Unit vectors to the pericentre, which the angles say also for a circular orbit, and perpendicular to the orbit.
+    pub fn axes(&self) -> (Vector<f64>, Vector<f64>) {
         let (to_node, across, normal) = frame(self.inclination, self.node);
         let (sin, cos) = (self.longitude_of_pericentre - self.node).sin_cos();
-        let to_pericentre = plus(times(to_node, cos), times(across, sin));
+        (plus(times(to_node, cos), times(across, sin)), normal)
+    }
+
+    /// The vectors of an orbit with these elements.
+    pub fn vectors(&self) -> Vectors {
+        let (to_pericentre, normal) = self.axes();
         let eta = ((1.0 - self.eccentricity) * (1.0 + self.eccentricity)).sqrt();
         Vectors { e: times(to_pericentre, self.eccentricity), h: times(normal, eta) }
     }

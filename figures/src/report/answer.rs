@@ -31,7 +31,8 @@ fn speaker<'s, 'a>(scene: &'s Scene<'a>) -> Option<(&'s Method<'a>, &'a PassageR
 
 fn when(scene: &Scene<'_>) -> Markup {
     let (name, _) = reentry(scene.description);
-    let critical = scene.description.critical;
+    // To four digits: it may follow from a height.
+    let critical = (scene.description.critical * 1e4).round() / 1e4;
     let Some((method, last)) = speaker(scene) else {
         return html! { "In " (scene.name) " no case says with which probability the " (name) " ever reaches " (critical) "." };
     };

@@ -227,9 +227,9 @@ impl Sweep {
 /// What is wrong and what would be right.
 fn axis(scenario: &Table, key: &Spanned<String>, value: &Value) -> Result<Axis, String> {
     let name = key.get_ref();
-    if let (Some(Value::Table(_)), Value::Table(inner)) = (scenario.get(name), value) {
-        let inner = inner.keys().next().map_or("KEY", String::as_str);
-        return Err(format!("the whole key needs quotation marks under [vary]: \"{name}.{inner}\" = ..."));
+    if let (Some(of_scenario @ Value::Table(_)), Value::Table(_)) = (scenario.get(name), value) {
+        let whole = whole_key(name.clone(), of_scenario, value);
+        return Err(format!("the whole key needs quotation marks under [vary]: \"{whole}\" = ..."));
     }
     if !numbers(scenario).contains(name) {
         return Err(not_varied(scenario, name));
@@ -237,10 +237,18 @@ fn axis(scenario: &Table, key: &Spanned<String>, value: &Value) -> Result<Axis, 
     Ok(Axis { key: name.clone(), values: Values::read(value)?, place: Spanned::new(key.span(), ()) })
 }
 
+/// The key that is meant by one that was written without quotation marks, so that it reads as tables.
+fn whole_key(name: String, of_scenario: &Value, value: &Value) -> String {
+    let (Value::Table(table), Value::Table(inner)) = (of_scenario, value) else { return name };
+    let Some((key, value)) = inner.iter().next() else { return format!("{name}.KEY") };
+    table.get(key).map_or(format!("{name}.{key}"), |within| whole_key(format!("{name}.{key}"), within, value))
+}
+
 /// The numbers of a scenario, as `TABLE.KEY`; those of a table within a table as `TABLE.TABLE.KEY`.
 fn numbers(scenario: &Table) -> Vec<String> {
     // A text is a number with a unit; the values that a sweep gives it are in the key's own unit.
-    let is_number = |value: &Value| value.is_float() || value.is_integer() || value.is_str();
+    let has_unit = |text: &str| text.trim_start().starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    let is_number = |value: &Value| value.is_float() || value.is_integer() || value.as_str().is_some_and(has_unit);
     let of_key = |table: &str, key: &str, value: &Value| match value {
         Value::Table(inner) => inner
             .iter()

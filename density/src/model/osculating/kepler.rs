@@ -1,6 +1,6 @@
 //! Position and velocity on an ellipse from its elements, and back. Units are such that the Earth's gravitational parameter is 1.
 
-use crate::model::elements::Vectors;
+use crate::model::elements::{Elements, Vectors};
 use crate::model::vector::{Vector, cross, dot, length, plus, times};
 
 /// An ellipse and the place on it.
@@ -30,15 +30,31 @@ impl Motion {
     /// perpendicular to that, towards the equator.
     pub fn position_and_velocity(&self) -> (Vector<f64>, Vector<f64>) {
         let Self { axis, vectors: Vectors { e, h }, mean_anomaly } = *self;
-        let (eccentricity, eta) = (length(e), length(h));
-        let normal = times(h, 1.0 / eta);
+        let eccentricity = length(e);
+        let normal = times(h, 1.0 / length(h));
         let along = if eccentricity > 0.0 { times(e, 1.0 / eccentricity) } else { any_perpendicular(normal) };
-        let across = cross(normal, along);
-        let (sin, cos) = eccentric_anomaly(mean_anomaly, eccentricity).sin_cos();
-        let in_plane = |x: f64, y: f64| plus(times(along, x), times(across, y));
-        let pace = 1.0 / (axis.sqrt() * (1.0 - eccentricity * cos));
-        (in_plane(axis * (cos - eccentricity), axis * eta * sin), in_plane(-pace * sin, pace * eta * cos))
+        on_ellipse((axis, eccentricity), (along, normal), mean_anomaly)
     }
+}
+
+/// Position and velocity on the ellipse with these elements and this semi-major axis. The place on a circular orbit is at the longitude of
+/// pericentre plus the mean anomaly.
+pub fn place(elements: &Elements, axis: f64, mean_anomaly: f64) -> (Vector<f64>, Vector<f64>) {
+    on_ellipse((axis, elements.eccentricity), elements.axes(), mean_anomaly)
+}
+
+/// Position and velocity on an ellipse of this semi-major axis and eccentricity, whose pericentre lies `along`.
+fn on_ellipse(
+    (axis, eccentricity): (f64, f64),
+    (along, normal): (Vector<f64>, Vector<f64>),
+    mean_anomaly: f64,
+) -> (Vector<f64>, Vector<f64>) {
+    let across = cross(normal, along);
+    let eta = ((1.0 - eccentricity) * (1.0 + eccentricity)).sqrt();
+    let (sin, cos) = eccentric_anomaly(mean_anomaly, eccentricity).sin_cos();
+    let in_plane = |x: f64, y: f64| plus(times(along, x), times(across, y));
+    let pace = 1.0 / (axis.sqrt() * (1.0 - eccentricity * cos));
+    (in_plane(axis * (cos - eccentricity), axis * eta * sin), in_plane(-pace * sin, pace * eta * cos))
 }
 
 /// A unit vector perpendicular to a given one.
@@ -68,7 +84,6 @@ pub fn eccentric_anomaly(mean_anomaly: f64, eccentricity: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::elements::Elements;
 
     #[test]
     fn the_eccentric_anomaly_solves_keplers_equation() {
@@ -105,6 +120,19 @@ mod tests {
             let (position, velocity) = motion.position_and_velocity();
             assert!((length(position) - 1.0).abs() < 1e-14 && (length(velocity) - 1.0).abs() < 1e-14);
             assert!(dot(position, velocity).abs() < 1e-14);
+        }
+    }
+
+    /// The limit of small eccentricities, which the vectors of a circular orbit do not know.
+    #[test]
+    fn a_circular_orbit_is_where_its_angles_say() {
+        for (inclination, node, longitude_of_pericentre) in [(0.9, 6.2, 4.1), (0.0, 0.0, 2.0), (2.5, 1.0, 0.3)] {
+            let at = |eccentricity: f64| {
+                place(&Elements { eccentricity, inclination, node, longitude_of_pericentre }, 1.2, 1.3)
+            };
+            let ((position, velocity), (near, moving)) = (at(0.0), at(1e-13));
+            assert!(length(plus(position, times(near, -1.0))) < 1e-12);
+            assert!(length(plus(velocity, times(moving, -1.0))) < 1e-12);
         }
     }
 }

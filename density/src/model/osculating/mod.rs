@@ -225,7 +225,7 @@ impl Model for Osculating {
         let longitude_of_pericentre = phi + sun.longitude(time);
         let elements = Elements { eccentricity, inclination, node, longitude_of_pericentre };
         let axis = axis / self.semi_major_axis;
-        let (position, velocity) = Motion { axis, vectors: elements.vectors(), mean_anomaly }.position_and_velocity();
+        let (position, velocity) = kepler::place(&elements, axis, mean_anomaly);
         std::array::from_fn(|k| if k < 3 { position[k] } else { velocity[k - 3] })
     }
 

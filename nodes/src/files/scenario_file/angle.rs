@@ -27,6 +27,9 @@ pub(super) fn angle(
     if is_right(angle) {
         return Ok(angle);
     }
+    if let Measure::Text(text) = value.get_ref() {
+        return Err(file.error(value, &format!("\"{text}\" is not allowed, it must be an angle {range} rad")));
+    }
     let hint = match is_right(angle.to_radians()) {
         true => format!("; if {angle} degrees are meant, write \"{angle} deg\""),
         false => String::new(),

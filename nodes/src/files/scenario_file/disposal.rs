@@ -35,7 +35,10 @@ impl Disposal {
                     return Err(file.error(altitude, problem));
                 };
                 let critical = 1.0 - (1.0 + height) / axis;
-                if !(height > -1.0 && critical > 0.0) {
+                if height <= -1.0 {
+                    return Err(file.error(altitude, "must be above the Earth's centre, which is at -6378.1 km"));
+                }
+                if critical <= 0.0 {
                     let most = (axis - 1.0) * earth::RADIUS / 1_000.0;
                     return Err(file.error(altitude, &format!("must be below that of the orbit, {most:.1} km")));
                 }

@@ -81,15 +81,24 @@ impl Epoch {
     pub fn date_after(&self, years: f64) -> String {
         // To the nearest second, so that the rounding of a number of years does not make the day before of a date.
         let after = Duration::from_secs_f64((years * earth::YEAR).round().max(0.0));
-        let text = self.0.checked_add(after).map(|time| humantime::format_rfc3339_seconds(time).to_string());
-        text.map_or("beyond all dates".into(), |text| text.chars().take_while(|c| *c != 'T').collect())
+        let text = self.after(after).map(|time| humantime::format_rfc3339_seconds(time).to_string());
+        text.map_or("after the year 9999".into(), |text| text.chars().take_while(|c| *c != 'T').collect())
     }
 
-    /// Date and time so many years after the epoch, as `2032-03-01T12:00:00.000000`.
-    pub fn instant_after(&self, years: f64) -> String {
-        let after = Duration::from_secs_f64((years * earth::YEAR).max(0.0));
-        let text = self.0.checked_add(after).map(|time| humantime::format_rfc3339_micros(time).to_string());
-        text.map_or("beyond all dates".into(), |text| text.trim_end_matches('Z').to_owned())
+    /// Date and time so many years after the epoch, as `2032-03-01T12:00:00.000000`; `None` after the year 9999.
+    pub fn instant_after(&self, years: f64) -> Option<String> {
+        // Half a microsecond more, since the rest is cut off.
+        let after = Duration::from_secs_f64((years * earth::YEAR + 5e-7).max(0.0));
+        let text = humantime::format_rfc3339_micros(self.after(after)?).to_string();
+        Some(text.trim_end_matches('Z').to_owned())
+    }
+
+    /// The time so long after the epoch; `None` after the year 9999, the last one that has dates.
+    fn after(&self, duration: Duration) -> Option<SystemTime> {
+        /// The beginning of the year 10000, in seconds from that of 1970.
+        const END: u64 = 253_402_300_800;
+        let time = self.0.checked_add(duration)?;
+        (time.duration_since(SystemTime::UNIX_EPOCH).ok()?.as_secs() < END).then_some(time)
     }
 
     /// Mean longitudes of the Sun and of the Moon at the epoch \[rad\], between -2π and 2π. The minute or two between universal and terrestrial time, in which
@@ -106,8 +115,8 @@ impl Epoch {
         let past = format!("is not after the epoch, {}", self.date_after(0.0));
         let after = end.duration_since(self.0).map_err(|_| file.error(date, &past))?;
         let years = after.as_secs_f64() / earth::YEAR;
-        // A thirtieth of a second is more than enough of a date.
-        Ok(format!("{years:.9}").parse().unwrap_or(years))
+        // Without the rounding of the division, to a thirtieth of a millisecond.
+        Ok(format!("{years:.12}").parse().unwrap_or(years))
     }
 }
 

@@ -148,7 +148,10 @@ pub(super) fn forces<'a>(file: &InputFile, model: Option<&'a Model>) -> Result<V
     }
     acting.retain(|force| *force != SHADOW);
     match acting.is_empty() {
-        true => Err(file.error(forces, &format!("names no force, there are {}", quoted(&known)))),
+        true => {
+            let what = if forces.get_ref().is_empty() { "no force" } else { "no force but the shadow of one" };
+            Err(file.error(forces, &format!("names {what}, there are {}", quoted(&known))))
+        }
         false => Ok(acting),
     }
 }
