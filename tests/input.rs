@@ -139,7 +139,7 @@ fn validate_says_what_is_good_and_what_is_not() {
     );
     assert_eq!(code, Some(2));
     for words in [
-        "good.toml: good, 4 cases on 1 scenarios",
+        "good.toml: good, 4 cases on 1 scenario",
         "scenario-1.toml: good, scenario scenario-1 with 5 snapshots to 2 yr",
         "sweep.toml: good, sweep of 2 scenarios over initial.e",
     ] {

@@ -90,7 +90,7 @@ pub enum Command {
     Report(ReportArguments),
     /// Check launch files, scenario files, sweep files and map files without starting anything
     #[command(
-        after_help = "Example:\n  phasecloud validate launch/paper.toml my-scenario.toml launch/sweeps/initial-e.toml\n\n\
+        after_help = "Examples:\n  phasecloud validate launch/paper.toml my-scenario.toml launch/sweeps/initial-e.toml\n  phasecloud validate paper\n\n\
         Programs that a launch file names must be there and executable; a relative path counts from the current folder.\n\n\
         Exit codes: 0 all good; 2 something is wrong."
     )]

@@ -11,8 +11,9 @@ use nodes::files::scenario_file::{self, AnyScenario};
 use nodes::files::sweep::Sweep;
 
 use crate::exit::BAD_INPUT;
+use crate::plan::hosts::WITHOUT_HOSTS;
 use crate::plan::launch_file::Launch;
-use crate::plan::{programs, refusals};
+use crate::plan::{built_in, programs, refusals};
 
 /// Most combinations of a sweep that are checked, counted from the first.
 const MOST_COMBINATIONS: usize = 10_000;
@@ -36,13 +37,16 @@ pub fn run(files: &[PathBuf]) -> ExitCode {
 
 /// What a good file is, or all that is wrong with it.
 fn validate(path: &Path) -> Result<String, Vec<String>> {
-    let file = InputFile::read(path).map_err(|e| vec![e.to_string()])?;
+    if let Some(file) = built_in::launch_file(Some(path)) {
+        return launch(&file, None);
+    }
+    let file = InputFile::read(path).map_err(|e| vec![built_in::with_names(e, path).to_string()])?;
     file.table().map_err(|e| vec![e.to_string()])?;
     match file.kind() {
         Some(FileKind::Scenario) => scenario(&file),
         Some(FileKind::Sweep) => sweep(&file),
         Some(FileKind::Map) => map(&file),
-        Some(FileKind::Launch) => launch(&file),
+        Some(FileKind::Launch) => launch(&file, Some(path)),
         None => Err(vec![format!(
             "{}: has no key that says whether it is a launch, a scenario, a sweep or a map file, or keys of several kinds; a launch file \
              has [[propagator]] tables, a scenario file [orbit], [initial], [times] and [disposal], a sweep file scenario and [vary], a map file [quantity] as well",
@@ -87,15 +91,20 @@ fn map(file: &InputFile) -> Result<String, Vec<String>> {
     Ok(format!("map of the {} at {} points over {}", map.label(), map.sweep.len(), map.axes.join(" and ")))
 }
 
-fn launch(file: &InputFile) -> Result<String, Vec<String>> {
-    let launch = Launch::check(file, Some(file.path()), None).map_err(|e| vec![e.to_string()])?;
+/// A launch file; one that is built in has no path.
+fn launch(file: &InputFile, path: Option<&Path>) -> Result<String, Vec<String>> {
+    let launch = Launch::check(file, path, None).map_err(|e| vec![e.to_string()])?;
     let programs = programs::problems(file, &launch.cases).into_iter();
     let problems: Vec<String> =
         programs.chain(refusals::problems(file, &launch)).map(|problem| problem.to_string()).collect();
     if problems.is_empty() {
         let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         let (cases, scenarios) = (launch.cases.len(), launch.scenarios.len());
-        return Ok(format!("{} on {}", counted(cases, "case"), counted(scenarios, "scenario")));
+        let hosts = match launch.hosts {
+            Some(_) if !cfg!(feature = "hosts") => format!("; but {WITHOUT_HOSTS}"),
+            _ => String::new(),
+        };
+        return Ok(format!("{} on {}{hosts}", counted(cases, "case"), counted(scenarios, "scenario")));
     }
     Err(problems)
 }

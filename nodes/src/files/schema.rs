@@ -53,7 +53,7 @@ pub fn whole_file(mut generator: SchemaGenerator, schema: Schema, title: &str) -
 pub fn rows(page: &str) -> Vec<(String, String)> {
     let rows = page.lines().filter(|line| line.starts_with("| `"));
     let read = |line: &str| {
-        let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
         let (keys, said) = cells.split_first()?;
         let said: Vec<&str> = said.iter().copied().filter(|cell| !cell.is_empty()).collect();
         let mut table = String::new();
@@ -66,9 +66,18 @@ pub fn rows(page: &str) -> Vec<(String, String)> {
             format!("{table}.{name}")
         };
         let keys: Vec<String> = keys.split(',').map(key).collect();
-        Some(keys.into_iter().map(move |key| (key, said.join("; "))).collect::<Vec<_>>())
+        Some(keys.into_iter().map(move |key| (key, without_links(&said.join("; ")))).collect::<Vec<_>>())
     };
     rows.filter_map(read).flatten().collect()
+}
+
+/// The text of a page without the addresses of its links, which lead nowhere from an editor.
+fn without_links(text: &str) -> String {
+    let Some((before, after)) = text.split_once("](") else { return text.to_owned() };
+    let (Some((head, words)), Some((_, rest))) = (before.rsplit_once('['), after.split_once(')')) else {
+        return text.to_owned();
+    };
+    format!("{head}{words}{}", without_links(rest))
 }
 
 /// Gives every property of a schema that has no description what is said of its key, whose tables are `above`.

@@ -64,7 +64,11 @@ impl JsonSchema for Measure {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "type": ["number", "string"] })
+        // The pattern is that of a text: a number and a unit.
+        json_schema!({
+            "type": ["number", "string"],
+            "pattern": r"^\s*[-+]?[0-9._]+([eE][-+]?[0-9]+)?\s*(rad|deg|R_E|km|yr|d)\s*$"
+        })
     }
 }
 
