@@ -115,8 +115,8 @@ impl Epoch {
         let past = format!("is not after the epoch, {}", self.date_after(0.0));
         let after = end.duration_since(self.0).map_err(|_| file.error(date, &past))?;
         let years = after.as_secs_f64() / earth::YEAR;
-        // Without the rounding of the division, to a thirtieth of a millisecond.
-        Ok(format!("{years:.12}").parse().unwrap_or(years))
+        // Without the rounding of the division, to less than a microsecond.
+        Ok(format!("{years:.14}").parse().unwrap_or(years))
     }
 }
 
