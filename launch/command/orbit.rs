@@ -16,7 +16,7 @@ use density::model::vectorial::{self, Vectorial};
 use density::model::{Model, Variable, earth};
 use nodes::files::input::{InputError, InputFile};
 use nodes::files::plain_number::plain;
-use nodes::files::scenario_file::{self, AnyScenario, ModelInSpace, ScenarioInSpace};
+use nodes::files::scenario_file::{self, AnyScenario, Epoch, ModelInSpace, ScenarioInSpace};
 
 use super::ephemeris::Ephemeris;
 use crate::exit::BAD_INPUT;
@@ -89,13 +89,15 @@ pub fn run(arguments: &OrbitArguments) -> ExitCode {
             path.display()
         ));
     }
-    if form == Form::Ephemeris && !has_date(&scenario) {
+    let epoch = epoch(&scenario);
+    if form == Form::Ephemeris && epoch.is_none() {
         return refuse(&format!(
             "{}: epoch: --oem needs the date at t = 0; write date = 2027-03-01 here",
             path.display()
         ));
     }
-    if form == Form::Ephemeris && !has_date_at(&scenario, times.last().copied().unwrap_or(0.0)) {
+    let end = times.last().copied().unwrap_or(0.0);
+    if form == Form::Ephemeris && epoch.is_some_and(|epoch| epoch.instant_after(end).is_none()) {
         return refuse(&format!(
             "{}: epoch.date: the orbit goes on after the year 9999; choose an earlier date",
             path.display()
@@ -226,14 +228,12 @@ fn has_no_place(scenario: &AnyScenario) -> bool {
     matches!(scenario, AnyScenario::InSpace(s) if matches!(s.model, ModelInSpace::Osculating(.., None)))
 }
 
-/// Whether the scenario says on which date it starts.
-fn has_date(scenario: &AnyScenario) -> bool {
-    matches!(scenario, AnyScenario::InSpace(s) if s.epoch.is_some())
-}
-
-/// Whether there is a date at a time \[yr\].
-fn has_date_at(scenario: &AnyScenario, time: f64) -> bool {
-    matches!(scenario, AnyScenario::InSpace(s) if s.epoch.is_some_and(|epoch| epoch.instant_after(time).is_some()))
+/// The date at `t = 0` of a scenario in space, if it has one.
+fn epoch(scenario: &AnyScenario) -> Option<Epoch> {
+    match scenario {
+        AnyScenario::InSpace(scenario) => scenario.epoch,
+        AnyScenario::InPlane { .. } => None,
+    }
 }
 
 /// The variables of the unaveraged model.
