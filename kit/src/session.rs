@@ -162,6 +162,14 @@ impl Session {
         self.report(scenario, Event::Failed { case: case.into(), why: why.into() })
     }
 
+    /// Reports why the node ends, and leaves its ports to the holder of the domain, who frees them once it has read the
+    /// report: a message of a publisher that closes its port is lost to a reader that has not yet connected to it.
+    pub fn last_words(self, why: &str) {
+        // Where even that cannot be sent, the launcher still sees that the process ended.
+        let _ = self.failed(ANY_SCENARIO, &self.name, why);
+        std::mem::forget(self);
+    }
+
     /// Sleeps until something happens on one of the ports.
     ///
     /// # Errors

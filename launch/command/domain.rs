@@ -156,6 +156,8 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
                 publish(&roster, arguments, scenario, &fallen).map_err(failed)?;
             }
         }
+        // What the dead have reported is read by now.
+        held.domain.clean_up_after_the_dead();
     }
     Ok(())
 }

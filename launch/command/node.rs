@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use kit::failure::Failure;
 use kit::log;
-use kit::session::{ANY_SCENARIO, Session};
+use kit::session::Session;
 use kit::shard::Shard;
 use messages::domain::Place;
 use messages::service::Service;
@@ -151,7 +151,7 @@ fn serve(kind: Kind, place: &Place, name: &str, shard: Shard, arguments: NodeArg
         && !matches!(failure, Failure::Stopped | Failure::Port(_))
     {
         // Another try would fail in the same way.
-        let _ = session.failed(ANY_SCENARIO, &session.name, &failure.to_string());
+        session.last_words(&failure.to_string());
     }
     served
 }

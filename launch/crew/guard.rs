@@ -4,7 +4,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Command, ExitCode, ExitStatus};
 use std::time::{Duration, Instant};
 
-use kit::session::{ANY_SCENARIO, Session, end_with_launcher, has_launcher};
+use kit::session::{Session, end_with_launcher, has_launcher};
 use messages::wait::Signals;
 use rustix::process::{Signal, kill_current_process_group};
 
@@ -21,7 +21,7 @@ pub fn run(words: &[String]) -> ExitCode {
         Ok(status) => end_like(status),
         Err(problem) => {
             if let Ok(session) = Session::from_environment() {
-                let _ = session.failed(ANY_SCENARIO, &session.name, &problem);
+                session.last_words(&problem);
             }
             remark!("error: {problem}");
             ExitCode::FAILURE

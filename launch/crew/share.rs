@@ -1,5 +1,6 @@
 //! A worker host's share of a run: its processes in a domain of their own, and the bridge that joins it to home.
 
+use std::collections::BTreeMap;
 use std::process::{Command, ExitStatus};
 use std::time::{Duration, Instant};
 
@@ -76,6 +77,8 @@ struct Workshop<'a> {
     own_reports: Outlet<Status>,
     domain: HeldDomain,
     shown: Shown,
+    /// What went wrong last according to a process itself, by its name.
+    last_words: BTreeMap<String, String>,
 }
 
 impl<'a> Workshop<'a> {
@@ -102,6 +105,7 @@ impl<'a> Workshop<'a> {
             own_reports: domain.domain.outlet(2)?,
             domain,
             shown,
+            last_words: BTreeMap::new(),
         })
     }
 
@@ -115,8 +119,10 @@ impl<'a> Workshop<'a> {
             if signals.stop_requested() {
                 return Ok(Ending::Interrupted);
             }
+            let ended = self.processes.supervisor.newly_ended();
+            // The reports that a process sent before it ended say more than how it ended.
             self.listen().map_err(|e| e.to_string())?;
-            for Ended { name, status } in self.processes.supervisor.newly_ended() {
+            for Ended { name, status } in ended {
                 if let Some(ending) = self.deal_with_end(&name, status)? {
                     return Ok(ending);
                 }
@@ -136,15 +142,17 @@ impl<'a> Workshop<'a> {
     /// Prints what the processes report, and allows them their restarts again when a scenario begins.
     fn listen(&mut self) -> Result<(), PortError> {
         while let Some(report) = self.reports.receive()? {
-            if let Ok(report) = Report::from_parts(report.header(), report.items())
-                && report.event != Event::Ready
-                && !self.shown.quiet
-            {
+            let Ok(report) = Report::from_parts(report.header(), report.items()) else { continue };
+            if report.event != Event::Ready && !self.shown.quiet {
                 remark!("{}", describe(&report));
+            }
+            if let Event::Failed { why, .. } = report.event {
+                self.last_words.insert(report.node, why);
             }
         }
         while self.scenarios.receive()?.is_some() {
             self.processes.begin_scenario();
+            self.last_words.clear();
         }
         Ok(())
     }
@@ -163,7 +171,8 @@ impl<'a> Workshop<'a> {
         match self.processes.after_end(name, status, false) {
             Sequel::Nothing | Sequel::Restart => {}
             Sequel::Loss(why) if Service::Bridge.is(name) => return Err(format!("the bridge: {why}")),
-            Sequel::Loss(why) => self.fail(name, &why)?,
+            // Home may not have read the report of a process that is gone.
+            Sequel::Loss(why) => self.fail(name, &self.last_words.remove(name).unwrap_or(why))?,
         }
         Ok(None)
     }
