@@ -19,7 +19,7 @@ pub fn scenario_file(bytes: &[u8]) {
     match InputFile::from_bytes(path, bytes.to_vec()).and_then(|file| scenario_file::check_any(&file)) {
         Ok(AnyScenario::InSpace(scenario)) => {
             assert!(is_plain_name(&scenario.name));
-            assert!(scenario.model.parameters().iter().all(|(_, value)| value.is_finite()), "{scenario:?}");
+            assert!(scenario.model.force_parameters().iter().all(|(_, value)| value.is_finite()), "{scenario:?}");
             assert!(scenario.times.len() <= 4096 && scenario.times.is_sorted_by(|a, b| a < b));
         }
         Ok(AnyScenario::InPlane { scenario, .. }) => {

@@ -7,7 +7,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use crate::gaussian::Gaussian;
 use crate::model::PlanarHamiltonian;
-use crate::model::parameter::Parameter;
+use crate::model::parameter::check_ranges;
 use crate::model::planar::Force;
 use crate::problem_error::{Field, ProblemError, check, check_angle};
 
@@ -127,11 +127,7 @@ impl<M: PlanarHamiltonian> Problem<M> {
     /// # Errors
     /// [`ProblemError`] with the first field that is wrong and the values that are allowed.
     pub fn new(model: M, initial: InitialGaussian, times: Vec<f64>, critical_e: f64) -> Result<Self, ProblemError> {
-        for (Parameter { name, low, high, .. }, value) in model.parameters() {
-            let right =
-                if low == 0.0 { format!("0 or greater, at most {high}") } else { format!("between {low} and {high}") };
-            check(Field::Parameter(name), value, (low..=high).contains(&value), right)?;
-        }
+        check_ranges(&model.parameters())?;
         initial.check()?;
         check_times(&times)?;
         check_fraction(Field::CriticalE, critical_e)?;

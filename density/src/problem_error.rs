@@ -24,6 +24,26 @@ pub enum Field {
     Times,
     /// The eccentricity at which the satellite re-enters.
     CriticalE,
+    /// Mean inclination.
+    MeanInclination,
+    /// Mean longitude of the ascending node.
+    MeanNode,
+    /// Standard deviation of a variable in space, by its name in a scenario file.
+    Sigma(&'static str),
+    /// Correlation of two variables in space, by its name in a scenario file.
+    CorrelationOf(&'static str),
+    /// The correlations in space together.
+    Correlations,
+    /// The obliquity of the ecliptic.
+    Obliquity,
+    /// The longitude of the Sun at the start.
+    SunLongitude,
+    /// The model.
+    Model,
+    /// The Earth's shadow.
+    Shadow,
+    /// The height at which the satellite re-enters.
+    ReentryAltitude,
 }
 
 impl fmt::Display for Field {
@@ -38,6 +58,16 @@ impl fmt::Display for Field {
             Self::SigmaRadiation => "the relative standard deviation of the radiation parameter",
             Self::Times => "a snapshot time",
             Self::CriticalE => "the critical eccentricity",
+            Self::MeanInclination => "the mean inclination",
+            Self::MeanNode => "the mean longitude of the ascending node",
+            Self::Sigma(variable) => return write!(f, "the standard deviation of {variable}"),
+            Self::CorrelationOf(pair) => return write!(f, "the correlation {pair}"),
+            Self::Correlations => "the correlations",
+            Self::Obliquity => "the obliquity of the ecliptic",
+            Self::SunLongitude => "the longitude of the Sun",
+            Self::Model => "the model",
+            Self::Shadow => "the Earth's shadow",
+            Self::ReentryAltitude => "the height of re-entry",
         })
     }
 }
@@ -48,22 +78,45 @@ impl fmt::Display for Field {
 pub struct ProblemError {
     /// The field that is wrong.
     pub field: Field,
-    /// Its value.
-    pub value: f64,
-    /// Which values are allowed: `between 0 and 1, both excluded`.
-    pub right: String,
+    /// What is wrong with it.
+    pub fault: Fault,
+}
+
+/// What is wrong with a field.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fault {
+    /// A value that is not allowed.
+    Value {
+        /// The value.
+        value: f64,
+        /// Which values are allowed: `between 0 and 1, both excluded`.
+        right: String,
+    },
+    /// It does not fit the rest of the problem, or what is asked of it: why, and what would be right.
+    Misfit(String),
 }
 
 impl ProblemError {
+    /// A field that does not fit the rest of the problem.
+    pub(crate) fn misfit(field: Field, problem: impl Into<String>) -> Self {
+        Self { field, fault: Fault::Misfit(problem.into()) }
+    }
+
     /// The text without the name of the field, for callers that name the field themselves.
     pub fn problem(&self) -> String {
-        format!("{} is not allowed, it must be {}", self.value, self.right)
+        match &self.fault {
+            Fault::Value { value, right } => format!("{value} is not allowed, it must be {right}"),
+            Fault::Misfit(problem) => problem.clone(),
+        }
     }
 }
 
 /// Refuses a value that is not right or not finite.
 pub(crate) fn check(field: Field, value: f64, is_right: bool, right: String) -> Result<(), ProblemError> {
-    if value.is_finite() && is_right { Ok(()) } else { Err(ProblemError { field, value, right }) }
+    match value.is_finite() && is_right {
+        true => Ok(()),
+        false => Err(ProblemError { field, fault: Fault::Value { value, right } }),
+    }
 }
 
 /// A full turn \[rad\], with a margin for a turn that was written with six digits.

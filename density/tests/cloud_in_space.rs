@@ -5,9 +5,10 @@ use std::num::NonZeroUsize;
 
 use density::flow::{Accuracy, Passages};
 use density::in_space::cloud::Sampled;
-use density::in_space::models::{Simplification, SpaceModel};
+use density::in_space::simplification::Simplification;
 use density::in_space::{SpaceProblem, example};
 use density::model::osculating::Osculating;
+use density::model::space_registry::SpaceModel;
 use density::model::vectorial::Vectorial;
 use density::sampling::{Draws, SamplingPlan};
 

@@ -18,7 +18,8 @@ use messages::topic::Scenario;
 
 use crate::failure::Failure;
 use crate::limits::MOST_BINS;
-use crate::planar_problem::{described, key, problem};
+use crate::planar_problem::{described, problem};
+use crate::problem_key::by_key;
 use crate::space::Space;
 use crate::space_problem;
 
@@ -245,7 +246,7 @@ fn uncertain(said: &Description, axes: &[Vec<Axis>]) -> Result<Uncertain, String
     let (plane, spread) = problem(said)?;
     let spread = spread.ok_or("variables: the radiation parameter is missing")?;
     let problem = UncertainProblem::new(plane, spread);
-    let problem = problem.map_err(|error| format!("{}: {}", key(error.field), error.problem()))?;
+    let problem = problem.map_err(|error| by_key(&error))?;
     Ok(Uncertain { problem, grids: grids(said, axes)? })
 }
 

@@ -66,6 +66,7 @@ pub mod limits;
 pub mod log;
 pub mod newest;
 pub mod planar_problem;
+pub mod problem_key;
 pub mod propagator;
 pub mod reduced;
 pub mod refusals;

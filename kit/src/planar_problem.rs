@@ -4,9 +4,10 @@ use density::model::plane::VARIABLES;
 use density::model::registry::{ModelError, Planar};
 use density::model::{Kind, Model, PlanarHamiltonian, Variable};
 use density::problem::{InitialGaussian, Problem};
-use density::problem_error::Field;
 use density::uncertain::{Distribution, Spread, UncertainProblem};
 use messages::scenario::{self, Description, Moment, Parameter, Range};
+
+use crate::problem_key::by_key;
 
 /// What a message says of a problem, whose radiation parameter may be uncertain, without the projections.
 pub fn described(
@@ -61,21 +62,6 @@ pub(crate) fn variable(variable: &Variable) -> scenario::Variable {
     }
 }
 
-/// The key of a scenario file that states a field of a problem.
-pub fn key(field: Field) -> String {
-    match field {
-        Field::Parameter(name) => format!("orbit.{name}"),
-        Field::MeanPhi => "initial.phi".into(),
-        Field::MeanE => "initial.e".into(),
-        Field::DeltaPhi => "initial.delta_phi".into(),
-        Field::DeltaE => "initial.delta_e".into(),
-        Field::Correlation => "initial.correlation".into(),
-        Field::SigmaRadiation => "initial.sigma_radiation".into(),
-        Field::Times => "times.at".into(),
-        Field::CriticalE => "disposal.critical_e".into(),
-    }
-}
-
 /// The problem that a message states, and the spread of its radiation parameter if that is uncertain.
 ///
 /// # Errors
@@ -108,7 +94,7 @@ pub fn problem(said: &Description) -> Result<(Problem<Planar>, Option<Spread>), 
     let initial = InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation };
     let times = said.snapshots.iter().map(|moment| moment.time).collect();
     let problem = Problem::new(model, initial, times, said.critical);
-    let problem = problem.map_err(|error| format!("{}: {}", key(error.field), error.problem()))?;
+    let problem = problem.map_err(|error| by_key(&error))?;
     Ok((problem, spread))
 }
 

@@ -2,12 +2,13 @@
 
 use density::grid::Axis;
 use density::in_space::acting::SHADOW;
-use density::in_space::models::SpaceModel;
 use density::in_space::{InitialInSpace, PAIRS, REENTRY, SpaceProblem, VARIABLES};
+use density::model::space_registry::SpaceModel;
 use density::problem::STRONGEST_CORRELATION;
 use messages::scenario::{Description, Moment, Parameter, Projection};
 
 use crate::planar_problem::{spread, variable};
+use crate::problem_key::by_key;
 
 /// The projections on which clouds in space are compared, where an axis has this number of bins: solar angle and eccentricity together,
 /// eccentricity and inclination together, and each variable by itself but for the radiation parameter, which does not change.
@@ -58,7 +59,7 @@ pub fn problem(said: &Description) -> Option<Result<SpaceProblem, String>> {
     let given = said.parameters.iter().map(|given| (given.name.as_str(), given.value));
     let of_model: Vec<(&str, f64)> = given.filter(|(name, _)| ![SHADOW, REENTRY_ALTITUDE].contains(name)).collect();
     let model = SpaceModel::by_name(&said.model, &of_model)?;
-    Some(model.map_err(|error| error.to_string()).and_then(|model| with_model(said, model)))
+    Some(model.map_err(|error| format!("model: {error}")).and_then(|model| with_model(said, model)))
 }
 
 /// Parameters of a scenario that are none of the model's: whether the Earth has a shadow (1 if so), and the height of the pericentre at re-entry
@@ -101,7 +102,7 @@ fn with_model(said: &Description, model: SpaceModel) -> Result<SpaceProblem, Str
     let reentry_altitude = stated(REENTRY_ALTITUDE);
     let critical_e = said.critical;
     let problem = SpaceProblem { model, initial, spread, times, critical_e, shadow, reentry_altitude };
-    let problem = problem.checked().map_err(|error| error.to_string())?;
+    let problem = problem.checked().map_err(|error| by_key(&error))?;
     let ours: Vec<_> = problem.variables().iter().map(variable).collect();
     match (&said.variables, said.reentry) == (&ours, REENTRY) {
         true => Ok(problem),

@@ -8,10 +8,10 @@ use std::f64::consts::TAU;
 
 use density::flow::Flow;
 use density::grid::{Axis, Grid, comparison_grids};
-use density::in_space::models::SpaceModel;
 use density::in_space::{InitialInSpace, SpaceProblem, pilot};
 use density::model::planar::Force;
 use density::model::registry::Planar;
+use density::model::space_registry::SpaceModel;
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
 use density::orbits::LostOrbit;

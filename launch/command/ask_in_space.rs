@@ -138,7 +138,7 @@ impl Answer<'_> {
         };
         let effect = |Sensitivity { change, effect }: &Sensitivity| json!({"change": change, "effect": effect.value, "low": effect.low, "high": effect.high});
         let parameters: serde_json::Map<String, Value> =
-            scenario.model.parameters().iter().map(|(p, value)| (p.name.to_owned(), json!(value))).collect();
+            scenario.model.force_parameters().iter().map(|(p, value)| (p.name.to_owned(), json!(value))).collect();
         json!({
             "scenario": scenario.name,
             "method": "qmc",

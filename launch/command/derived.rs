@@ -87,7 +87,7 @@ pub fn in_words(Spread { relative, distribution }: Spread) -> String {
 /// What follows from a scenario in space, in words, one line each.
 pub fn lines_in_space(scenario: &ScenarioInSpace) -> Vec<String> {
     let ScenarioInSpace { model, critical_e, cloud, .. } = scenario;
-    let parameters = model.parameters();
+    let parameters = model.force_parameters();
     let parameters =
         parameters.iter().map(|(parameter, value)| format!("{} = {}", parameter.symbol, significant(*value)));
     let mut lines = vec![

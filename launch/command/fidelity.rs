@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use density::in_space::fidelity::{Figures, QUANTITIES, REPLICATES, Shift, Variant, comparisons, figures};
-use density::in_space::models::{PLANAR, SpaceModel};
 use density::in_space::{SpaceProblem, VARIABLES};
+use density::model::space_registry::PLANAR;
 use nodes::files::input::InputFile;
 use nodes::files::scenario_file::{self, AnyScenario};
 
@@ -46,8 +46,7 @@ pub fn run(arguments: &FidelityArguments) -> ExitCode {
         Ok(problem) => problem,
         Err(problem) => return refuse(&problem),
     };
-    let is_unaveraged = matches!(problem.model, SpaceModel::Osculating { .. });
-    let orbits = orbits.unwrap_or(if is_unaveraged { 16 } else { 512 });
+    let orbits = orbits.unwrap_or(if problem.model.is_averaged() { 512 } else { 16 });
     if !orbits.is_power_of_two() || !(2..=MOST_ORBITS).contains(&orbits) {
         return refuse(&format!(
             "--orbits: {orbits} is not allowed, it must be a power of two from 2 to {MOST_ORBITS}"

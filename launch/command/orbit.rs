@@ -12,11 +12,12 @@ use density::model::osculating::{self, Osculating};
 use density::model::plane::{self, State as InPlane};
 use density::model::registry::Planar;
 use density::model::shadow::{ShadowedOsculating, ShadowedVectorial};
+use density::model::space_registry::SpaceModel;
 use density::model::vectorial::{self, Vectorial};
 use density::model::{Model, Variable, earth};
 use nodes::files::input::{InputError, InputFile};
 use nodes::files::plain_number::plain;
-use nodes::files::scenario_file::{self, AnyScenario, Epoch, ModelInSpace, ScenarioInSpace};
+use nodes::files::scenario_file::{self, AnyScenario, Epoch, ScenarioInSpace};
 
 use super::ephemeris::Ephemeris;
 use crate::exit::BAD_INPUT;
@@ -78,7 +79,7 @@ pub fn run(arguments: &OrbitArguments) -> ExitCode {
         Ok(times) => times,
         Err(problem) => return refuse(&problem),
     };
-    let is_unaveraged = matches!(&scenario, AnyScenario::InSpace(s) if matches!(s.model, ModelInSpace::Osculating(..)));
+    let is_unaveraged = matches!(&scenario, AnyScenario::InSpace(scenario) if !scenario.model.is_averaged());
     if !is_unaveraged && let Some(needed) = form.needed() {
         return refuse(needed);
     }
@@ -160,8 +161,8 @@ fn print(scenario: &AnyScenario, times: &[f64], form: Form) -> Result<(), Escape
             })
         }
         AnyScenario::InSpace(scenario) => match scenario.model {
-            ModelInSpace::Vectorial(model, [phi, e, i, node]) if scenario.shadow => {
-                let semi_major_axis = scenario.semi_major_axis.unwrap_or(f64::NAN);
+            SpaceModel::Vectorial { model, axis } if scenario.shadow => {
+                let ([phi, e, i, node], semi_major_axis) = (scenario.start, axis.unwrap_or(f64::NAN));
                 let model = ShadowedVectorial { model, semi_major_axis, reentry_radius: None };
                 head(&vectorial::VARIABLES);
                 follow(model, [phi, e, i, node, semi_major_axis], times, |model: &ShadowedVectorial, time, state| {
@@ -170,16 +171,16 @@ fn print(scenario: &AnyScenario, times: &[f64], form: Form) -> Result<(), Escape
                     Ok(())
                 })
             }
-            ModelInSpace::Vectorial(model, start) => {
+            SpaceModel::Vectorial { model, axis } => {
                 head(&vectorial::VARIABLES);
-                follow(model, start, times, |model: &Vectorial, time, state| {
+                follow(model, scenario.start, times, |model: &Vectorial, time, state| {
                     let (e, h) = vectorial::vectors(state);
-                    row(time, &model.read_out(time, state), Vectors { e, h }, scenario.semi_major_axis);
+                    row(time, &model.read_out(time, state), Vectors { e, h }, axis);
                     Ok(())
                 })
             }
-            ModelInSpace::Osculating(model, start, anomaly) => {
-                let start = with_place(model, start, anomaly);
+            SpaceModel::Osculating { model, mean_anomaly } => {
+                let start = with_place(model, scenario.start, mean_anomaly);
                 if scenario.shadow {
                     let shadowed = ShadowedOsculating { model, has_shadow: true, reentry_radius: None };
                     return unaveraged(shadowed, &model, start, scenario, times, form);
@@ -225,7 +226,7 @@ fn unaveraged<M: Model<State<f64> = osculating::State, Variables = [f64; 6]>>(
 
 /// Whether it is not said where on its ellipse the satellite is at first.
 fn has_no_place(scenario: &AnyScenario) -> bool {
-    matches!(scenario, AnyScenario::InSpace(s) if matches!(s.model, ModelInSpace::Osculating(.., None)))
+    matches!(scenario, AnyScenario::InSpace(s) if !s.model.is_averaged() && s.model.mean_anomaly().is_none())
 }
 
 /// The date at `t = 0` of a scenario in space, if it has one.

@@ -3,14 +3,12 @@
 use std::fmt::Display;
 
 use density::flow::{Accuracy, Flow};
-use density::model::irradiated::WithRadiation;
-use density::model::registry::Planar;
-use density::model::uncertain_radiation::{Linear, Logarithmic, Scale, UncertainRadiation};
-use density::model::{Coordinates, Kind, Model};
+use density::model::uncertain_radiation::{Scale, UncertainRadiation};
+use density::model::{Coordinates, Kind, Model, Task};
 use density::orbits::Orbits;
-use density::uncertain::{Distribution, Spread, UncertainTask};
+use density::uncertain::UncertainTask;
 use kit::Failure;
-use nodes::files::scenario_file::{AnyScenario, ModelInSpace};
+use nodes::files::scenario_file::AnyScenario;
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -87,32 +85,17 @@ impl Carrying<'_> {
     fn of(self, scenario: &AnyScenario) -> Moved {
         match scenario {
             AnyScenario::InPlane { scenario, .. } => match scenario.uncertain() {
-                None => self.with::<Planar>(scenario.problem.model),
+                None => self.moved(scenario.problem.model),
                 Some(problem) => problem.perform(self),
             },
             AnyScenario::InSpace(scenario) => {
                 let spread = scenario.cloud.as_ref().and_then(|cloud| cloud.spread);
-                match (scenario.model, spread.map(|Spread { distribution, .. }| distribution)) {
-                    (ModelInSpace::Vectorial(model, _), None) => self.with(model),
-                    (ModelInSpace::Vectorial(model, _), Some(Distribution::Gaussian)) => {
-                        self.with(WithRadiation::<_, Linear>::new(model))
-                    }
-                    (ModelInSpace::Vectorial(model, _), Some(Distribution::LogNormal)) => {
-                        self.with(WithRadiation::<_, Logarithmic>::new(model))
-                    }
-                    (ModelInSpace::Osculating(model, ..), None) => self.with(model),
-                    (ModelInSpace::Osculating(model, ..), Some(Distribution::Gaussian)) => {
-                        self.with(WithRadiation::<_, Linear>::new(model))
-                    }
-                    (ModelInSpace::Osculating(model, ..), Some(Distribution::LogNormal)) => {
-                        self.with(WithRadiation::<_, Logarithmic>::new(model))
-                    }
-                }
+                scenario.model.perform(spread.map(|spread| spread.distribution), self)
             }
         }
     }
 
-    fn with<M: Model>(self, model: M) -> Moved {
+    fn moved<M: Model>(self, model: M) -> Moved {
         let Self { starts, times, accuracy, stop } = self;
         check_starts(&model, starts).map_err(Problem::Starts)?;
         let mut orbits = Orbits::from_variables(Flow { model, accuracy }, starts);
@@ -134,7 +117,15 @@ impl UncertainTask for Carrying<'_> {
     type Output = Moved;
 
     fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Moved {
-        Carrying::with(self, model)
+        self.moved(model)
+    }
+}
+
+impl Task for Carrying<'_> {
+    type Output = Moved;
+
+    fn with<M: Model>(self, model: &M) -> Moved {
+        self.moved(*model)
     }
 }
 

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use density::in_space::SpaceProblem;
-use density::model::{Variable, osculating, vectorial};
+use density::model::Variable;
 use kit::planar_problem;
 use kit::space_problem;
 use messages::scenario::{Description, Range};
 use nodes::files::input::InputFile;
-use nodes::files::scenario_file::{self, AnyScenario, ModelInSpace, ScenarioFile};
+use nodes::files::scenario_file::{self, AnyScenario, ScenarioFile};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -116,11 +116,7 @@ impl Scenario {
         let (own, spread): (&[Variable], _) = match &self.content {
             AnyScenario::InPlane { scenario, .. } => (&density::model::plane::VARIABLES, scenario.spread),
             AnyScenario::InSpace(scenario) => {
-                let own: &[Variable] = match scenario.model {
-                    ModelInSpace::Vectorial(..) => &vectorial::VARIABLES,
-                    ModelInSpace::Osculating(..) => &osculating::VARIABLES,
-                };
-                (own, scenario.cloud.as_ref().and_then(|cloud| cloud.spread))
+                (scenario.model.variables(), scenario.cloud.as_ref().and_then(|cloud| cloud.spread))
             }
         };
         own.iter().copied().chain(spread.map(|spread| spread.distribution.variable())).collect()

@@ -7,16 +7,18 @@ use rayon::prelude::*;
 
 use super::draws::{Distributed, Start};
 use super::mean_cloud::{MeanCloud, Unaveraged};
-use super::models::{Simplification, SpaceModel};
-use super::{SpaceProblem, SpaceProblemError, VARIABLES, wrong};
+use super::simplification::Simplification;
+use super::{SpaceProblem, VARIABLES};
 use crate::flow::{Accuracy, Flow, Passages};
 use crate::model::Model;
 use crate::model::irradiated::{Irradiated, WithRadiation};
 use crate::model::osculating::Osculating;
 use crate::model::shadow::{ShadowedOsculating, ShadowedVectorial};
+use crate::model::space_registry::SpaceModel;
 use crate::model::uncertain_radiation::{Linear, Logarithmic, UncertainRadiation};
 use crate::model::vectorial::Vectorial;
 use crate::orbits::{LostOrbit, Orbits};
+use crate::problem_error::{Field, ProblemError};
 use crate::sampling::SamplingPlan;
 
 /// Orbits of any model.
@@ -117,8 +119,8 @@ impl Sampled<'_> {
     /// The orbits of the numbers in `range`.
     ///
     /// # Errors
-    /// [`SpaceProblemError`] if the model asks for more than the problem states.
-    pub fn cloud(&self, range: Range<usize>) -> Result<Box<dyn Cloud>, SpaceProblemError> {
+    /// [`ProblemError`] if the model asks for more than the problem states.
+    pub fn cloud(&self, range: Range<usize>) -> Result<Box<dyn Cloud>, ProblemError> {
         let draw = Distributed::of(self.problem)?.draw(&self.plan);
         let starts: Vec<Start> = range.into_par_iter().map(draw).collect();
         match (self.simplification, self.problem.model) {
@@ -141,15 +143,16 @@ impl Sampled<'_> {
             (Some(Simplification::Osculating), SpaceModel::Vectorial { .. }) => {
                 let problem =
                     "\"osculating\" needs a scenario of that model: an averaged one does not say where the Moon is";
-                Err(wrong("model", problem.into()))
+                Err(ProblemError::misfit(Field::Model, problem))
             }
         }
     }
 
     /// Averaged orbits with the shadow; in the plane if so, where the orbit and the Sun stay in the equator.
-    fn shadowed(&self, is_in_plane: bool, starts: &[Start]) -> Result<Box<dyn Cloud>, SpaceProblemError> {
+    fn shadowed(&self, is_in_plane: bool, starts: &[Start]) -> Result<Box<dyn Cloud>, ProblemError> {
         let of_space = self.problem.model.averaged_with_shadow(self.problem.reentry_radius());
-        let model = of_space.ok_or_else(|| wrong("model.forces", "\"shadow\" needs the semi-major axis".into()))?;
+        let model =
+            of_space.ok_or_else(|| ProblemError::misfit(Field::Shadow, "\"shadow\" needs the semi-major axis"))?;
         let zero = || vec![0.0; starts.len()];
         let [phi, e, inclination, node] = [0, 1, 2, 3].map(|k| variable(starts, k));
         let axis = vec![model.semi_major_axis; starts.len()];

@@ -8,13 +8,14 @@ use std::num::NonZeroUsize;
 
 use super::draws::{Distributed, Start};
 use super::task::SpaceTask;
-use super::{InitialInSpace, SpaceProblem, SpaceProblemError};
+use super::{InitialInSpace, SpaceProblem};
 use crate::disposal::time_of;
 use crate::first_passage::empirical::{EmpiricalCurve, curve_of_groups, point, student_quantile};
 use crate::flow::{Accuracy, Flow};
 use crate::gaussian::Gaussian;
 use crate::model::unfolded::{InSpace, Unfolded};
 use crate::model::{Coordinates, Model};
+use crate::problem_error::ProblemError;
 use crate::sampling::{Draws, SamplingPlan, group};
 use crate::uncertain::Spread;
 
@@ -48,7 +49,7 @@ pub struct Bounded {
 pub enum Trouble {
     /// The problem has no answer by these methods.
     #[error("{0}")]
-    Problem(#[from] SpaceProblemError),
+    Problem(#[from] ProblemError),
     /// Orbits that cannot be followed, and have not passed before.
     #[error(
         "{lost} of {orbits} orbits cannot be followed to {years} yr and have not re-entered before, so that nothing is known of them; \

@@ -7,9 +7,10 @@
 
 use std::f64::consts::TAU;
 
-use super::{InitialInSpace, SpaceProblem, SpaceProblemError};
+use super::{InitialInSpace, SpaceProblem};
 use crate::gaussian::Gaussian;
 use crate::problem::InitialGaussian;
+use crate::problem_error::ProblemError;
 use crate::sampling::{SamplingPlan, normal_quantile_of_tail, normal_tail};
 use crate::uncertain::{Distribution, Spread, UncertainProblem};
 
@@ -46,16 +47,16 @@ impl Distributed {
     /// The distribution of a problem's cloud.
     ///
     /// # Errors
-    /// [`SpaceProblemError`] if its correlations exclude one another.
-    pub fn of(problem: &SpaceProblem) -> Result<Self, SpaceProblemError> {
+    /// [`ProblemError`] if its correlations exclude one another.
+    pub fn of(problem: &SpaceProblem) -> Result<Self, ProblemError> {
         Self::new(&problem.initial, problem.spread, problem.model.forces().force.radiation)
     }
 
     /// The distribution of a cloud in the plane whose radiation parameter is uncertain: inclination and node are certain.
     ///
     /// # Errors
-    /// [`SpaceProblemError`] if solar angle and eccentricity have no Gaussian.
-    pub fn of_plane(problem: &UncertainProblem) -> Result<Self, SpaceProblemError> {
+    /// [`ProblemError`] if solar angle and eccentricity have no Gaussian.
+    pub fn of_plane(problem: &UncertainProblem) -> Result<Self, ProblemError> {
         Self::in_plane(problem.plane.initial, Some(problem.spread), problem.mean())
     }
 
@@ -67,7 +68,7 @@ impl Distributed {
         initial: InitialGaussian,
         spread: Option<Spread>,
         mean_radiation: f64,
-    ) -> Result<Self, SpaceProblemError> {
+    ) -> Result<Self, ProblemError> {
         let InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation } = initial;
         let initial = InitialInSpace {
             mean: [mean_phi, mean_e, 0.0, 0.0],
@@ -77,7 +78,7 @@ impl Distributed {
         Self::new(&initial, spread, mean_radiation)
     }
 
-    fn new(initial: &InitialInSpace, spread: Option<Spread>, mean_radiation: f64) -> Result<Self, SpaceProblemError> {
+    fn new(initial: &InitialInSpace, spread: Option<Spread>, mean_radiation: f64) -> Result<Self, ProblemError> {
         let covariance = initial.covariance();
         let reordered = ORDER.map(|a| ORDER.map(|b| covariance[a][b]));
         let gaussian = Gaussian::with_certain_variables(ORDER.map(|k| initial.mean[k]), reordered);

@@ -7,11 +7,12 @@
 use std::num::NonZeroUsize;
 
 use super::cloud::Sampled;
-use super::models::{Simplification, SpaceModel};
-use super::{REENTRY, SpaceProblem, SpaceProblemError, VARIABLES};
+use super::simplification::Simplification;
+use super::{REENTRY, SpaceProblem, VARIABLES};
 use crate::angle::nearest;
 use crate::flow::{Accuracy, Passages};
 use crate::orbits::LostOrbit;
+use crate::problem_error::ProblemError;
 use crate::projected::{Question, of_samples};
 use crate::sampling::{Draws, SamplingPlan, group};
 
@@ -34,10 +35,7 @@ pub struct Variant {
 pub fn comparisons(problem: &SpaceProblem) -> Vec<(Variant, Variant)> {
     let model = |simplification| Variant { simplification, without: None };
     let own = model(None);
-    let averaged = match problem.model {
-        SpaceModel::Osculating { .. } => model(Some(Simplification::Vectorial)),
-        SpaceModel::Vectorial { .. } => own,
-    };
+    let averaged = if problem.model.is_averaged() { own } else { model(Some(Simplification::Vectorial)) };
     let planar = model(Some(Simplification::Planar));
     let models = if averaged == own { vec![(own, planar)] } else { vec![(own, averaged), (own, planar)] };
     let lacking = problem.acting().into_iter().map(|force| (averaged, Variant { without: Some(force), ..averaged }));
@@ -76,7 +74,7 @@ pub enum Trouble {
     Lost(#[from] LostOrbit),
     /// The model asks for more than the problem states.
     #[error("{0}")]
-    Problem(#[from] SpaceProblemError),
+    Problem(#[from] ProblemError),
 }
 
 /// The figures of a variant at each snapshot, from this number of orbits in each replicate; `progress` hears of every stride, as a time \[yr\].

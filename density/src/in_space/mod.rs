@@ -17,7 +17,7 @@
 //! | file | idea |
 //! |---|---|
 //! | here | the problem |
-//! | [`models`] | the model of a problem by name and parameters, and the simpler models that a case may take in its place |
+//! | [`simplification`] | the simpler models that a case may take in the place of the problem's |
 //! | [`acting`] | the forces that act |
 //! | [`draws`] | the orbits of a cloud by their numbers |
 //! | [`cloud`] | orbits of any model, on their way |
@@ -33,19 +33,18 @@ pub mod disposal;
 pub mod draws;
 pub mod fidelity;
 pub mod mean_cloud;
-pub mod models;
 pub mod pilot;
+pub mod simplification;
 pub mod task;
 
 use std::f64::consts::PI;
-use std::fmt;
 
 use crate::gaussian::Gaussian;
+use crate::model::space_registry::SpaceModel;
 use crate::model::{Variable, vectorial};
 use crate::problem::{STRONGEST_CORRELATION, check_times};
+use crate::problem_error::{Field, ProblemError, check};
 use crate::uncertain::{self, Distribution, Spread};
-
-use models::SpaceModel;
 
 /// The variables of a cloud in space, but for the radiation parameter.
 pub const VARIABLES: [Variable; 4] = vectorial::VARIABLES;
@@ -90,25 +89,12 @@ pub struct SpaceProblem {
     pub reentry_altitude: Option<f64>,
 }
 
-/// What is wrong with a problem in space.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SpaceProblemError {
-    /// The key of a scenario file that states it: `initial.sigma_e`.
-    pub key: String,
-    /// What is wrong and what would be right.
-    pub problem: String,
-}
-
-impl std::error::Error for SpaceProblemError {}
-
-impl fmt::Display for SpaceProblemError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.key, self.problem)
-    }
-}
-
 /// The narrowest Gaussian that is no certainty.
 const NARROWEST: f64 = 5e-10;
+/// The standard deviations by their names in a scenario file, each with the largest permitted one.
+const SIGMAS: [(&str, f64); 4] = [("sigma_phi", PI), ("sigma_e", 0.5), ("sigma_inclination", PI), ("sigma_node", PI)];
+/// So many of the variables, from the first, must not be certain.
+const MUST_BE_UNCERTAIN: usize = 2;
 /// How far from its mean, in standard deviations, an inclination must not reach π.
 const REACH: f64 = 6.0;
 
@@ -116,38 +102,35 @@ impl SpaceProblem {
     /// The same problem, if every number is in the range for which the methods are made.
     ///
     /// # Errors
-    /// [`SpaceProblemError`] with the first key that is wrong and the values that are allowed.
-    pub fn checked(self) -> Result<Self, SpaceProblemError> {
+    /// [`ProblemError`] with the first field that is wrong and the values that are allowed.
+    pub fn checked(self) -> Result<Self, ProblemError> {
         self.model.check()?;
         self.initial.check()?;
         self.check_spread()?;
-        check_times(&self.times).map_err(|error| wrong("times.at", error.problem()))?;
+        check_times(&self.times)?;
         self.check_shadow()?;
-        if let Some(altitude) = self.reentry_altitude.filter(|altitude| !(-1.0..100.0).contains(altitude)) {
-            return Err(refused("disposal.altitude", altitude, "above the Earth's centre and below the orbit"));
+        if let Some(altitude) = self.reentry_altitude {
+            let is_right = (-1.0..100.0).contains(&altitude);
+            check(Field::ReentryAltitude, altitude, is_right, "above the Earth's centre and below the orbit".into())?;
         }
-        let critical = self.critical_e;
-        match critical > 0.0 && critical < 1.0 {
-            true => Ok(self),
-            false => Err(refused("disposal.critical_e", critical, "between 0 and 1, both excluded")),
-        }
+        let is_right = self.critical_e > 0.0 && self.critical_e < 1.0;
+        check(Field::CriticalE, self.critical_e, is_right, "between 0 and 1, both excluded".into())?;
+        Ok(self)
     }
 
     /// Whether it is a problem of the planar model whose satellite passes the Earth's shadow: with the shadow there is no Hamiltonian, so that it is
     /// solved as one in space without obliquity and inclination.
     pub fn is_shadowed_plane(&self) -> bool {
-        let SpaceModel::Vectorial { model, .. } = &self.model else { return false };
+        let Some(model) = self.model.if_averaged() else { return false };
         let InitialInSpace { mean: [_, _, inclination, _], sigma: [_, _, sigma, _], .. } = self.initial;
         self.shadow && model.obliquity == 0.0 && model.sun_longitude == 0.0 && inclination == 0.0 && sigma == 0.0
     }
 
-    fn check_shadow(&self) -> Result<(), SpaceProblemError> {
-        const KEY: &str = "model.forces";
+    fn check_shadow(&self) -> Result<(), ProblemError> {
+        let refused = |problem: &str| Err(ProblemError::misfit(Field::Shadow, problem));
         match (self.shadow, self.model.axis(), self.model.forces().force.radiation) {
-            (true, None, _) => {
-                Err(wrong(KEY, "\"shadow\" needs the semi-major axis, with which the satellite passes it".into()))
-            }
-            (true, _, 0.0) => Err(wrong(KEY, "\"shadow\" has no effect: there is no radiation pressure".into())),
+            (true, None, _) => refused("\"shadow\" needs the semi-major axis, with which the satellite passes it"),
+            (true, _, 0.0) => refused("\"shadow\" has no effect: there is no radiation pressure"),
             _ => Ok(()),
         }
     }
@@ -157,17 +140,17 @@ impl SpaceProblem {
         self.reentry_altitude.map(|altitude| 1.0 + altitude)
     }
 
-    fn check_spread(&self) -> Result<(), SpaceProblemError> {
-        const KEY: &str = "initial.sigma_radiation";
+    fn check_spread(&self) -> Result<(), ProblemError> {
         let Some(Spread { relative, .. }) = self.spread else { return Ok(()) };
         let (low, high) = (uncertain::NARROWEST, uncertain::WIDEST);
-        if !(low..=high).contains(&relative) {
-            let right = format!("at least {low:e} and at most {high}, a share of the radiation parameter");
-            return Err(refused(KEY, relative, &right));
-        }
+        let right = format!("at least {low:e} and at most {high}, a share of the radiation parameter");
+        check(Field::SigmaRadiation, relative, (low..=high).contains(&relative), right)?;
         match self.model.forces().force.radiation > 0.0 {
             true => Ok(()),
-            false => Err(wrong(KEY, "has no effect: there is no radiation pressure, its parameter is 0".into())),
+            false => {
+                let problem = "has no effect: there is no radiation pressure, its parameter is 0";
+                Err(ProblemError::misfit(Field::SigmaRadiation, problem))
+            }
         }
     }
 
@@ -217,64 +200,46 @@ impl InitialInSpace {
     /// The Gaussian before the cut.
     ///
     /// # Errors
-    /// [`SpaceProblemError`] if the correlations exclude one another.
-    pub fn gaussian(&self) -> Result<Gaussian<4>, SpaceProblemError> {
+    /// [`ProblemError`] if the correlations exclude one another.
+    pub fn gaussian(&self) -> Result<Gaussian<4>, ProblemError> {
         Gaussian::with_certain_variables(self.mean, self.covariance()).map_err(|_| contradiction())
     }
 
-    fn check(&self) -> Result<(), SpaceProblemError> {
-        let Self { mean: [phi, e, inclination, node], sigma, correlation } = *self;
-        for (key, angle) in [("initial.phi", phi), ("initial.node", node)] {
-            if !angle.is_finite() {
-                return Err(refused(key, angle, "an angle in radians"));
-            }
-        }
-        if !(0.0..1.0).contains(&e) {
-            return Err(refused("initial.e", e, "at least 0 and below 1"));
-        }
-        let keys = ["initial.sigma_phi", "initial.sigma_e", "initial.sigma_inclination", "initial.sigma_node"];
-        for ((key, sigma), most) in keys.into_iter().zip(sigma).zip([PI, 0.5, PI, PI]) {
-            let is_certain = sigma == 0.0 && key != keys[0] && key != keys[1];
-            if !is_certain && !(NARROWEST..=most).contains(&sigma) {
-                return Err(refused(key, sigma, &format!("at least {NARROWEST:e} and at most {most}")));
-            }
+    fn check(&self) -> Result<(), ProblemError> {
+        let Self { mean: [phi, e, inclination, node], sigma, .. } = *self;
+        check(Field::MeanPhi, phi, true, "an angle in radians".into())?;
+        check(Field::MeanNode, node, true, "an angle in radians".into())?;
+        check(Field::MeanE, e, (0.0..1.0).contains(&e), "at least 0 and below 1".into())?;
+        for (k, (name, most)) in SIGMAS.into_iter().enumerate() {
+            let is_certain = sigma[k] == 0.0 && k >= MUST_BE_UNCERTAIN;
+            let is_right = is_certain || (NARROWEST..=most).contains(&sigma[k]);
+            check(Field::Sigma(name), sigma[k], is_right, format!("at least {NARROWEST:e} and at most {most}"))?;
         }
         let most = PI - REACH * sigma[2];
-        if !(0.0..most).contains(&inclination) {
-            let right = format!(
-                "an angle in radians, at least 0 and below {most:.6}: within {REACH} standard deviations of π the solar angle is \
-                 singular"
-            );
-            return Err(refused("initial.inclination", inclination, &right));
-        }
-        for ((name, (a, b)), correlation) in PAIR_NAMES.into_iter().zip(PAIRS).zip(correlation) {
-            let key = format!("initial.correlation.{name}");
-            if correlation.is_nan() || correlation.abs() > STRONGEST_CORRELATION {
-                let right = format!("between -{STRONGEST_CORRELATION} and {STRONGEST_CORRELATION}");
-                return Err(refused(&key, correlation, &right));
-            }
-            if correlation != 0.0 && (sigma[a] == 0.0 || sigma[b] == 0.0) {
-                return Err(wrong(
-                    &key,
-                    "is a correlation with a variable that is certain; give its sigma, or leave this out".into(),
-                ));
+        let right = format!(
+            "an angle in radians, at least 0 and below {most:.6}: within {REACH} standard deviations of π the solar angle is singular"
+        );
+        check(Field::MeanInclination, inclination, (0.0..most).contains(&inclination), right)?;
+        self.check_correlations()
+    }
+
+    fn check_correlations(&self) -> Result<(), ProblemError> {
+        for ((name, (a, b)), correlation) in PAIR_NAMES.into_iter().zip(PAIRS).zip(self.correlation) {
+            let right = format!("between -{STRONGEST_CORRELATION} and {STRONGEST_CORRELATION}");
+            let is_right = correlation.abs() <= STRONGEST_CORRELATION;
+            check(Field::CorrelationOf(name), correlation, is_right, right)?;
+            if correlation != 0.0 && (self.sigma[a] == 0.0 || self.sigma[b] == 0.0) {
+                let problem = "is a correlation with a variable that is certain; give its sigma, or leave this out";
+                return Err(ProblemError::misfit(Field::CorrelationOf(name), problem));
             }
         }
         self.gaussian().map(|_| ())
     }
 }
 
-fn contradiction() -> SpaceProblemError {
+fn contradiction() -> ProblemError {
     let problem = "no Gaussian has all these correlations: the matrix of correlations is not positive definite";
-    wrong("initial.correlation", problem.into())
-}
-
-fn wrong(key: &str, problem: String) -> SpaceProblemError {
-    SpaceProblemError { key: key.into(), problem }
-}
-
-fn refused(key: &str, value: f64, right: &str) -> SpaceProblemError {
-    wrong(key, format!("{value} is not allowed, it must be {right}"))
+    ProblemError::misfit(Field::Correlations, problem)
 }
 
 pub mod example {
@@ -337,30 +302,32 @@ mod tests {
     #[test]
     fn a_wrong_key_is_told_with_its_value_and_what_would_be_right() {
         assert!(example::problem().checked().is_ok());
-        let refused = |change: fn(&mut SpaceProblem), key: &str, words: &str| {
+        let refused = |change: fn(&mut SpaceProblem), field: Field, words: &str| {
             let mut problem = example::problem();
             change(&mut problem);
             let error = problem.checked().unwrap_err();
-            assert_eq!(error.key, key);
-            assert!(error.problem.contains(words), "{error}");
+            assert_eq!(error.field, field);
+            assert!(error.to_string().contains(words), "{error}");
         };
-        refused(|p| p.initial.mean[1] = 1.0, "initial.e", "1 is not allowed, it must be at least 0 and below 1");
-        refused(|p| p.initial.sigma[0] = 0.0, "initial.sigma_phi", "at least 5e-10");
-        refused(|p| p.initial.mean[2] = 3.1, "initial.inclination", "singular");
-        refused(|p| p.initial.correlation[3] = 1.0, "initial.correlation.e_inclination", "between -0.999 and 0.999");
-        refused(|p| p.initial.sigma[2] = 0.0, "initial.correlation.e_inclination", "a variable that is certain");
+        refused(|p| p.initial.mean[1] = 1.0, Field::MeanE, "1 is not allowed, it must be at least 0 and below 1");
+        refused(|p| p.initial.sigma[0] = 0.0, Field::Sigma("sigma_phi"), "at least 5e-10");
+        refused(|p| p.initial.mean[2] = 3.1, Field::MeanInclination, "singular");
+        refused(|p| p.initial.mean[3] = f64::NAN, Field::MeanNode, "an angle in radians");
+        let correlation = Field::CorrelationOf("e_inclination");
+        refused(|p| p.initial.correlation[3] = 1.0, correlation, "between -0.999 and 0.999");
+        refused(|p| p.initial.sigma[2] = 0.0, correlation, "a variable that is certain");
         refused(
             |p| p.initial.correlation = [0.9, 0.9, 0.0, -0.9, 0.0, 0.0],
-            "initial.correlation",
+            Field::Correlations,
             "not positive definite",
         );
-        refused(|p| p.spread = p.spread.map(|s| Spread { relative: 2.0, ..s }), "initial.sigma_radiation", "at most 1");
-        refused(|p| p.critical_e = 0.0, "disposal.critical_e", "between 0 and 1");
+        refused(|p| p.spread = p.spread.map(|s| Spread { relative: 2.0, ..s }), Field::SigmaRadiation, "at most 1");
+        refused(|p| p.critical_e = 0.0, Field::CriticalE, "between 0 and 1");
         refused(
             |p| (p.shadow, p.model) = (true, SpaceModel::Vectorial { model: p.model.averaged(), axis: None }),
-            "model.forces",
+            Field::Shadow,
             "\"shadow\" needs the semi-major axis",
         );
-        refused(|p| p.times = vec![0.0, 0.0], "times.at", "times must ascend");
+        refused(|p| p.times = vec![0.0, 0.0], Field::Times, "times must ascend");
     }
 }

@@ -1,11 +1,11 @@
 //! What methods do with a cloud in space that place points in its Gaussian: the averaged model and the Gaussian, in 4 or 5 variables.
 
-use super::models::SpaceModel;
-use super::{NARROWEST, SpaceProblem, SpaceProblemError, VARIABLES, contradiction, wrong};
+use super::{NARROWEST, SpaceProblem, VARIABLES, contradiction};
 use crate::gaussian::Gaussian;
 use crate::model::irradiated::WithRadiation;
 use crate::model::uncertain_radiation::{Linear, Logarithmic};
 use crate::model::unfolded::{InSpace, Unfolded};
+use crate::problem_error::{Field, ProblemError};
 
 /// Something that is done with the averaged model and the Gaussian of a cloud, whichever variables it has.
 pub trait SpaceTask {
@@ -21,19 +21,19 @@ impl SpaceProblem {
     /// variable can have.
     ///
     /// # Errors
-    /// [`SpaceProblemError`] if the model is not averaged, or has the Earth's shadow, in which the semi-major axis is one more variable.
-    pub fn perform<T: SpaceTask>(&self, task: T) -> Result<T::Output, SpaceProblemError> {
-        let SpaceModel::Vectorial { model, .. } = self.model else {
+    /// [`ProblemError`] if the model is not averaged, or has the Earth's shadow, in which the semi-major axis is one more variable.
+    pub fn perform<T: SpaceTask>(&self, task: T) -> Result<T::Output, ProblemError> {
+        let Some(model) = self.model.if_averaged() else {
             let name = self.model.name();
             let problem = format!(
                 "\"{name}\" is not averaged, and an orbit's place in its revolution is no variable of the cloud; the methods for it are \
                  mc and qmc, and this one takes \"vectorial\""
             );
-            return Err(wrong("model", problem));
+            return Err(ProblemError::misfit(Field::Model, problem));
         };
         if self.shadow {
             let problem = "\"shadow\" makes the semi-major axis a variable that is not one of the cloud; the methods for it are mc and qmc";
-            return Err(wrong("model.forces", problem.into()));
+            return Err(ProblemError::misfit(Field::Shadow, problem));
         }
         match (self.spread.is_some(), self.is_logarithmic()) {
             (false, _) => Ok(task.with(Unfolded(model), self.gaussian()?)),
@@ -43,7 +43,7 @@ impl SpaceProblem {
     }
 
     /// The Gaussian over the first `N` variables.
-    fn gaussian<const N: usize>(&self) -> Result<Gaussian<N>, SpaceProblemError> {
+    fn gaussian<const N: usize>(&self) -> Result<Gaussian<N>, ProblemError> {
         let (means, covariance) = self.moments();
         let entry = |a: usize, b: usize| match a == b && a < VARIABLES.len() {
             true => covariance[a][a].max(NARROWEST * NARROWEST),
@@ -60,6 +60,7 @@ mod tests {
     use super::*;
     use crate::model::Model;
     use crate::model::osculating::Osculating;
+    use crate::model::space_registry::SpaceModel;
     use crate::model::vectorial::Vectorial;
 
     struct Deviations;
@@ -86,7 +87,7 @@ mod tests {
     #[test]
     fn the_earths_shadow_is_refused_by_name() {
         let error = SpaceProblem { shadow: true, ..example::problem() }.perform(Deviations).unwrap_err();
-        assert!(error.key == "model.forces" && error.problem.contains("mc and qmc"), "{error}");
+        assert!(error.field == Field::Shadow && error.problem().contains("mc and qmc"), "{error}");
     }
 
     #[test]
@@ -95,6 +96,6 @@ mod tests {
         let model = Osculating { semi_major_axis: 2.5, forces, obliquity, sun_longitude, moon_longitude: 0.0 };
         let model = SpaceModel::Osculating { model, mean_anomaly: None };
         let error = SpaceProblem { model, ..example::problem() }.perform(Deviations).unwrap_err();
-        assert!(error.key == "model" && error.problem.contains("\"osculating\" is not averaged"), "{error}");
+        assert!(error.field == Field::Model && error.problem().contains("\"osculating\" is not averaged"), "{error}");
     }
 }

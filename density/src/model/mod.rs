@@ -42,6 +42,7 @@
 //! | [`ecliptic`] | directions in the ecliptic |
 //! | [`earth`] | constants of the Earth and the Sun |
 //! | [`registry`] | every planar model by its name |
+//! | [`space_registry`] | every model in space by its name |
 
 pub mod coordinates;
 pub mod earth;
@@ -57,6 +58,7 @@ pub mod plane;
 pub mod quantity;
 pub mod registry;
 pub mod shadow;
+pub mod space_registry;
 pub mod sun_moon;
 pub mod uncertain_radiation;
 pub mod unfolded;

@@ -1,6 +1,6 @@
 //! The parameters of a model, by name.
 
-use crate::problem_error::ProblemError;
+use crate::problem_error::{Field, ProblemError, check};
 
 /// A parameter of a model, a pure number.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +15,20 @@ pub struct Parameter {
     pub low: f64,
     /// The largest permitted value.
     pub high: f64,
+}
+
+/// Checks that parameters are in their ranges.
+///
+/// # Errors
+/// [`ProblemError`] with the first that is not.
+pub(crate) fn check_ranges(parameters: &[(Parameter, f64)]) -> Result<(), ProblemError> {
+    parameters.iter().try_for_each(|&(Parameter { name, low, high, .. }, value)| {
+        let right = match low == 0.0 {
+            true => format!("0 or greater, at most {high}"),
+            false => format!("between {low} and {high}"),
+        };
+        check(Field::Parameter(name), value, (low..=high).contains(&value), right)
+    })
 }
 
 /// A model with a name, made from parameters with names.

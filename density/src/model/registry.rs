@@ -139,25 +139,25 @@ pub enum ModelError {
         parameter: &'static str,
     },
     /// A parameter that the model does not have.
-    #[error("the model \"{model}\" has no parameter \"{parameter}\"; it has {}", of(.model))]
+    #[error("the model \"{model}\" has no parameter \"{parameter}\"; it has {}", .known.join(", "))]
     Superfluous {
         /// The model.
         model: &'static str,
         /// The parameter that was given.
         parameter: String,
+        /// The parameters that the model has.
+        known: Vec<&'static str>,
     },
 }
 
-fn listed(names: impl Iterator<Item = &'static str>) -> String {
-    names.collect::<Vec<_>>().join(", ")
-}
-
 fn names() -> String {
-    listed(Planar::ALL.iter().map(|&(name, _)| name))
+    Planar::ALL.iter().map(|&(name, _)| name).collect::<Vec<_>>().join(", ")
 }
 
-fn of(model: &str) -> String {
-    listed(parameters(model).iter().map(|parameter| parameter.name))
+/// A model of this name with these parameters that was given another one.
+fn superfluous(model: &'static str, parameters: &[Parameter], other: &str) -> ModelError {
+    let known = parameters.iter().map(|parameter| parameter.name).collect();
+    ModelError::Superfluous { model, parameter: other.into(), known }
 }
 
 /// The name of the model in which these forces act and as few others as can be; `None` if there is no such model.
@@ -198,7 +198,7 @@ impl Planar {
         if let Some((parameter, _)) =
             given.iter().find(|(given, _)| parameters.iter().all(|known| known.name != *given))
         {
-            return Err(ModelError::Superfluous { model, parameter: (*parameter).into() });
+            return Err(superfluous(model, parameters, parameter));
         }
         let value = |parameter: &Parameter| {
             let found = given.iter().find(|(name, _)| *name == parameter.name);
@@ -227,7 +227,7 @@ impl Planar {
             .collect();
         match self.value(name) {
             Some(_) => Self::by_name(self.name(), &values),
-            None => Err(ModelError::Superfluous { model: self.name(), parameter: name.into() }),
+            None => Err(superfluous(self.name(), parameters(self.name()), name)),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Points of a map, in the plane or in space.
 
 use crate::exact::Estimated;
-use crate::in_space::{SpaceProblem, SpaceProblemError};
+use crate::in_space::SpaceProblem;
+use crate::problem_error::ProblemError;
 
 use super::cloud::Cloud;
 use super::difference::{Other, less, monte_carlo, space_less_plane};
@@ -31,7 +32,7 @@ impl AnyPoint {
     ///
     /// # Errors
     /// Why there is no map of it.
-    pub fn cloud(&self) -> Result<Cloud, SpaceProblemError> {
+    pub fn cloud(&self) -> Result<Cloud, ProblemError> {
         match self {
             Self::InPlane(Point { problem, spread }) => Cloud::in_plane(problem, *spread),
             Self::InSpace(problem) => Cloud::in_space(problem),

@@ -5,15 +5,15 @@ use std::num::NonZeroUsize;
 use rayon::prelude::*;
 
 use crate::flow::{Accuracy, Flow};
+use crate::in_space::SpaceProblem;
 use crate::in_space::draws::{Distributed, Start};
-use crate::in_space::models::SpaceModel;
-use crate::in_space::{SpaceProblem, SpaceProblemError};
 use crate::model::irradiated::{Extended, WithRadiation};
 use crate::model::registry::Planar;
 use crate::model::uncertain_radiation::{Linear, UncertainRadiation};
 use crate::model::vectorial::Vectorial;
 use crate::model::{Coordinates, Model};
 use crate::problem::Problem;
+use crate::problem_error::{Field, ProblemError};
 use crate::sampling::{Draws, SamplingPlan};
 use crate::uncertain::{Distribution, Spread};
 
@@ -44,8 +44,8 @@ impl Cloud {
     /// The cloud of a problem in the plane, which has the mean of the radiation parameter.
     ///
     /// # Errors
-    /// [`SpaceProblemError`] if its model has no radiation parameter, or its variables have no Gaussian.
-    pub fn in_plane(problem: &Problem<Planar>, spread: Option<Spread>) -> Result<Self, SpaceProblemError> {
+    /// [`ProblemError`] if its model has no radiation parameter, or its variables have no Gaussian.
+    pub fn in_plane(problem: &Problem<Planar>, spread: Option<Spread>) -> Result<Self, ProblemError> {
         let mean = problem.model.value("radiation").unwrap_or(0.0);
         let distributed = Distributed::in_plane(problem.initial, spread, mean)?;
         Ok(Self::new(distributed, moving_in_plane(problem.model)?, (spread, problem.critical_e)))
@@ -54,8 +54,8 @@ impl Cloud {
     /// The cloud of a problem in space, moved by its averaged model.
     ///
     /// # Errors
-    /// [`SpaceProblemError`] if the model is not averaged or has the Earth's shadow.
-    pub fn in_space(problem: &SpaceProblem) -> Result<Self, SpaceProblemError> {
+    /// [`ProblemError`] if the model is not averaged or has the Earth's shadow.
+    pub fn in_space(problem: &SpaceProblem) -> Result<Self, ProblemError> {
         let model = averaged(problem)?;
         Self::of_space(problem, Box::new(OfSpace(flow(WithRadiation::new(model)))))
     }
@@ -64,12 +64,12 @@ impl Cloud {
     ///
     /// # Errors
     /// As [`Cloud::in_space`].
-    pub fn flattened(problem: &SpaceProblem) -> Result<Self, SpaceProblemError> {
+    pub fn flattened(problem: &SpaceProblem) -> Result<Self, ProblemError> {
         averaged(problem)?;
         Self::of_space(problem, moving_in_plane(problem.model.planar())?)
     }
 
-    fn of_space(problem: &SpaceProblem, moving: Box<dyn Moving>) -> Result<Self, SpaceProblemError> {
+    fn of_space(problem: &SpaceProblem, moving: Box<dyn Moving>) -> Result<Self, ProblemError> {
         Ok(Self::new(Distributed::of(problem)?, moving, (problem.spread, problem.critical_e)))
     }
 
@@ -113,17 +113,17 @@ impl Cloud {
 }
 
 /// The averaged model of a problem in space, if that is its model.
-fn averaged(problem: &SpaceProblem) -> Result<Vectorial, SpaceProblemError> {
-    let refused = |key: &str, problem: &str| Err(SpaceProblemError { key: key.into(), problem: problem.into() });
-    match problem.model {
-        SpaceModel::Vectorial { model, .. } if !problem.shadow => Ok(model),
-        SpaceModel::Vectorial { .. } => refused(
-            "model.forces",
+fn averaged(problem: &SpaceProblem) -> Result<Vectorial, ProblemError> {
+    let refused = |field: Field, problem: &str| Err(ProblemError::misfit(field, problem));
+    match problem.model.if_averaged() {
+        Some(model) if !problem.shadow => Ok(model),
+        Some(_) => refused(
+            Field::Shadow,
             "\"shadow\" makes the semi-major axis a variable and an orbit a thousand times as costly, so that no map is computed with it; leave \
              it out, or run single scenarios with mc or qmc",
         ),
-        SpaceModel::Osculating { .. } => refused(
-            "model.name",
+        None => refused(
+            Field::Model,
             "\"osculating\" is not averaged, and an orbit takes a thousand times as long, so that no map is computed in it; a map takes \
              \"vectorial\" or \"planar\"",
         ),
@@ -134,8 +134,8 @@ fn flow<M>(model: M) -> Flow<M> {
     Flow { model, accuracy: Accuracy::Coarse }
 }
 
-fn moving_in_plane(model: Planar) -> Result<Box<dyn Moving>, SpaceProblemError> {
-    let none = || SpaceProblemError { key: "model".into(), problem: "has no radiation parameter".into() };
+fn moving_in_plane(model: Planar) -> Result<Box<dyn Moving>, ProblemError> {
+    let none = || ProblemError::misfit(Field::Model, "has no radiation parameter");
     let without = model.with("radiation", 0.0).map_err(|_| none())?;
     Ok(Box::new(OfPlane(flow(UncertainRadiation::new(without)))))
 }

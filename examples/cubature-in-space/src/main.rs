@@ -3,7 +3,7 @@
 //! the same weight. Orbits move in the eccentricity vector `e` and the angular momentum vector `h` (docs/models.md) by Runge-Kutta steps.
 use std::f64::consts::{PI, TAU};
 
-use density::in_space::models::SpaceModel;
+use density::model::space_registry::SpaceModel;
 use density::model::vectorial::Vectorial;
 use kit::{Assignment, Failure, Form, Propagator};
 use messages::content::Mixture;

@@ -1,5 +1,6 @@
 //! The orbits that a sampling method draws, in the scenario's model or in a simpler one.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use density::flow::{Accuracy, Flow};
@@ -7,7 +8,7 @@ use density::in_space::SpaceProblem;
 use density::in_space::acting::SHADOW;
 use density::in_space::cloud::{Cloud, Sampled};
 use density::in_space::draws::{Distributed, Start};
-use density::in_space::models::Simplification;
+use density::in_space::simplification::Simplification;
 use density::model::Model;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
 use density::orbits::Orbits;
@@ -15,30 +16,46 @@ use density::sampling::{Draws, SamplingPlan, draw_variables};
 use density::uncertain::{UncertainProblem, UncertainTask};
 use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 use crate::methods::Misfit;
 
 /// The model in which a case moves its orbits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ModelChoice {
-    /// Averaged, in the plane.
-    Planar,
-    /// Averaged, in space.
-    Vectorial,
-    /// Not averaged.
-    Osculating,
-}
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "&str")]
+pub struct ModelChoice(Simplification);
 
 impl From<ModelChoice> for Simplification {
-    fn from(choice: ModelChoice) -> Self {
-        match choice {
-            ModelChoice::Planar => Self::Planar,
-            ModelChoice::Vectorial => Self::Vectorial,
-            ModelChoice::Osculating => Self::Osculating,
-        }
+    fn from(ModelChoice(simplification): ModelChoice) -> Self {
+        simplification
+    }
+}
+
+impl From<ModelChoice> for &str {
+    fn from(ModelChoice(simplification): ModelChoice) -> Self {
+        simplification.name()
+    }
+}
+
+impl TryFrom<String> for ModelChoice {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let names = || Simplification::ALL.map(|one| format!("\"{}\"", one.name())).join(", ");
+        let unknown = || format!("\"{name}\" is no model, there are {}", names());
+        Simplification::named(&name).map(Self).ok_or_else(unknown)
+    }
+}
+
+impl JsonSchema for ModelChoice {
+    fn schema_name() -> Cow<'static, str> {
+        "ModelChoice".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let names = Simplification::ALL.map(Simplification::name);
+        json_schema!({"description": "The model in which a case moves its orbits.", "type": "string", "enum": names})
     }
 }
 

@@ -9,14 +9,15 @@ use density::flow::{Accuracy, Flow};
 use density::flow_map::{AngleMap, AngleOrbits, FlowMap, MappedOrbits, Refused, Settings as MapSettings};
 use density::gaussian::Gaussian;
 use density::grid::Grid;
+use density::in_space::SpaceProblem;
 use density::in_space::draws::{Distributed, Start};
 use density::in_space::task::SpaceTask;
-use density::in_space::{SpaceProblem, SpaceProblemError};
 use density::model::Model;
 use density::model::plane::PlanarHamiltonian;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
 use density::model::unfolded::{InSpace, Unfolded};
 use density::orbits::LostOrbit;
+use density::problem_error::ProblemError;
 use density::sample_sums::{SampleSums, TooFar};
 use density::sampling::{Draws, SamplingPlan, variables_of};
 use density::uncertain::{UncertainProblem, UncertainTask};
@@ -209,7 +210,7 @@ impl MappedSamples {
         let cloud = match (&assignment.uncertain, &assignment.in_space) {
             (_, Some(problem)) => {
                 let draw = Distributed::of(problem).map(|distributed| distributed.draw(&case.plan));
-                let refuse = |why: SpaceProblemError| Failure::Refused(why.to_string());
+                let refuse = |why: ProblemError| Failure::Refused(why.to_string());
                 problem.perform(InSpaceTask { problem, case, draw: draw.map_err(refuse)? }).map_err(refuse)?
             }
             (Some(uncertain), _) => {

@@ -8,8 +8,9 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use density::in_space::SpaceProblemError;
+use density::problem_error::ProblemError;
 use density::reliability::{AnyPoint, Other, Point, Quantity};
+use kit::problem_key::by_key;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use toml::Spanned;
@@ -110,7 +111,7 @@ impl MapFile {
     /// Refuses a point whose model, or whose quantity, has no map.
     fn check_point(&self, file: &InputFile, index: usize, raw: &Raw) -> Result<(), InputError> {
         let point = self.point(index)?;
-        let told = |error: SpaceProblemError| file.error(&raw.scenario, &format!("{}: {}", error.key, error.problem));
+        let told = |error: ProblemError| file.error(&raw.scenario, &by_key(&error));
         if matches!(point, AnyPoint::InSpace(_)) {
             point.cloud().map_err(told)?;
             if self.shown != Shown::Itself {

@@ -2,15 +2,16 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use density::in_space::models::{OSCULATING, SpaceModel, VECTORIAL};
-use density::in_space::{SpaceProblem, SpaceProblemError};
+use density::in_space::SpaceProblem;
 use density::model::ecliptic::OBLIQUITY_DEGREES;
 use density::model::osculating::Osculating;
-use density::model::parameter::Parameter;
 use density::model::planar::Force;
+use density::model::space_registry::{OSCULATING, SpaceModel, VECTORIAL};
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
 use density::problem::check_times;
+use density::problem_error::{Field, ProblemError};
+use kit::problem_key::key;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use toml::Spanned;
@@ -31,10 +32,10 @@ use crate::files::plain_number::plain;
 pub struct ScenarioInSpace {
     /// Its name.
     pub name: String,
-    /// The model, with the orbit at `t = 0` in the model's variables.
-    pub model: ModelInSpace,
-    /// The semi-major axis at `t = 0` \[Earth radii\], if the file gives it.
-    pub semi_major_axis: Option<f64>,
+    /// The model.
+    pub model: SpaceModel,
+    /// Solar angle, eccentricity, inclination and node of the orbit at `t = 0` \[rad\].
+    pub start: [f64; 4],
     /// Snapshot times \[yr\], ascending from zero.
     pub times: Vec<f64>,
     /// Eccentricity at which the satellite re-enters, if the file gives it.
@@ -50,42 +51,15 @@ pub struct ScenarioInSpace {
 impl ScenarioInSpace {
     /// The scenario of a cloud.
     pub fn of_cloud(name: String, cloud: SpaceProblem) -> Self {
-        let mean = cloud.initial.mean;
-        let model = match cloud.model {
-            SpaceModel::Vectorial { model, .. } => ModelInSpace::Vectorial(model, mean),
-            SpaceModel::Osculating { model, mean_anomaly } => ModelInSpace::Osculating(model, mean, mean_anomaly),
-        };
-        let (times, critical_e, shadow) = (cloud.times.clone(), Some(cloud.critical_e), cloud.shadow);
-        let semi_major_axis = cloud.model.axis();
-        Self { name, model, semi_major_axis, times, critical_e, shadow, epoch: None, cloud: Some(Box::new(cloud)) }
-    }
-}
-
-/// A model in space, with the orbit at `t = 0` in its variables.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ModelInSpace {
-    /// Averaged.
-    Vectorial(Vectorial, [f64; 4]),
-    /// Unaveraged, with the mean anomaly at `t = 0` \[rad\] if the file gives it.
-    Osculating(Osculating, [f64; 4], Option<f64>),
-}
-
-impl ModelInSpace {
-    /// Its name in a scenario file.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Vectorial(..) => VECTORIAL,
-            Self::Osculating(..) => OSCULATING,
-        }
-    }
-
-    /// The parameters `C`, `W`, `A` and `B` with their values.
-    pub fn parameters(&self) -> [(Parameter, f64); 4] {
-        match self {
-            Self::Vectorial(model, _) => model.parameters(),
-            Self::Osculating(Osculating { forces, obliquity, sun_longitude, .. }, ..) => {
-                Vectorial { forces: *forces, obliquity: *obliquity, sun_longitude: *sun_longitude }.parameters()
-            }
+        Self {
+            name,
+            model: cloud.model,
+            start: cloud.initial.mean,
+            times: cloud.times.clone(),
+            critical_e: Some(cloud.critical_e),
+            shadow: cloud.shadow,
+            epoch: None,
+            cloud: Some(Box::new(cloud)),
         }
     }
 }
@@ -149,19 +123,19 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
             return Err(file.error(&raw.initial, "must have mean_anomaly: the model \"osculating\" has no average"));
         }
         let model = Osculating { semi_major_axis, forces, obliquity, sun_longitude, moon_longitude };
-        ModelInSpace::Osculating(model, variables, mean_anomaly)
+        SpaceModel::Osculating { model, mean_anomaly }
     } else {
         refuse_what_is_averaged(file, &raw)?;
-        ModelInSpace::Vectorial(Vectorial { forces, obliquity, sun_longitude }, variables)
+        SpaceModel::Vectorial { model: Vectorial { forces, obliquity, sun_longitude }, axis }
     };
-    check_parameters(file, &raw.orbit, &model)?;
+    model.check().map_err(|error| raw.locate(file, &error))?;
     let times = times::read(file, &raw.times, epoch.as_ref())?;
-    check_times(&times).map_err(|error| Times::locate(&raw.times, file, &in_words(&error)))?;
+    check_times(&times).map_err(|error| raw.locate(file, &error))?;
     let critical_e = raw.disposal.as_ref().map(|disposal| critical_e(file, disposal, axis)).transpose()?;
     let mut scenario = ScenarioInSpace {
         name: raw.name.get_ref().clone(),
         model,
-        semi_major_axis: axis,
+        start: variables,
         times,
         critical_e,
         shadow,
@@ -180,14 +154,11 @@ fn cloud(file: &InputFile, raw: &Raw, scenario: &ScenarioInSpace) -> Result<Spac
         let problem = "must have critical_e or altitude, at which the satellites of a cloud re-enter";
         return Err(file.error_in_whole("disposal", problem));
     };
-    let (model, mean) = match scenario.model {
-        ModelInSpace::Vectorial(model, mean) => (SpaceModel::Vectorial { model, axis: scenario.semi_major_axis }, mean),
-        ModelInSpace::Osculating(model, mean, mean_anomaly) => (SpaceModel::Osculating { model, mean_anomaly }, mean),
-    };
+    let model = scenario.model;
     let start = raw.initial.get_ref();
-    let initial = start.gaussian(file, &raw.initial, mean)?;
+    let initial = start.gaussian(file, &raw.initial, scenario.start)?;
     // With a constant semi-major axis the height says no more than the critical eccentricity.
-    let may_vary = scenario.shadow || matches!(model, SpaceModel::Osculating { .. });
+    let may_vary = scenario.shadow || !model.is_averaged();
     let altitude = raw.disposal.as_ref().filter(|_| may_vary).map(|table| table.get_ref().reentry_altitude(file));
     let problem = SpaceProblem {
         model,
@@ -198,11 +169,22 @@ fn cloud(file: &InputFile, raw: &Raw, scenario: &ScenarioInSpace) -> Result<Spac
         shadow: scenario.shadow,
         reentry_altitude: altitude.transpose()?.flatten(),
     };
-    problem.checked().map_err(|SpaceProblemError { key, problem }| match key.split_once('.') {
-        Some(("initial", key)) => Start::locate(&raw.initial, file, key, &problem),
-        Some(("orbit", key)) => Orbit::locate(&raw.orbit, file, key, &problem),
-        _ => file.error_in_whole(&key, &problem),
-    })
+    problem.checked().map_err(|error| raw.locate(file, &error))
+}
+
+impl Raw {
+    /// The line and key of what is wrong with the problem.
+    fn locate(&self, file: &InputFile, error: &ProblemError) -> InputError {
+        let problem = in_words(error);
+        match error.field {
+            Field::Parameter(name) => Orbit::locate(&self.orbit, file, name, &problem),
+            Field::Times => Times::locate(&self.times, file, &problem),
+            field => match key(field).split_once('.') {
+                Some(("initial", key)) => Start::locate(&self.initial, file, key, &problem),
+                _ => file.error_in_whole(&key(field), &problem),
+            },
+        }
+    }
 }
 
 /// The parameters of the forces that act; those of the others are 0.
@@ -247,14 +229,6 @@ fn refuse_what_is_averaged(file: &InputFile, raw: &Raw) -> Result<(), InputError
     };
     refuse(&raw.initial.get_ref().mean_anomaly, "the satellite's revolution")?;
     refuse(&raw.epoch.get_ref().moon_longitude, "the Moon's revolution")
-}
-
-fn check_parameters(file: &InputFile, table: &Spanned<Orbit>, model: &ModelInSpace) -> Result<(), InputError> {
-    let wrong = model.parameters().into_iter().find(|(p, value)| !(p.low..=p.high).contains(value));
-    wrong.map_or(Ok(()), |(Parameter { name, low, high, .. }, value)| {
-        let problem = format!("{} is not allowed, it must be between {low} and {high}", plain(value));
-        Err(Orbit::locate(table, file, name, &problem))
-    })
 }
 
 fn critical_e(file: &InputFile, table: &Spanned<Disposal>, axis: Option<f64>) -> Result<f64, InputError> {

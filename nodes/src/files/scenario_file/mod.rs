@@ -5,8 +5,9 @@ use std::path::Path;
 use density::model::PlanarHamiltonian;
 use density::model::registry::{DEFAULT_FORCES, Planar};
 use density::problem::Problem;
-use density::problem_error::{Field, ProblemError};
+use density::problem_error::{Fault, Field, ProblemError};
 use density::uncertain::{Distribution, Spread, UncertainProblem};
+use kit::problem_key::key;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use toml::Spanned;
@@ -37,7 +38,7 @@ mod times;
 
 pub use any::{AnyScenario, check_any, check_cloud, load_cloud};
 pub use epoch::Epoch;
-pub use in_space::{ModelInSpace, ScenarioInSpace};
+pub use in_space::ScenarioInSpace;
 pub use times::is_right_number_of_times;
 
 /// A scenario as its file describes it.
@@ -130,21 +131,22 @@ impl Raw {
         let problem = in_words(error);
         match error.field {
             Field::Parameter(name) => Orbit::locate(&self.orbit, file, name, &problem),
-            field @ (Field::MeanPhi
-            | Field::MeanE
-            | Field::DeltaPhi
-            | Field::DeltaE
-            | Field::Correlation
-            | Field::SigmaRadiation) => Initial::locate(&self.initial, file, field, &problem),
-            Field::CriticalE => Disposal::locate(&self.disposal, file, &problem),
+            Field::CriticalE | Field::ReentryAltitude => Disposal::locate(&self.disposal, file, &problem),
             Field::Times => Times::locate(&self.times, file, &problem),
+            field => match key(field).split_once('.') {
+                Some(("initial", _)) => Initial::locate(&self.initial, file, field, &problem),
+                _ => file.error_in_whole(&key(field), &problem),
+            },
         }
     }
 }
 
 /// What is wrong with a value, and what would be right.
 fn in_words(error: &ProblemError) -> String {
-    format!("{} is not allowed, it must be {}", plain(error.value), error.right)
+    match &error.fault {
+        Fault::Value { value, right } => format!("{} is not allowed, it must be {right}", plain(*value)),
+        Fault::Misfit(problem) => problem.clone(),
+    }
 }
 
 /// The text of a scenario file that states `problem`, whose radiation parameter may be uncertain.

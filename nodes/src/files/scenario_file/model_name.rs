@@ -1,7 +1,7 @@
 //! Which model a scenario file names.
 
 use density::in_space::acting::SHADOW;
-use density::in_space::models::{OSCULATING, PLANAR as IN_PLANE, VECTORIAL};
+use density::model::space_registry::{OSCULATING, PLANAR as IN_PLANE, VECTORIAL};
 use serde::Deserialize;
 use toml::Spanned;
 

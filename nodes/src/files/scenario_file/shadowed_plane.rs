@@ -3,16 +3,16 @@
 //! With the shadow there is no Hamiltonian and the semi-major axis changes, so that such a scenario is one of the averaged model in space: without
 //! obliquity, in the equator, with the Sun at longitude 0 at first.
 
-use density::in_space::models::SpaceModel;
-use density::in_space::{InitialInSpace, SpaceProblem, SpaceProblemError};
+use density::in_space::{InitialInSpace, SpaceProblem};
+use density::model::space_registry::SpaceModel;
 use density::model::vectorial::Vectorial;
 use density::problem::InitialGaussian;
 
 use super::disposal::Disposal;
 use super::epoch::Epoch;
-use super::in_space::{self, ModelInSpace, ScenarioInSpace};
+use super::in_space::{self, ScenarioInSpace};
 use super::initial::Initial;
-use super::orbit::{self, Orbit};
+use super::orbit;
 use super::{Raw, check_name, times};
 use crate::files::input::{InputError, InputFile};
 
@@ -45,22 +45,8 @@ pub(super) fn check(file: &InputFile) -> Result<ScenarioInSpace, InputError> {
         shadow: true,
         reentry_altitude: raw.disposal.get_ref().reentry_altitude(file)?,
     };
-    let cloud = problem.checked().map_err(|SpaceProblemError { key, problem }| match key.split_once('.') {
-        Some(("orbit", key)) => Orbit::locate(&raw.orbit, file, key, &problem),
-        Some(("initial", key)) => file.error(&raw.initial, &format!("{key}: {problem}")),
-        Some(("disposal", _)) => Disposal::locate(&raw.disposal, file, &problem),
-        _ => file.error_in_whole(&key, &problem),
-    })?;
-    Ok(ScenarioInSpace {
-        name: raw.name.get_ref().clone(),
-        model: ModelInSpace::Vectorial(model, initial.mean),
-        semi_major_axis: axis,
-        times: cloud.times.clone(),
-        critical_e: Some(cloud.critical_e),
-        shadow: true,
-        epoch,
-        cloud: Some(Box::new(cloud)),
-    })
+    let cloud = problem.checked().map_err(|error| raw.locate(file, &error))?;
+    Ok(ScenarioInSpace { epoch, ..ScenarioInSpace::of_cloud(raw.name.get_ref().clone(), cloud) })
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! The text of a scenario file in space.
 
 use density::in_space::acting::SHADOW;
-use density::in_space::models::SpaceModel;
 use density::in_space::{InitialInSpace, PAIR_NAMES, SpaceProblem};
 use density::model::planar::Force;
 use density::model::sun_moon::SunMoon;
@@ -18,14 +17,11 @@ pub fn to_text(name: &str, problem: &SpaceProblem) -> String {
         Some(altitude) => format!("altitude = \"{altitude:?} R_E\""),
         None => format!("critical_e = {critical_e:?}"),
     };
-    let (epoch, anomaly) = match model {
-        SpaceModel::Osculating { model, mean_anomaly } if model.forces.moon != 0.0 => {
-            (format!("moon_longitude = {:?}\n", model.moon_longitude), *mean_anomaly)
-        }
-        SpaceModel::Osculating { mean_anomaly, .. } => (String::new(), *mean_anomaly),
-        SpaceModel::Vectorial { .. } => (String::new(), None),
+    let epoch = match model.moon_longitude() {
+        Some(longitude) if model.forces().moon != 0.0 => format!("moon_longitude = {longitude:?}\n"),
+        _ => String::new(),
     };
-    let anomaly = anomaly.map_or(String::new(), |anomaly| format!("mean_anomaly = {anomaly:?}\n"));
+    let anomaly = model.mean_anomaly().map_or(String::new(), |anomaly| format!("mean_anomaly = {anomaly:?}\n"));
     format!(
         "name = \"{name}\"\n\n[model]\nname = \"{}\"\nforces = {forces:?}\nobliquity = {obliquity:?}\n\n[epoch]\nsun_longitude = \
          {sun_longitude:?}\n{epoch}\n[orbit]\n{orbit}\n[initial]\n{}{anomaly}{}{}\n[times]\nat = {times:?}\n\n[disposal]\n{disposal}\n",

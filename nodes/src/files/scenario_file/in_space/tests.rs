@@ -19,9 +19,9 @@ fn load(text: &str) -> Result<ScenarioInSpace, InputError> {
 
 #[test]
 fn a_good_file_gives_the_model_and_the_orbit() {
-    let ModelInSpace::Osculating(model, [phi, e, inclination, _], Some(anomaly)) = load(GOOD).unwrap().model else {
-        panic!("another model")
-    };
+    let scenario = load(GOOD).unwrap();
+    let [phi, e, inclination, _] = scenario.start;
+    let SpaceModel::Osculating { model, mean_anomaly: Some(anomaly) } = scenario.model else { panic!("another model") };
     assert!((phi - (102.89f64 + 19.42 - 138.01).to_radians()).abs() < 1e-14);
     assert_eq!((e, inclination, anomaly), (0.489, 62.08f64.to_radians(), 75f64.to_radians()));
     assert_eq!(model.semi_major_axis, 2.0);
@@ -72,7 +72,7 @@ fn where_clouds_are_propagated_a_model_in_space_is_refused_in_words() {
 fn a_date_says_where_the_sun_and_the_moon_are() {
     let dated = GOOD.replace("sun_longitude = \"138.01 deg\"\nmoon_longitude = \"40 deg\"", "date = 1992-10-13");
     let of = |text: &str| match load(text).unwrap() {
-        ScenarioInSpace { model: ModelInSpace::Osculating(model, ..), epoch, times, .. } => (model, epoch, times),
+        ScenarioInSpace { model: SpaceModel::Osculating { model, .. }, epoch, times, .. } => (model, epoch, times),
         _ => panic!("another model"),
     };
     let (model, epoch, _) = of(&dated);
