@@ -14,6 +14,7 @@ use messages::domain::{HeldDomain, Place};
 use messages::layout::{RosterEntry, RosterHeader};
 use messages::report::{Event, Report};
 use messages::scenario::{Description, Moment, Parameter, Projection, Range, Variable};
+use messages::service::Service;
 use messages::text::pack;
 use messages::topic::{Capacity, Roster, Scenario, Status};
 use messages::wait::Signals;
@@ -137,7 +138,7 @@ fn run(bench: &Bench) -> PathBuf {
         while let Some(report) = reports.receive().unwrap() {
             let report = Report::from_parts(report.header(), report.items()).unwrap();
             assert!(!matches!(report.event, Event::Failed { .. }), "{report:?}");
-            if report.node == "recorder" && report.event == Event::Done {
+            if report.from.is(Service::Recorder) && report.event == Event::Done {
                 break 'done;
             }
             heard.push(report);

@@ -10,7 +10,8 @@ use crate::densities::{Densities, Density};
 use crate::draw_error::DrawError;
 use crate::palette::Pen;
 use results::description::{Description, Variable};
-use results::rows::{EffortRow, GivenRow, PassageRow};
+use results::diagnostic_names::OF_A_STATED_DENSITY;
+use results::rows::{DiagnosticRow, EffortRow, GivenRow, PassageRow};
 use results::{MomentsRow, Results};
 
 /// A scenario of the run.
@@ -72,7 +73,7 @@ pub struct Scene<'a> {
     pub methods: Vec<Method<'a>>,
     /// Label of the case with which all others are compared.
     pub reference: &'a str,
-    /// Label of a case that ran the exact method.
+    /// Label of a case that states its density itself, with estimates of its errors, as the exact method does.
     pub exact: Option<&'a str>,
     /// Snapshot times \[yr\].
     pub times: Vec<f64>,
@@ -116,7 +117,10 @@ impl<'a> Scene<'a> {
             passage: results.passages.iter().filter(|row| row.scenario == name && row.method == label).collect(),
             effort: results.effort.iter().find(|row| row.scenario == name && row.method == label),
         };
-        let is_exact = |label: &&&str| results.manifest.cases.get(**label).is_some_and(|case| case.runs == ["exact"]);
+        // A case that states its density, instead of samples or parts from which one is estimated, says how far off that is.
+        let states =
+            |row: &&DiagnosticRow| row.scenario == name && OF_A_STATED_DENSITY.contains(&row.diagnostic.as_str());
+        let states_it: Vec<&str> = results.diagnostics.iter().filter(states).map(|row| row.method.as_str()).collect();
         Self {
             name,
             prefix: if several { format!("{name}-") } else { String::new() },
@@ -124,7 +128,7 @@ impl<'a> Scene<'a> {
             plane: scenario.plane.as_ref(),
             pair: description.pairs().nth(pair).map(|(_, pair)| pair),
             reference,
-            exact: labels.iter().find(is_exact).copied(),
+            exact: labels.iter().find(|label| states_it.contains(label)).copied(),
             times: description.times.clone(),
             methods: labels.into_iter().map(method).collect(),
             results,

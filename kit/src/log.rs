@@ -186,7 +186,7 @@ pub(crate) fn report(scenario: u32, event: &report::Event) {
         report::Event::Progress { done, of } => tracing::debug!(scenario, "{done} of {of} done"),
         report::Event::WaitsFor { case, what, .. } => tracing::debug!(scenario, "waits for {case}: {what}"),
         report::Event::Done => tracing::info!(scenario, "done"),
-        report::Event::Failed { case, why } => tracing::warn!(scenario, subject = case.as_str(), "failed: {why}"),
+        report::Event::Failed { of, why } => tracing::warn!(scenario, subject = of.to_string(), "failed: {why}"),
         report::Event::Joined { host } => tracing::info!("host {host} has joined"),
         report::Event::Total => tracing::info!("{scenario} scenarios in all"),
     }

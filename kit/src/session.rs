@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use messages::domain::{Domain, Place, ROOT_VARIABLE};
 use messages::port::Outlet;
 use messages::report::{Event, Report};
+use messages::reporter::Reporter;
 use messages::topic::Status;
 use messages::wait::{Awaited, Signals};
 use rustix::process::{Signal, set_parent_process_death_signal};
@@ -118,7 +119,7 @@ impl Session {
     /// [`Failure::Port`] if the message cannot be sent.
     pub fn report(&self, scenario: u32, event: Event) -> Result<(), Failure> {
         log::report(scenario, &event);
-        let (header, units) = Report { node: self.name.clone(), scenario, event }.to_parts(self.run_id);
+        let (header, units) = Report { from: Reporter::named(&self.name), scenario, event }.to_parts(self.run_id);
         Ok(self.status.send_items(header, &units)?)
     }
 
@@ -159,7 +160,7 @@ impl Session {
     /// # Errors
     /// The same as those of [`Session::report`].
     pub fn failed(&self, scenario: u32, case: &str, why: &str) -> Result<(), Failure> {
-        self.report(scenario, Event::Failed { case: case.into(), why: why.into() })
+        self.report(scenario, Event::Failed { of: Reporter::named(case), why: why.into() })
     }
 
     /// Reports why the node ends, and leaves its ports to the holder of the domain, who frees them once it has read the

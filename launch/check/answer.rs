@@ -7,6 +7,7 @@ use std::time::Duration;
 use kit::assignment::Assignment;
 use messages::layout::{PassageHeader, SnapshotHeader};
 use messages::report::{Event, Report};
+use messages::reporter::Reporter;
 
 /// The label that the propagator is given.
 pub const LABEL: &str = "checked";
@@ -107,7 +108,7 @@ pub struct Stop {
 
 /// Whether a report names this run and the label of the propagator.
 pub fn is_from((named, report): &(u64, Report), run_id: u64) -> bool {
-    *named == run_id && report.node == LABEL
+    *named == run_id && report.from == Reporter::named(LABEL)
 }
 
 /// The end of the work on a scenario, if it has been reported.

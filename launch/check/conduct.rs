@@ -10,7 +10,7 @@ use super::verdict::{Findings, Rule};
 /// Judges whether the process came up.
 pub fn handshake(findings: &mut Findings, ready: &Ready) {
     for (run_id, report) in ready.heard.reports.iter().filter(|signed| !is_from(signed, ready.run_id)) {
-        let node = &report.node;
+        let node = &report.from;
         let right = format!("its label is \"{LABEL}\", the run {:012x}", ready.run_id);
         findings.problem(Rule::Handshake, format!("a report from \"{node}\" of run {run_id:012x}; {right}"));
     }

@@ -8,7 +8,6 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use kit::environment::RUN_VARIABLE;
-use kit::shard::label_of_member;
 use messages::domain::{HeldDomain, PREFIX_VARIABLE, ROOT_VARIABLE};
 use messages::layout::{RosterEntry, RosterHeader};
 use messages::port::{Outlet, PortError};
@@ -21,6 +20,7 @@ use nodes::files::scenario_file;
 use crate::crew::report_line;
 use crate::domain::{self, OwnDomain};
 use crate::exit::BAD_INPUT;
+use crate::plan::baseline;
 use clap::Args;
 use kit::shard::MOST_SHARDS;
 use nodes::files::input::{PLAIN_NAME, is_plain_name};
@@ -73,8 +73,6 @@ impl FromStr for HandCase {
 
 /// Number of a run that is started by hand; `phasecloud node` has the same default for `--run-id`.
 const RUN_ID: u64 = 0;
-/// Label of the case in whose effort that of all is measured, as in a run by a launch file that names no other.
-const MONTE_CARLO: &str = "mc";
 /// Longest sleep.
 const TICK: Duration = Duration::from_secs(1);
 
@@ -147,8 +145,8 @@ fn hold(arguments: &DomainArguments, own: &OwnDomain, capacity: &Capacity) -> Re
                 (scenario, fallen) = (scenario + 1, BTreeMap::new());
             }
             let mut has_failed = false;
-            if let Event::Failed { case, why } = report.event {
-                let label = label_of_member(&case).to_owned();
+            if let Event::Failed { of, why } = report.event {
+                let label = of.label().to_owned();
                 has_failed = !fallen.contains_key(&label);
                 fallen.entry(label).or_insert(why);
             }
@@ -170,13 +168,14 @@ fn publish(
 ) -> Result<(), PortError> {
     let header = RosterHeader { run_id: RUN_ID, scenario, reserved: 0 };
     let references = references(arguments);
+    let baseline = baseline::among(arguments.labels.iter().map(|case| case.label.as_str()));
     let entry = |HandCase { label, shards }: &HandCase| RosterEntry {
         label: pack(label),
         failed: u32::from(fallen.contains_key(label)),
         reason: fallen.get(label).map_or([0; 1024], |why| pack(why)),
         shards: *shards,
         reference: references.iter().position(|reference| reference == label).map_or(0, |place| place as u32 + 1),
-        baseline: u32::from(label == MONTE_CARLO),
+        baseline: u32::from(baseline == Some(label.as_str())),
     };
     roster.send_items(header, &arguments.labels.iter().map(entry).collect::<Vec<_>>())
 }

@@ -3,17 +3,17 @@
 use messages::report::{Event, Report};
 
 /// A report in words.
-pub fn describe(Report { node, scenario, event }: &Report) -> String {
+pub fn describe(Report { from, scenario, event }: &Report) -> String {
     match event {
-        Event::Ready => format!("{node}: ready"),
-        Event::Accepted { name, .. } => format!("{node}: scenario {scenario} is {name}"),
-        Event::Refused { name, why, .. } => format!("{node}: {name} is refused: {why}"),
-        Event::Progress { done, of: 0 } => format!("{node}: scenario {scenario}, {done} done"),
-        Event::Progress { done, of } => format!("{node}: scenario {scenario}, {done} of {of}"),
-        Event::WaitsFor { case, what, .. } => format!("{node}: scenario {scenario} waits for {case}: {what}"),
-        Event::Done => format!("{node}: scenario {scenario} done"),
-        Event::Failed { case, why } => format!("{node}: {case} failed: {why}"),
-        Event::Joined { host } => format!("{node}: host {host} has joined"),
-        Event::Total => format!("{node}: {scenario} scenarios in all"),
+        Event::Ready => format!("{from}: ready"),
+        Event::Accepted { name, .. } => format!("{from}: scenario {scenario} is {name}"),
+        Event::Refused { name, why, .. } => format!("{from}: {name} is refused: {why}"),
+        Event::Progress { done, of: 0 } => format!("{from}: scenario {scenario}, {done} done"),
+        Event::Progress { done, of } => format!("{from}: scenario {scenario}, {done} of {of}"),
+        Event::WaitsFor { case, what, .. } => format!("{from}: scenario {scenario} waits for {case}: {what}"),
+        Event::Done => format!("{from}: scenario {scenario} done"),
+        Event::Failed { of, why } => format!("{from}: {of} failed: {why}"),
+        Event::Joined { host } => format!("{from}: host {host} has joined"),
+        Event::Total => format!("{from}: {scenario} scenarios in all"),
     }
 }

@@ -12,6 +12,7 @@ use kit::shard::Shard;
 use messages::domain::{HeldDomain, Place};
 use messages::port::{Inlet, Outlet, PortError};
 use messages::report::{Event, Report};
+use messages::reporter::Reporter;
 use messages::service::Service;
 use messages::topic::{Capacity, Scenario, Status};
 use messages::wait::Signals;
@@ -147,7 +148,7 @@ impl<'a> Workshop<'a> {
                 remark!("{}", describe(&report));
             }
             if let Event::Failed { why, .. } = report.event {
-                self.last_words.insert(report.node, why);
+                self.last_words.insert(report.from.to_string(), why);
             }
         }
         while self.scenarios.receive()?.is_some() {
@@ -186,8 +187,8 @@ impl<'a> Workshop<'a> {
             .find(|share| share.name == name)
             .map_or_else(|| name.to_owned(), |share| share.label.clone());
         tracing::warn!("{name}: {why}");
-        let event = Event::Failed { case: label.clone(), why: why.into() };
-        let report = Report { node: name.into(), scenario: ANY_SCENARIO, event };
+        let event = Event::Failed { of: Reporter::named(&label), why: why.into() };
+        let report = Report { from: Reporter::named(name), scenario: ANY_SCENARIO, event };
         let (header, units) = report.to_parts(self.plan.run_id);
         self.own_reports.send_items(header, &units).map_err(|e| e.to_string())
     }

@@ -147,17 +147,17 @@ impl Model {
     /// Takes in a report, and returns the node that it changed. `history` marks a report that its publisher had kept
     /// for late readers: it says how far a node is, not how fast it got there.
     pub fn report(&mut self, report: &Report, history: bool, now: Instant) -> Option<&NodeState> {
-        let service = Service::named(&report.node);
         if matches!(report.event, Event::Accepted { .. }) {
             self.begin_scenario(report.scenario, now);
         }
-        if let Event::Failed { case, .. } = &report.event {
-            return self.fail(case);
+        if let Event::Failed { of, .. } = &report.event {
+            return self.fail(&of.to_string());
         }
-        let is_estimator = service == Some(Service::Estimator);
+        let is_estimator = report.from.is(Service::Estimator);
+        let name = report.from.to_string();
         // The estimator does not know how many snapshots will come.
         let most = if is_estimator { self.snapshots_of(report.scenario) } else { 0 };
-        let node = self.nodes.iter_mut().find(|node| node.name == report.node && node.phase != Phase::Failed)?;
+        let node = self.nodes.iter_mut().find(|node| node.name == name && node.phase != Phase::Failed)?;
         let mut works = |done: u64, of: u64| {
             (node.phase, node.done, node.of) = (Phase::Working, done, of.max(most));
             if history || node.since.is_none() {
@@ -232,10 +232,12 @@ impl Model {
 mod tests {
     use std::time::Duration;
 
+    use messages::reporter::Reporter;
+
     use super::*;
 
     fn report(node: &str, event: Event) -> Report {
-        Report { node: node.into(), scenario: 0, event }
+        Report { from: Reporter::named(node), scenario: 0, event }
     }
 
     fn progress(node: &str, done: u64, of: u64) -> Report {
@@ -243,7 +245,7 @@ mod tests {
     }
 
     fn failed(node: &str) -> Report {
-        report(node, Event::Failed { case: node.into(), why: "lost".into() })
+        report(node, Event::Failed { of: Reporter::named(node), why: "lost".into() })
     }
 
     fn model() -> Model {

@@ -118,7 +118,7 @@ fn watch(run: &LiveRun, shown: Shown, server: Option<&Server>) -> Result<End, Po
             while let Some(message) = reports.receive()? {
                 let Ok(report) = Report::from_parts(message.header(), message.items()) else { continue };
                 match &report.event {
-                    Event::Failed { case, why } => view.fail(case, why),
+                    Event::Failed { of, why } => view.fail(&of.to_string(), why),
                     _ => view.report(&report, attached.elapsed() < HISTORY),
                 }
             }

@@ -19,15 +19,13 @@ use serde::de::IgnoredAny;
 use toml::Spanned;
 use toml::de::Deserializer;
 
+use super::baseline;
 use super::built_in;
 use super::checks::{check_name, checked_seconds};
 use super::programs;
 use super::references::References;
 use crate::plan::cases::{self, Case, Runs};
 use crate::plan::hosts::{Hosts, RawHosts, WITHOUT_HOSTS};
-
-/// The case in whose effort that of all is measured unless the file names another one, as in the paper (Sect. 4.2).
-const MONTE_CARLO: &str = "mc";
 
 /// A checked launch file.
 #[derive(Debug, Clone)]
@@ -225,7 +223,7 @@ impl Launch {
         let references = checked_references(file, &raw.reference, &cases)?;
         let baseline = match &raw.baseline {
             Some(label) => Some(checked_label(file, label, label.get_ref(), &cases)?),
-            None => cases.iter().find(|case| case.label == MONTE_CARLO).map(|case| case.label.clone()),
+            None => baseline::among(cases.iter().map(|case| case.label.as_str())).map(str::to_owned),
         };
         Ok(Self {
             text: file.text().into(),

@@ -1,5 +1,6 @@
 //! Launch files: what is to run, checked before anything starts.
 
+pub(crate) mod baseline;
 pub(crate) mod built_in;
 pub mod cases;
 mod checks;

@@ -13,10 +13,10 @@ fn values(row: &EffortRow) -> [f64; 4] {
 }
 
 /// Prints the table, whose last column is relative to the case `baseline` if it took part, with the paper's values in brackets if these are the paper's cases.
-pub fn print(scenario: &str, rows: &[&EffortRow], baseline: &str, beside_paper: bool) {
+pub fn print(scenario: &str, rows: &[&EffortRow], baseline: Option<&str>, beside_paper: bool) {
     let paper: Vec<EffortRow> = if beside_paper { from_text(TABLE_4).unwrap_or_default() } else { Vec::new() };
     let brackets = if beside_paper { ", the paper's Table 4 in brackets" } else { "" };
-    let ratio = format!("t_cal / t_cal-{}", baseline.to_uppercase());
+    let ratio = format!("t_cal / t_cal-{}", baseline.unwrap_or("baseline").to_uppercase());
     let heads = ["method", "t_prop, s", "t_int, s", "t_cal, s", &ratio];
     let shown = if rows.iter().any(|row| row.ratio_to_baseline.is_finite()) { heads.len() } else { heads.len() - 1 };
     let mut table = new_table(heads[..shown].iter().map(|head| (*head).into()).collect(), 1);

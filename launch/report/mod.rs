@@ -41,7 +41,7 @@ pub fn print(launch: &Launch, folder: &Path) {
             disposal::print(name, critical_e, &rows, &of_scenario(&passages, name));
         }
         given::print(name, &of_scenario(&given, name));
-        effort::print(name, &of_scenario(&effort_rows, name), launch.baseline.as_deref().unwrap_or("mc"), is_papers);
+        effort::print(name, &of_scenario(&effort_rows, name), launch.baseline.as_deref(), is_papers);
         verdicts::print(name, launch.tolerance, &of_scenario(&verdicts, name));
     }
     notes::print(&notes);

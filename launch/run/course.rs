@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use kit::screen::{Refusal, screen};
 use messages::report::{Event, Report};
+use messages::reporter::Reporter;
 use messages::service::Service;
 use messages::text::unpack;
 
@@ -39,7 +40,7 @@ pub(super) struct Course {
     pub(super) awaited: BTreeMap<String, (String, String)>,
     /// The latest reports about the next scenario, which arrive before the end of this one if their senders are
     /// quicker.
-    early: BTreeMap<(String, u32), Report>,
+    early: BTreeMap<(Reporter, u32), Report>,
 }
 
 impl Course {
@@ -73,14 +74,14 @@ impl Course {
     pub(super) fn is_early(&self, report: &Report) -> bool {
         report.scenario == self.scenario.saturating_add(1)
             && !matches!(report.event, Event::Ready | Event::Joined { .. })
-            && !Service::Scenario.is(&report.node)
+            && !report.from.is(Service::Scenario)
             && self.in_all.is_none_or(|in_all| report.scenario < in_all)
     }
 
     /// Keeps an early report until its scenario begins.
     pub(super) fn keep_early(&mut self, report: Report) {
         if self.early.len() < MOST_EARLY {
-            self.early.insert((report.node.clone(), report.event.code()), report);
+            self.early.insert((report.from.clone(), report.event.code()), report);
         }
     }
 }

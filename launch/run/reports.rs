@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use kit::screen::{Refusal, screen};
-use kit::shard::label_of_member;
 use messages::report::{Event, Report};
+use messages::reporter::Reporter;
 use messages::service::Service;
 use messages::text::unpack;
 use messages::topic::{Status, Topic};
@@ -20,12 +20,12 @@ impl Run<'_> {
                 self.blame(&sender, why)?;
                 continue;
             }
-            let sender = unpack(&report.header().node);
+            let sender = Reporter::named(&unpack(&report.header().node));
             let decoded = Report::from_parts(report.header(), report.items());
             drop(report);
             match decoded {
                 Ok(report) => self.take_report(report)?,
-                Err(why) => self.blame(label_of_member(&sender), format!("a message on {}: {why}", Status::NAME))?,
+                Err(why) => self.blame(sender.label(), format!("a message on {}: {why}", Status::NAME))?,
             }
         }
         Ok(())
@@ -41,19 +41,19 @@ impl Run<'_> {
         if !matches!(report.event, Event::Failed { .. }) {
             self.view.report(&report, false);
         }
-        let Report { node, scenario, event } = report;
-        match (event, Service::named(&node)) {
+        let Report { from, scenario, event } = report;
+        match (event, from.service()) {
             (Event::Joined { host }, Some(Service::Bridge)) => self.take_in(&host),
             (Event::Ready, _) => self.note_when_all_are_ready(),
-            (Event::WaitsFor { case, what, .. }, Some(_)) if is_current && self.is_case(&case) => {
-                self.course.awaited.insert(node, (case, what));
+            (Event::WaitsFor { case, what, .. }, Some(service)) if is_current && self.is_case(&case) => {
+                self.course.awaited.insert(service.name().to_owned(), (case, what));
             }
             (Event::Progress { done, .. }, Some(Service::Estimator)) if is_current => self.course.estimated = done,
             (Event::Done, Some(Service::Comparator)) if is_current => self.course.compared = true,
             (Event::Done, Some(Service::Recorder)) if is_current => self.begin_next_scenario()?,
             (Event::Total, Some(Service::Scenario)) => self.course.in_all = Some(scenario),
             (Event::Refused { name, why, .. }, Some(Service::Scenario)) => self.name_stranger(name, why),
-            (Event::Failed { case, why }, _) => self.take_failure(&node, scenario, &case, why)?,
+            (Event::Failed { of, why }, _) => self.take_failure(&from, scenario, &of, why)?,
             _ => {}
         }
         Ok(())
@@ -61,7 +61,7 @@ impl Run<'_> {
 
     /// Notes that a process lives, and whether it owes work.
     fn note_sign_of_life(&mut self, report: &Report, is_current: bool) {
-        let Some(member) = self.processes.members.get_mut(&report.node) else { return };
+        let Some(member) = self.processes.members.get_mut(&report.from.to_string()) else { return };
         member.heard = Instant::now();
         match report.event {
             Event::Ready | Event::Joined { .. } => member.ready = true,
@@ -72,15 +72,19 @@ impl Run<'_> {
     }
 
     /// Deals with a report that a case cannot be completed, from the case itself or from another node.
-    fn take_failure(&mut self, node: &str, scenario: u32, case: &str, why: String) -> Result<(), Abort> {
-        let speaks_of_itself = node == case;
-        let is_of_a_case = self.is_case(self.subject(node));
+    fn take_failure(&mut self, from: &Reporter, scenario: u32, of: &Reporter, why: String) -> Result<(), Abort> {
+        let speaks_of_itself = from == of;
+        let is_of_a_case = self.is_case(from.label());
         if scenario < self.course.scenario {
             // What was wrong with a case in a scenario that is already recorded does not matter.
-            let matters = !speaks_of_itself && !is_of_a_case && !self.is_case(self.subject(case));
-            return if matters { self.blame(case, why) } else { Ok(()) };
+            let matters = !speaks_of_itself && !is_of_a_case && !self.is_case(of.label());
+            return if matters { self.blame(&of.to_string(), why) } else { Ok(()) };
         }
         // A case can report only its own failure.
-        if speaks_of_itself || is_of_a_case { self.fail(node, why) } else { self.blame(case, why) }
+        if speaks_of_itself || is_of_a_case {
+            self.fail(&from.to_string(), why)
+        } else {
+            self.blame(&of.to_string(), why)
+        }
     }
 }

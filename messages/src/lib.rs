@@ -69,6 +69,7 @@ pub mod port;
 mod port_error;
 pub mod recording;
 pub mod report;
+pub mod reporter;
 pub mod scenario;
 pub mod service;
 pub mod text;

@@ -1,14 +1,15 @@
 //! The report of a node on `phasecloud/status`, as a value. Only this file encodes and decodes it.
 
 use crate::layout::{StatusHeader, event};
+use crate::reporter::Reporter;
 use crate::service::Service;
 use crate::text::{pack, unpack};
 
 /// A report of a node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Report {
-    /// Who reports: a propagator's label, with `/` and its number if it is a shard, or the name of a service.
-    pub node: String,
+    /// Who reports.
+    pub from: Reporter,
     /// Position in the run of the scenario that it is about.
     pub scenario: u32,
     /// What has happened.
@@ -56,10 +57,10 @@ pub enum Event {
     },
     /// The node has finished the scenario.
     Done,
-    /// A case cannot be completed.
+    /// A case, or the work of a process, cannot be completed.
     Failed {
-        /// The label of the case, or the name of the node itself.
-        case: String,
+        /// The process that cannot go on, or the case as a whole: the one that reports, or one that it complains of.
+        of: Reporter,
         /// Why.
         why: String,
     },
@@ -94,13 +95,13 @@ impl Event {
     }
 
     /// The subject of the event, if it is not the node that reports it, and the text of the event.
-    fn words(&self) -> (Option<&str>, &str) {
+    fn words(&self) -> (Option<String>, &str) {
         match self {
-            Self::Accepted { name, .. } => (Some(name), ""),
-            Self::Refused { name, why, .. } => (Some(name), why),
-            Self::WaitsFor { case, what, .. } => (Some(case), what),
-            Self::Failed { case, why } => (Some(case), why),
-            Self::Joined { host } => (Some(host), ""),
+            Self::Accepted { name, .. } => (Some(name.clone()), ""),
+            Self::Refused { name, why, .. } => (Some(name.clone()), why),
+            Self::WaitsFor { case, what, .. } => (Some(case.clone()), what),
+            Self::Failed { of, why } => (Some(of.to_string()), why),
+            Self::Joined { host } => (Some(host.clone()), ""),
             Self::Ready | Self::Progress { .. } | Self::Done | Self::Total => (None, ""),
         }
     }
@@ -120,18 +121,19 @@ impl Event {
 impl Report {
     /// Whether it says that the recorder has written the scenario, which ends the scenario for all nodes.
     pub fn is_end_of(&self, scenario: u32) -> bool {
-        self.event == Event::Done && self.scenario == scenario && Service::Recorder.is(&self.node)
+        self.event == Event::Done && self.scenario == scenario && self.from.is(Service::Recorder)
     }
 
     /// The message in the run `run_id`.
     pub fn to_parts(&self, run_id: u64) -> (StatusHeader, [f64; 2]) {
         let (subject, text) = self.event.words();
+        let from = self.from.to_string();
         let header = StatusHeader {
             run_id,
             event: self.event.code(),
             scenario: self.scenario,
-            node: pack(&self.node),
-            subject: pack(subject.unwrap_or(&self.node)),
+            node: pack(&from),
+            subject: pack(subject.as_ref().unwrap_or(&from)),
             text: pack(text),
         };
         (header, self.event.units())
@@ -153,12 +155,12 @@ impl Report {
             event::PROGRESS => Event::Progress { done: unit(0), of: unit(1) },
             event::WAITS_FOR => Event::WaitsFor { case: subject, what: text, done: unit(0) },
             event::DONE => Event::Done,
-            event::FAILED => Event::Failed { case: subject, why: text },
+            event::FAILED => Event::Failed { of: Reporter::named(&subject), why: text },
             event::JOINED => Event::Joined { host: subject },
             event::TOTAL => Event::Total,
             unknown => return Err(UnknownEvent(unknown)),
         };
-        Ok(Self { node: unpack(&header.node), scenario: header.scenario, event })
+        Ok(Self { from: Reporter::named(&unpack(&header.node)), scenario: header.scenario, event })
     }
 }
 
@@ -177,11 +179,11 @@ mod tests {
             Event::Progress { done: 2, of: 5 },
             Event::WaitsFor { case: text("mc"), what: text("its snapshots"), done: 4 },
             Event::Done,
-            Event::Failed { case: text("mc"), why: text("lost") },
+            Event::Failed { of: Reporter::named("mc/1"), why: text("lost") },
             Event::Joined { host: text("worker-a") },
             Event::Total,
         ] {
-            let report = Report { node: text("estimator"), scenario: 7, event };
+            let report = Report { from: Reporter::Service(Service::Estimator), scenario: 7, event };
             let (header, units) = report.to_parts(1);
             assert_eq!(Report::from_parts(&header, &units), Ok(report));
         }

@@ -25,6 +25,7 @@
 
 pub mod arrays;
 pub mod description;
+pub mod diagnostic_names;
 mod error;
 pub mod files;
 mod folder;

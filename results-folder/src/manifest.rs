@@ -54,13 +54,6 @@ pub struct Manifest {
     pub files: BTreeMap<String, FileRecord>,
 }
 
-impl Manifest {
-    /// The case in whose effort that of all cases is measured. Earlier versions, which do not name it, took `mc`.
-    pub fn baseline(&self) -> &str {
-        self.baseline.as_deref().unwrap_or("mc")
-    }
-}
-
 /// What a case ran.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseRecord {

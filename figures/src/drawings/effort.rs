@@ -80,8 +80,10 @@ pub fn draw_normalised(scenes: &[Scene<'_>]) -> Result<Figure, DrawError> {
         .enumerate()
         .map(|(k, scene)| (Sample::Marker(Marker::of(k), stroke(k), false), scene.name.to_owned()))
         .collect();
+    let baseline =
+        scenes.first().and_then(|scene| scene.results.manifest.baseline.as_deref()).unwrap_or("the baseline");
     let (label, title) = if is_normalised {
-        (relative_effort(scenes.first().map_or("mc", |scene| scene.results.manifest.baseline())), "Normalised effort")
+        (relative_effort(baseline), "Normalised effort")
     } else {
         ("CPU time [s]".to_owned(), "Effort")
     };

@@ -171,13 +171,14 @@ fn distances_shown(description: &Description) -> Vec<(String, &'static str, Stri
 /// The effort of each case.
 pub fn effort(scene: &Scene<'_>) -> Markup {
     let rows = scene.methods.iter().filter_map(|method| Some((method.label, method.effort?)));
-    let baseline = scene.results.manifest.baseline();
+    let baseline = scene.results.manifest.baseline.as_deref();
+    let of_baseline = baseline.map_or("baseline".to_owned(), str::to_uppercase);
     let table = html! {
         table {
-            caption { "CPU time of all threads: propagation, estimation of the densities, their sum; and the sum relative to that of the case " (baseline) "." }
+            caption { "CPU time of all threads: propagation, estimation of the densities, their sum; and the sum relative to that of " (baseline.map_or("a baseline, which this run has not".to_owned(), |label| format!("the case {label}"))) "." }
             thead { tr {
                 th scope="col" { "case" } th scope="col" { "trajectories" } th scope="col" { "t" sub { "prop" } ", s" } th scope="col" { "t" sub { "int" } ", s" }
-                th scope="col" { "t" sub { "cal" } ", s" } th scope="col" { "t" sub { "cal" } " / t" sub { "cal-" (baseline.to_uppercase()) } }
+                th scope="col" { "t" sub { "cal" } ", s" } th scope="col" { "t" sub { "cal" } " / t" sub { "cal-" (of_baseline) } }
             } }
             tbody { @for (label, row) in rows { tr {
                 th scope="row" { (label) } td { (count(row.trajectories)) }

@@ -39,7 +39,7 @@ fn manifest_of(so_far: &SoFar) -> Manifest {
         run_id: format!("{:012x}", so_far.run_id()),
         reference: roster.references.first().cloned().unwrap_or_default(),
         references: roster.references.clone(),
-        baseline: Some(roster.baseline.clone()).filter(|baseline| !baseline.is_empty()),
+        baseline: roster.baseline.clone(),
         tolerance: TOLERANCE,
         cases: roster.cases.iter().map(case).collect(),
         failures: roster.reasons.clone(),

@@ -113,7 +113,8 @@ fn publish(
         reference: pack(first),
         ..ComparisonHeader::default()
     };
-    let baseline = results.of(&roster.baseline).map(|readings| total_seconds(&readings));
+    let baseline = roster.baseline.as_ref().and_then(|label| results.of(label));
+    let baseline = baseline.map(|readings| total_seconds(&readings));
     let references: Vec<(&str, Vec<&Reading>)> =
         roster.standing_references().filter_map(|label| Some((label, results.of(label)?))).collect();
     let cases = roster.cases.len();

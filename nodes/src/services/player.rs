@@ -10,6 +10,7 @@ use messages::describe::Described;
 use messages::port::{Inlet, Message, Outlet};
 use messages::recording::Recording;
 use messages::report::{Event, Report};
+use messages::reporter::Reporter;
 use messages::service::Service;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Scenario, Snapshot, Status, Topic};
@@ -142,10 +143,10 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
     };
     let reports = recording.messages::<Status>().filter_map(|(header, _)| Report::from_parts(&header, &[]).ok());
     let mut failed = false;
-    for report in reports.filter(|report| report.scenario == position && report.node == name) {
-        if let Event::Failed { case, why } = report.event {
+    for report in reports.filter(|report| report.scenario == position && report.from == Reporter::named(name)) {
+        if let Event::Failed { of, why } = report.event {
             failed = true;
-            session.failed(position, &case, &why)?;
+            session.failed(position, &of.to_string(), &why)?;
         }
     }
     if !failed && let Sent::Propagator(..) = sent {

@@ -19,8 +19,8 @@ pub struct Roster {
     /// Labels of the references, in their order: cases are compared with the first that states a quantity and has not
     /// failed.
     pub references: Vec<String>,
-    /// Label of the case whose effort is 1 (Sect. 4.2 of Sun et al. 2022: Monte Carlo's); empty if there is none.
-    pub baseline: String,
+    /// Label of the case whose effort is 1, if there is one (Sect. 4.2 of Sun et al. 2022: Monte Carlo's).
+    pub baseline: Option<String>,
     /// All labels in the launch file's order, each with whether the case has failed.
     pub cases: Vec<(String, bool)>,
     /// Why cases have failed, by label.
@@ -40,7 +40,7 @@ impl Roster {
         Self {
             scenario: header.scenario,
             references: ranked.into_iter().map(|entry| unpack(&entry.label)).collect(),
-            baseline: baseline.map_or(String::new(), |entry| unpack(&entry.label)),
+            baseline: baseline.map(|entry| unpack(&entry.label)),
             shards: split.map(|entry| (unpack(&entry.label), entry.shards)).collect(),
             reasons: failed.map(|entry| (unpack(&entry.label), unpack(&entry.reason))).collect(),
             cases: items.iter().map(|entry| (unpack(&entry.label), entry.failed != 0)).collect(),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use messages::layout::{DISTANCE_COLUMNS, DensityHeader, ERROR_COLUMNS, PASSAGE_COLUMNS, diagnostic};
 use messages::text::unpack;
 use results::MomentsRow;
+use results::diagnostic_names::{OF_A_MESH, OF_A_MIXTURE, OF_A_STATED_DENSITY};
 use results::moments::standard_error;
 use results::rows::{DiagnosticRow, DistanceRow, EffortRow, ErrorRow, PassageRow};
 
@@ -125,11 +126,9 @@ pub fn interval_of(row: &[f64], samples: u64) -> &'static str {
 /// Names of a message's diagnostics.
 pub fn diagnostic_names(kind: u32) -> &'static [&'static str] {
     match kind {
-        diagnostic::MESH => &["measure_defect", "flipped_mass", "truncated_mass"],
-        diagnostic::MIXTURE => &["disagreement"],
-        diagnostic::NUMERICAL => {
-            &["moment_error_sigmas", "resultant_vector_error", "prob_above_critical_e_error", "joint_l1_error"]
-        }
+        diagnostic::MESH => &OF_A_MESH,
+        diagnostic::MIXTURE => &OF_A_MIXTURE,
+        diagnostic::NUMERICAL => &OF_A_STATED_DENSITY,
         _ => &[],
     }
 }
