@@ -4,39 +4,65 @@
 //! relative errors of the two standard deviations within `tolerance`. It is good for the density if the total variation
 //! distance of its joint density on the comparison grid from the exact one is at most `tolerance`.
 //!
-//! The diagnostics are the four numbers that a density carries. What they mean depends on the method, see [`Kind`].
+//! What a method says of itself depends on its kind, see [`Diagnosis`].
 
 /// The default tolerance of a verdict.
 pub const TOLERANCE: f64 = 0.01;
 
-/// The meaning of the four diagnostics of a density. The codes are those of `messages::layout::diagnostic`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// No diagnostics (code 0): the method does not judge itself. Samples have standard errors instead, see
-    /// [`of_samples`].
+/// What a method says of its own reliability at a snapshot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Diagnosis {
+    /// Nothing: the method does not judge itself. Samples have standard errors instead, see [`of_samples`].
     None,
-    /// Diagnostics of a carried mesh (code 1): defect of the invariant measure, probability of flipped elements,
-    /// probability outside the mesh, estimated misplacement of the joint density in total variation, by triangles and
-    /// interpolation (NaN if not estimated).
-    Mesh,
-    /// Diagnostics of a mixture (code 2): disagreement of the unscented and the linear prediction, probability that the
-    /// mixture has below `e = 0` (NaN if not known), sum of its weights, share of the initial Gaussian beyond `e = 1`
-    /// (NaN if not known).
-    Mixture,
-    /// Error estimates of an exact density (code 3): moments in standard deviations, resultant vector, probability above the
-    /// critical eccentricity, joint density in L1.
-    Numerical,
+    /// Of a carried mesh.
+    Mesh {
+        /// Defect of the invariant measure.
+        measure_defect: f64,
+        /// Probability of flipped elements.
+        flipped_mass: f64,
+        /// Probability outside the mesh.
+        truncated_mass: f64,
+        /// Estimated misplacement of the joint density in total variation, by triangles and interpolation; NaN if not estimated.
+        misplaced_mass: f64,
+    },
+    /// Of a mixture.
+    Mixture {
+        /// Disagreement of the unscented and the linear prediction.
+        disagreement: f64,
+        /// Probability that the mixture has below `e = 0`; NaN if not known.
+        below_zero: f64,
+        /// Sum of its weights.
+        weights: f64,
+        /// Share of the initial Gaussian beyond `e = 1`; NaN if not known.
+        beyond_one: f64,
+    },
+    /// Error estimates of a density that its method states itself, as the exact one does.
+    Stated {
+        /// Of the moments \[standard deviations\].
+        moments: f64,
+        /// Of the resultant vector.
+        resultant: f64,
+        /// Of the probability above the critical eccentricity.
+        probability: f64,
+        /// Of the joint density in L1.
+        joint: f64,
+    },
 }
 
-impl Kind {
-    /// The meaning of a diagnostic code; `None` also for codes unknown to this version.
-    pub fn of_code(code: u32) -> Self {
-        match code {
-            1 => Self::Mesh,
-            2 => Self::Mixture,
-            3 => Self::Numerical,
-            _ => Self::None,
-        }
+impl Diagnosis {
+    /// Of a carried mesh, from its numbers in the order of [`Diagnosis::Mesh`].
+    pub fn mesh([measure_defect, flipped_mass, truncated_mass, misplaced_mass]: [f64; 4]) -> Self {
+        Self::Mesh { measure_defect, flipped_mass, truncated_mass, misplaced_mass }
+    }
+
+    /// Of a mixture, from its numbers in the order of [`Diagnosis::Mixture`].
+    pub fn mixture([disagreement, below_zero, weights, beyond_one]: [f64; 4]) -> Self {
+        Self::Mixture { disagreement, below_zero, weights, beyond_one }
+    }
+
+    /// Of a stated density, from its numbers in the order of [`Diagnosis::Stated`].
+    pub fn stated([moments, resultant, probability, joint]: [f64; 4]) -> Self {
+        Self::Stated { moments, resultant, probability, joint }
     }
 }
 
@@ -88,28 +114,27 @@ impl Verdict {
     }
 }
 
-/// What a density with these diagnostics is good for at a tolerance (a share of one, [`TOLERANCE`] by default).
+/// What a density with this diagnosis is good for at a tolerance (a share of one, [`TOLERANCE`] by default).
 /// `resultant` is the mean resultant length of its solar angle.
 ///
-/// A diagnostic that is NaN counts as bad if the method should give a number.
-pub fn trust(kind: Kind, diagnostics: [f64; 4], resultant: f64, tolerance: f64) -> Verdict {
-    let [first, second, third, fourth] = diagnostics;
-    match kind {
-        Kind::None => Verdict::Unknown,
-        Kind::Mesh => {
-            let misplaced = if fourth.is_nan() { 0.0 } else { fourth };
-            let lost = second + third;
-            let moments = first + lost <= MESH_MOMENTS * tolerance && misplaced <= MESH_MISPLACED;
-            Verdict::new(moments, MESH_DENSITY * first + lost + misplaced <= tolerance)
+/// A number that is NaN counts as bad if the method should give one.
+pub fn trust(diagnosis: Diagnosis, resultant: f64, tolerance: f64) -> Verdict {
+    let known = |number: f64| if number.is_nan() { 0.0 } else { number };
+    match diagnosis {
+        Diagnosis::None => Verdict::Unknown,
+        Diagnosis::Mesh { measure_defect, flipped_mass, truncated_mass, misplaced_mass } => {
+            let misplaced = known(misplaced_mass);
+            let lost = flipped_mass + truncated_mass;
+            let moments = measure_defect + lost <= MESH_MOMENTS * tolerance && misplaced <= MESH_MISPLACED;
+            Verdict::new(moments, MESH_DENSITY * measure_defect + lost + misplaced <= tolerance)
         }
-        Kind::Mixture => {
-            let known = |share: f64| if share.is_nan() { 0.0 } else { share };
-            let outside = known(second) + EDGE * known(fourth);
+        Diagnosis::Mixture { disagreement, below_zero, beyond_one, .. } => {
+            let outside = known(below_zero) + EDGE * known(beyond_one);
             let most = if resultant < ROUND { MIXTURE_ROUND } else { MIXTURE_MOMENTS };
-            let moments = first <= most * tolerance && outside <= tolerance;
-            Verdict::new(moments, first <= MIXTURE_DENSITY * tolerance && outside <= tolerance)
+            let moments = disagreement <= most * tolerance && outside <= tolerance;
+            Verdict::new(moments, disagreement <= MIXTURE_DENSITY * tolerance && outside <= tolerance)
         }
-        Kind::Numerical => Verdict::new(first <= tolerance, 0.5 * fourth <= tolerance),
+        Diagnosis::Stated { moments, joint, .. } => Verdict::new(moments <= tolerance, 0.5 * joint <= tolerance),
     }
 }
 
@@ -178,27 +203,27 @@ mod tests {
 
     #[test]
     fn a_diagnostic_that_is_no_number_is_never_trusted() {
-        for kind in [Kind::Mesh, Kind::Mixture, Kind::Numerical] {
-            assert_eq!(trust(kind, [f64::NAN; 4], 1.0, 0.01), Verdict::Neither, "{kind:?}");
+        for of in [Diagnosis::mesh, Diagnosis::mixture, Diagnosis::stated] {
+            assert_eq!(trust(of([f64::NAN; 4]), 1.0, 0.01), Verdict::Neither, "{:?}", of([f64::NAN; 4]));
         }
-        assert_eq!(trust(Kind::None, [f64::NAN; 4], 1.0, 0.01), Verdict::Unknown);
+        assert_eq!(trust(Diagnosis::None, 1.0, 0.01), Verdict::Unknown);
         assert_eq!(of_samples(f64::NAN, 0.0, 0.01), Verdict::Unknown);
     }
 
     #[test]
     fn verdicts_say_which_of_the_two_is_good() {
-        assert_eq!(trust(Kind::Numerical, [1e-8, 0.0, 0.0, 1e-4], 1.0, TOLERANCE), Verdict::Good);
-        assert_eq!(trust(Kind::Numerical, [1e-8, 0.0, 0.0, 0.1], 1.0, TOLERANCE), Verdict::Moments);
-        assert_eq!(trust(Kind::Numerical, [0.1, 0.0, 0.0, 0.01], 1.0, TOLERANCE), Verdict::Density);
+        assert_eq!(trust(Diagnosis::stated([1e-8, 0.0, 0.0, 1e-4]), 1.0, TOLERANCE), Verdict::Good);
+        assert_eq!(trust(Diagnosis::stated([1e-8, 0.0, 0.0, 0.1]), 1.0, TOLERANCE), Verdict::Moments);
+        assert_eq!(trust(Diagnosis::stated([0.1, 0.0, 0.0, 0.01]), 1.0, TOLERANCE), Verdict::Density);
         // A Gaussian whose mean lies 2.5 deviations below e = 1, and one 4 deviations below.
-        assert_eq!(trust(Kind::Mixture, [1e-3, 0.0, 1.0, 6.2e-3], 1.0, TOLERANCE), Verdict::Neither);
-        assert_eq!(trust(Kind::Mixture, [1e-3, 0.0, 1.0, 3.2e-5], 1.0, TOLERANCE), Verdict::Good);
+        assert_eq!(trust(Diagnosis::mixture([1e-3, 0.0, 1.0, 6.2e-3]), 1.0, TOLERANCE), Verdict::Neither);
+        assert_eq!(trust(Diagnosis::mixture([1e-3, 0.0, 1.0, 3.2e-5]), 1.0, TOLERANCE), Verdict::Good);
         // A cloud that reaches round the circle.
-        assert_eq!(trust(Kind::Mixture, [0.05, 0.0, 1.0, 0.0], 0.4, TOLERANCE), Verdict::Density);
-        assert_eq!(trust(Kind::Mixture, [0.05, 0.0, 1.0, 0.0], 0.9, TOLERANCE), Verdict::Good);
-        assert_eq!(trust(Kind::Mesh, [0.5, 0.1, 0.0, f64::NAN], 1.0, TOLERANCE), Verdict::Neither);
-        assert_eq!(trust(Kind::Mesh, [1e-5, 0.0, 1e-7, 0.2], 1.0, TOLERANCE), Verdict::Moments);
+        assert_eq!(trust(Diagnosis::mixture([0.05, 0.0, 1.0, 0.0]), 0.4, TOLERANCE), Verdict::Density);
+        assert_eq!(trust(Diagnosis::mixture([0.05, 0.0, 1.0, 0.0]), 0.9, TOLERANCE), Verdict::Good);
+        assert_eq!(trust(Diagnosis::mesh([0.5, 0.1, 0.0, f64::NAN]), 1.0, TOLERANCE), Verdict::Neither);
+        assert_eq!(trust(Diagnosis::mesh([1e-5, 0.0, 1e-7, 0.2]), 1.0, TOLERANCE), Verdict::Moments);
         // A cloud so thin that interpolation displaces it by a large part of a bin.
-        assert_eq!(trust(Kind::Mesh, [1e-5, 0.0, 7.6e-8, 0.85], 1.0, TOLERANCE), Verdict::Neither);
+        assert_eq!(trust(Diagnosis::mesh([1e-5, 0.0, 7.6e-8, 0.85]), 1.0, TOLERANCE), Verdict::Neither);
     }
 }

@@ -14,7 +14,7 @@ use density::mixture::{self, MixturePropagator, mass_below_zero};
 use density::model::planar::Force;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
-use density::trust::{Kind, TOLERANCE, trust};
+use density::trust::{Diagnosis, TOLERANCE, trust};
 
 const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
 
@@ -169,7 +169,7 @@ fn the_verdict_on_dee_is_never_good_where_its_moments_are_off() {
         Some([4.869891823231188, 1.433364388213366, 0.44410897850294917, 0.2064104367663113]),
     ];
     for ((moments, _, says), right) in carried(&problem, 961).iter().zip(right) {
-        let verdict = trust(Kind::Mesh, *says, 1.0, TOLERANCE);
+        let verdict = trust(Diagnosis::mesh(*says), 1.0, TOLERANCE);
         if let Some(right) = right {
             assert!(
                 !verdict.moments() || off(moments, right) < TOLERANCE,

@@ -58,6 +58,7 @@ pub mod assignment;
 pub mod breach;
 mod carried_density;
 pub mod clock;
+pub mod diagnosis;
 pub mod environment;
 pub mod example;
 pub mod failure;

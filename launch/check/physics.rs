@@ -12,6 +12,7 @@ use density::flow::Flow;
 use density::model::PlanarHamiltonian;
 use density::model::plane::{density_growth, density_growth_without_jacobian};
 use kit::assignment::{Assignment, Plane};
+use kit::diagnosis;
 use kit::kind::{Estimated, Trajectories, groups};
 use kit::snapshot_rules::decode;
 use messages::content::{Characteristics, Content};
@@ -114,12 +115,13 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
 
 /// What a snapshot came to, as the recorder hears of it.
 fn reading(table: &Table, estimated: &Estimated, assignment: &Assignment) -> Option<Reading> {
+    let (diagnostic, diagnostics) = diagnosis::to_parts(estimated.diagnosis);
     let header = DensityHeader {
         time: table.time(),
         index: table.index as u32,
         quantities: estimated.values.len() as u32,
-        diagnostic: estimated.diagnostic,
-        diagnostics: estimated.diagnostics,
+        diagnostic,
+        diagnostics,
         mass_on_grid: estimated.mass_on_grid,
         ..DensityHeader::default()
     };

@@ -10,7 +10,7 @@ use nodes::assigning::Assigning;
 use nodes::files::input::{InputError, InputFile};
 use nodes::in_process::{self, Computed, Outcome, Wanted};
 use nodes::methods::BuiltIn;
-use nodes::services::recorder::{diagnostic_names, interval_of};
+use nodes::services::recorder::{interval_of, named};
 use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -124,8 +124,8 @@ fn snapshot<'py>(
     table.set_item("errors", estimated.errors.into_pyarray(py))?;
     table.set_item("mass_on_grid", estimated.mass_on_grid)?;
     let diagnostics = PyDict::new(py);
-    for (name, value) in diagnostic_names(estimated.diagnostic).iter().zip(estimated.diagnostics) {
-        diagnostics.set_item(*name, value)?;
+    for (name, value) in named(estimated.diagnosis) {
+        diagnostics.set_item(name, value)?;
     }
     table.set_item("diagnostics", diagnostics)?;
     let densities = PyList::empty(py);

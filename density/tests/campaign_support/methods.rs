@@ -17,7 +17,7 @@ use density::model::planar::Force;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling;
-use density::trust::{Kind, trust};
+use density::trust::{Diagnosis, trust};
 use rustix::time::{ClockId, clock_gettime};
 
 /// A method of the campaign.
@@ -94,8 +94,8 @@ pub struct Distrust {
 }
 
 impl Distrust {
-    fn of(kind: Kind, diagnostics: [f64; 4], resultant: f64) -> Self {
-        let verdict = trust(kind, diagnostics, resultant, TOLERANCE);
+    fn of(diagnosis: Diagnosis, resultant: f64) -> Self {
+        let verdict = trust(diagnosis, resultant, TOLERANCE);
         Self { moments: !verdict.moments(), density: !verdict.density() }
     }
 
@@ -214,7 +214,7 @@ fn mesh(problem: &Problem, grids: &[Grid], points: usize) -> Result<Parts, Strin
         snapshots.push(found.map(|(estimate, says)| {
             let says = [says.measure_defect, says.flipped_mass, says.truncated_mass, says.misplaced_mass];
             Shown {
-                distrusted: Distrust::of(Kind::Mesh, says, estimate.circular.resultant),
+                distrusted: Distrust::of(Diagnosis::mesh(says), estimate.circular.resultant),
                 estimate,
                 claim: UNSAID,
                 says,
@@ -247,7 +247,7 @@ fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> 
         let beyond = problem.initial.mass_beyond_one();
         let says = [mixture.disagreement(), mixture::mass_below_zero(&mixture.components), 1.0, beyond];
         let estimate = mixture::estimate(&mixture.components, grid, problem.critical_e).map_err(text)?;
-        let distrusted = Distrust::of(Kind::Mixture, says, estimate.circular.resultant);
+        let distrusted = Distrust::of(Diagnosis::mixture(says), estimate.circular.resultant);
         Ok(Shown { estimate, claim: UNSAID, says, distrusted, mass_outside: None })
     };
     Ok((problem.times.iter().zip(grids).map(|(&time, grid)| snapshot(time, grid)).collect(), None))

@@ -4,9 +4,9 @@ use density::angle::Circular;
 use density::estimate::Estimate;
 use density::mesh::stack::{Stack, StackEstimate};
 use density::mesh::{Branch, CarriedMesh, MeshDiagnostics, hull_estimate, unfold};
+use density::trust::Diagnosis;
 use density::uncertain::{ThirdMoments, UncertainProblem};
 use messages::content::{Characteristics, Content, Lattice};
-use messages::layout::diagnostic;
 
 use super::{Estimated, Kind, Memory, Place, Snapshot, Trajectories, not_of_trajectories};
 use crate::assignment::Uncertain;
@@ -110,8 +110,7 @@ fn layers(
     Ok(Estimated {
         errors: vec![f64::NAN; values.len()],
         values,
-        diagnostic: diagnostic::MESH,
-        diagnostics: [measure_defect, flipped_mass, truncated_mass, misplaced_mass],
+        diagnosis: Diagnosis::Mesh { measure_defect, flipped_mass, truncated_mass, misplaced_mass },
         carried_density_error: start.error_of(phi, e, &in_plane(n, third)),
         ..plane.into()
     })
@@ -148,8 +147,7 @@ fn carried(
     let carried_density_error = start.error_of(phi, e, n);
     let MeshDiagnostics { measure_defect, flipped_mass, truncated_mass, misplaced_mass, .. } = mesh_says;
     Ok(Estimated {
-        diagnostic: diagnostic::MESH,
-        diagnostics: [measure_defect, flipped_mass, truncated_mass, misplaced_mass],
+        diagnosis: Diagnosis::Mesh { measure_defect, flipped_mass, truncated_mass, misplaced_mass },
         carried_density_error,
         ..estimate.into()
     })

@@ -3,8 +3,8 @@
 use density::estimate::ordered_sum;
 use density::mixture::{self, Component};
 use density::projected::{self, of_mixture};
+use density::trust::Diagnosis;
 use messages::content::{Content, Mixture};
-use messages::layout::diagnostic;
 
 use super::{Estimated, Kind, Memory, Place, Snapshot, not_finite};
 use crate::breach::Breach;
@@ -35,8 +35,12 @@ impl Kind for Mixture {
         let [weights] = ordered_sum(components.len(), |i| [components[i].weight]);
         let below = mixture::mass_below_zero(&components);
         Ok(Estimated {
-            diagnostic: diagnostic::MIXTURE,
-            diagnostics: [self.disagreement, below, weights, problem.initial.mass_beyond_one()],
+            diagnosis: Diagnosis::Mixture {
+                disagreement: self.disagreement,
+                below_zero: below,
+                weights,
+                beyond_one: problem.initial.mass_beyond_one(),
+            },
             ..estimate.into()
         })
     }
@@ -79,8 +83,7 @@ fn in_any_space(mixture: &Mixture, snapshot: &Snapshot, at: &Place) -> Result<Es
     }
     let cloud = at.ask(|question| of_mixture(&components, question));
     Ok(Estimated {
-        diagnostic: diagnostic::MIXTURE,
-        diagnostics: [mixture.disagreement, 0.0, weights, 0.0],
+        diagnosis: Diagnosis::Mixture { disagreement: mixture.disagreement, below_zero: 0.0, weights, beyond_one: 0.0 },
         ..Estimated::of_cloud(&cloud, at)
     })
 }

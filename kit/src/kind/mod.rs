@@ -17,8 +17,9 @@ use density::mesh::CarriedMesh;
 use density::model::registry::Planar;
 use density::problem::Problem;
 use density::projected::{Cloud, Projection, Question};
+use density::trust::Diagnosis;
 use messages::content::{Content, kind as code};
-use messages::layout::{DensityHeader, SnapshotHeader, diagnostic};
+use messages::layout::{DensityHeader, SnapshotHeader};
 use messages::scenario::Range;
 
 use crate::assignment::Assignment;
@@ -212,10 +213,8 @@ pub struct Estimated {
     pub densities: Vec<Vec<f64>>,
     /// Probability on the grid of the first projection.
     pub mass_on_grid: f64,
-    /// What the diagnostics are, see [`messages::layout::diagnostic`].
-    pub diagnostic: u32,
-    /// The diagnostics; NaN where there are none.
-    pub diagnostics: [f64; 4],
+    /// What the method says of its own reliability.
+    pub diagnosis: Diagnosis,
     /// For characteristics on a carried mesh, the mean relative error of their densities against those that follow from
     /// the points; else NaN.
     pub carried_density_error: f64,
@@ -233,8 +232,7 @@ impl From<Estimate> for Estimated {
             errors: [&standard_errors.to_array()[..], &[f64::NAN; 2]].concat(),
             densities: vec![joint, marginal_phi, marginal_e],
             mass_on_grid,
-            diagnostic: diagnostic::NONE,
-            diagnostics: [f64::NAN; 4],
+            diagnosis: Diagnosis::None,
             carried_density_error: f64::NAN,
             reduced: None,
         }
@@ -276,8 +274,7 @@ impl Estimated {
             errors: quantities.iter().map(error).collect(),
             mass_on_grid: cloud.densities[0].iter().sum::<f64>() * cell,
             densities: cloud.densities.clone(),
-            diagnostic: diagnostic::NONE,
-            diagnostics: [f64::NAN; 4],
+            diagnosis: Diagnosis::None,
             carried_density_error: f64::NAN,
             reduced: None,
         }

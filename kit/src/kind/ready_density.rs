@@ -2,8 +2,8 @@
 
 use density::angle::Circular;
 use density::estimate::{Estimate, Moments};
+use density::trust::Diagnosis;
 use messages::content::{Content, DENSITY_HEAD, Density};
-use messages::layout::diagnostic;
 
 use super::{Estimated, Kind, Memory, Place, Snapshot};
 use crate::breach::{Breach, Rule};
@@ -31,12 +31,12 @@ impl Kind for Density {
             let count = values.len();
             return Err(format!("it holds {count} numbers, not {head} and one for each of {bins} bins"));
         }
-        let diagnostics = std::array::from_fn(|k| values[stated + k]);
+        let diagnosis = Diagnosis::stated(std::array::from_fn(|k| values[stated + k]));
         // The estimate in the plane has the marginals; the moments may be of more variables.
         let unknown = Circular { mean: f64::NAN, resultant: f64::NAN };
         let estimate = Estimate::from_joint(grid, values[head..].to_vec(), Moments::NONE, unknown);
         let (values, errors) = (values[..stated].to_vec(), vec![f64::NAN; stated]);
-        Ok(Estimated { values, errors, diagnostic: diagnostic::NUMERICAL, diagnostics, ..estimate.into() })
+        Ok(Estimated { values, errors, diagnosis, ..estimate.into() })
     }
 
     fn of_all_shards(&self) -> Result<Content, String> {
@@ -96,10 +96,10 @@ mod tests {
         let header = SnapshotHeader { rows: values.len() as u32, ..SnapshotHeader::default() }.with(Density);
         let snapshot = Snapshot { header: &header, content: Density.into(), items: &values };
         let estimated = Density.estimate(&snapshot, &mut Memory::default(), &at).unwrap();
-        let Estimated { values, densities, mass_on_grid, diagnostics, .. } = estimated;
+        let Estimated { values, densities, mass_on_grid, diagnosis, .. } = estimated;
         assert!(mass_on_grid.is_nan() && densities.iter().flatten().all(|density| density.is_nan()));
         assert!(values[2].is_nan() && values[0] == 0.25);
-        assert_eq!(diagnostics, [0.25; 4], "how far it came is told");
+        assert_eq!(diagnosis, Diagnosis::stated([0.25; 4]), "how far it came is told");
     }
 
     #[test]

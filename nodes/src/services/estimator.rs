@@ -20,6 +20,7 @@ use crate::services::reading::Reading;
 use crate::services::roomy::Roomy;
 use crate::services::roster::Roster;
 use kit::assignment::Assignment;
+use kit::diagnosis;
 use kit::failure::Failure;
 use kit::kind::trajectories_behind;
 use kit::newest::Newest;
@@ -259,6 +260,7 @@ impl Attempt {
 
 fn publish(outlet: &Outlet<Density>, Answer { snapshot, estimated, seconds }: &Answer) -> Result<(), Failure> {
     let Estimated { values, mass_on_grid, .. } = estimated;
+    let (diagnostic, diagnostics) = diagnosis::to_parts(estimated.diagnosis);
     let header = DensityHeader {
         run_id: snapshot.run_id,
         time: snapshot.time,
@@ -275,8 +277,8 @@ fn publish(outlet: &Outlet<Density>, Answer { snapshot, estimated, seconds }: &A
         quantities: values.len() as u32,
         // The kind of the result does not depend on where the samples were reduced.
         kind: if estimated.reduced.is_some() { kind::SAMPLES } else { snapshot.kind },
-        diagnostic: estimated.diagnostic,
-        diagnostics: estimated.diagnostics,
+        diagnostic,
+        diagnostics,
         carried_density_error: estimated.carried_density_error,
         reserved: 0,
         label: pack(&unpack(&snapshot.label)),

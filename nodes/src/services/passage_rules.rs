@@ -5,10 +5,12 @@
 
 use density::model::registry::Planar;
 use density::problem::Problem;
-use messages::layout::{GIVEN_COLUMNS, PASSAGE_COLUMNS, PassageHeader, diagnostic};
+use density::trust::Diagnosis;
+use messages::layout::{GIVEN_COLUMNS, PASSAGE_COLUMNS, PassageHeader};
 
 use crate::services::reading::Reading;
 use kit::assignment::Assignment;
+use kit::diagnosis;
 use kit::kind::counted_samples;
 use kit::space::Quantity;
 
@@ -203,8 +205,8 @@ fn overtaken(rows: &[Row], samples: u64, reading: &Reading) -> Option<String> {
     // The curve does not fall: at its next time it is at least as high as at the time of the snapshot.
     let row = rows.iter().find(|row| row.time >= snapshot.time * (1.0 - 1e-12))?;
     let (low, high) = row.ends();
-    let of_snapshot = match snapshot.diagnostic {
-        diagnostic::NUMERICAL => 10.0 * snapshot.diagnostics[2],
+    let of_snapshot = match diagnosis::of(snapshot) {
+        Diagnosis::Stated { probability, .. } => 10.0 * probability,
         _ => SIGMAS * reading.error(Quantity::AboveCritical),
     };
     // The error of a mesh or a mixture is not known.

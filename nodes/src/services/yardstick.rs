@@ -3,9 +3,9 @@
 //! A method may withhold a figure (NaN in a message). Each quantity is a figure of its own, and all densities
 //! together are one figure. A reference that has failed states nothing.
 
-use messages::layout::diagnostic;
-
 use crate::services::reading::Reading;
+use density::trust::Diagnosis;
+use kit::diagnosis;
 use kit::space::{Quantity, Space};
 
 /// A figure that is stated or withheld as a whole.
@@ -39,14 +39,15 @@ impl Figure {
         }
     }
 
-    /// The method's own estimate of the figure's error, in the units of [`diagnostic::NUMERICAL`]; NaN if it has
+    /// The method's own estimate of the figure's error, in the units of [`Diagnosis::Stated`]; NaN if it has
     /// none.
     pub fn error_estimate(self, reading: &Reading) -> f64 {
-        let [moments, circular, probability, joint] = reading.header.diagnostics;
+        let Diagnosis::Stated { moments, resultant, probability, joint } = diagnosis::of(&reading.header) else {
+            return f64::NAN;
+        };
         match self {
-            _ if reading.header.diagnostic != diagnostic::NUMERICAL => f64::NAN,
             Self::Quantity(Quantity::AboveCritical) => probability,
-            Self::Quantity(Quantity::CircularMean(_) | Quantity::ResultantLength(_)) => circular,
+            Self::Quantity(Quantity::CircularMean(_) | Quantity::ResultantLength(_)) => resultant,
             Self::Quantity(_) => moments,
             Self::Densities => joint,
         }

@@ -4,10 +4,11 @@ use std::f64::consts::{SQRT_2, TAU};
 
 use density::angle::nearest;
 use density::grid::Axis;
-use messages::layout::diagnostic;
+use density::trust::Diagnosis;
 use messages::scenario::Range;
 
 use crate::services::reading::Reading;
+use kit::diagnosis;
 use kit::space::Quantity;
 
 /// Number of sectors of the circle. Moments may cut the circle at the edges of the sectors.
@@ -58,15 +59,18 @@ pub(super) struct Compared {
 impl<'a> Cloud<'a> {
     /// `None` for a method that does not know its errors.
     pub(super) fn of(reading: &'a Reading) -> Option<Self> {
-        let is_exact = reading.header.diagnostic == diagnostic::NUMERICAL;
+        let is_exact = matches!(diagnosis::of(&reading.header), Diagnosis::Stated { .. });
         let is_sampled = reading.error(Quantity::Mean(reading.space.reentry)).is_finite();
         let samples = if is_sampled && !is_exact { f64::from(reading.header.rows) } else { 0.0 };
         (is_exact || is_sampled).then_some(Self { reading, is_exact, samples })
     }
 
-    /// An error estimate in standard deviations or of the resultant vector; 0 for samples.
-    fn estimate(&self, place: usize) -> f64 {
-        if self.is_exact { self.reading.header.diagnostics[place] } else { 0.0 }
+    /// The error estimates of moments, in standard deviations, and of the resultant vector; 0 for samples.
+    fn estimates(&self) -> (f64, f64) {
+        match diagnosis::of(&self.reading.header) {
+            Diagnosis::Stated { moments, resultant, .. } => (moments, resultant),
+            _ => (0.0, 0.0),
+        }
     }
 
     /// The standard error of a moment, at least that of as many samples of a Gaussian; 0 for an exact density. For
@@ -109,7 +113,7 @@ impl Pair<'_> {
     }
 
     fn in_units(&self, unit: f64) -> (f64, f64) {
-        (self.exact.estimate(0) * unit, self.other.estimate(0) * unit)
+        (self.exact.estimates().0 * unit, self.other.estimates().0 * unit)
     }
 
     /// The greatest distance between two values of a variable; a full turn for an angle.
@@ -163,7 +167,7 @@ impl Pair<'_> {
             name: format!("{} (or its resultant length)", self.exact.reading.space.in_words(quantity)),
             values: self.values(quantity),
             difference: apart(self.exact.reading, self.other.reading, k),
-            estimates: (self.exact.estimate(1), self.other.estimate(1)),
+            estimates: (self.exact.estimates().1, self.other.estimates().1),
             branch: 0.0,
             standard_error,
             range: VECTOR_RANGE,

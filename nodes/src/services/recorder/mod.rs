@@ -20,7 +20,7 @@ mod tables;
 mod tape;
 mod verdicts;
 
-pub use rows::{diagnostic_names, interval_of};
+pub use rows::{interval_of, named};
 
 use std::collections::BTreeMap;
 use std::path::Path;

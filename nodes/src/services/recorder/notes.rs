@@ -4,7 +4,7 @@ use density::angle::nearest;
 use density::grid::Axis;
 use density::mesh::MeshDiagnostics;
 use density::mixture::linearity;
-use messages::layout::{DensityHeader, diagnostic};
+use density::trust::Diagnosis;
 use messages::scenario::Variable;
 use messages::text::unpack;
 use results::notes::listed;
@@ -13,6 +13,7 @@ use super::RecordedPassage;
 use crate::services::passage_rules::{Row, rows};
 use crate::services::reading::Reading;
 use crate::services::yardstick::Figure;
+use kit::diagnosis;
 use kit::space::Quantity;
 
 /// Error estimate of the moments of an exact density, in standard deviations, above which there is a note: a hundredth of the 1 % to
@@ -50,17 +51,22 @@ const ROUND_THE_CIRCLE: f64 = 0.3;
 /// The remarks and warnings that follow from a density's diagnostics and its mass.
 pub(super) fn of_density(reading: &Reading) -> Vec<String> {
     let header = &reading.header;
-    let said = match header.diagnostic {
-        diagnostic::MESH => of_mesh(header),
-        diagnostic::MIXTURE => of_mixture(header),
-        diagnostic::NUMERICAL => of_estimates(reading),
-        _ => Vec::new(),
+    let said = match diagnosis::of(header) {
+        Diagnosis::Mesh { measure_defect, misplaced_mass, .. } => {
+            of_mesh(measure_defect, misplaced_mass, header.carried_density_error)
+        }
+        Diagnosis::Mixture { disagreement, below_zero, weights, beyond_one } => {
+            of_mixture([disagreement, below_zero, weights, beyond_one])
+        }
+        Diagnosis::Stated { moments, resultant, probability, joint } => {
+            of_estimates(reading, [moments, resultant, probability, joint])
+        }
+        Diagnosis::None => Vec::new(),
     };
     said.into_iter().chain(of_mass(reading)).chain(of_spread(reading)).collect()
 }
 
-fn of_mesh(header: &DensityHeader) -> Vec<String> {
-    let (defect, carried_error) = (header.diagnostics[0], header.carried_density_error);
+fn of_mesh(defect: f64, misplaced: f64, carried_error: f64) -> Vec<String> {
     let limit = MeshDiagnostics::LARGEST_DEFECT;
     let mut said = Vec::new();
     if !is_within(defect, limit) {
@@ -68,7 +74,6 @@ fn of_mesh(header: &DensityHeader) -> Vec<String> {
             "warning: the mesh is too coarse for the flow here (measure defect {defect:.2}, above {limit}); take more points"
         ));
     }
-    let misplaced = header.diagnostics[3];
     if misplaced > 2.0 * limit {
         said.push(format!(
             "warning: the cloud winds too much for the mesh: about {:.1} % of the joint density is in wrong bins; take more \
@@ -86,8 +91,7 @@ fn of_mesh(header: &DensityHeader) -> Vec<String> {
     said
 }
 
-fn of_mixture(header: &DensityHeader) -> Vec<String> {
-    let [disagreement, below_zero, weights, beyond_one] = header.diagnostics;
+fn of_mixture([disagreement, below_zero, weights, beyond_one]: [f64; 4]) -> Vec<String> {
     let mut said = Vec::new();
     if disagreement.is_nan() {
         said.push("how far the flow over its components is from linear is not known".into());
@@ -138,9 +142,8 @@ fn of_spread(reading: &Reading) -> Vec<String> {
 
 /// A warning about figures that an exact density states in spite of a large error estimate, and a remark on those
 /// that it withholds.
-fn of_estimates(reading: &Reading) -> Vec<String> {
+fn of_estimates(reading: &Reading, [moments, circular, probability, joint]: [f64; 4]) -> Vec<String> {
     let space = &reading.space;
-    let [moments, circular, probability, joint] = reading.header.diagnostics;
     let is_circular = |q: &Quantity| matches!(q, Quantity::CircularMean(_) | Quantity::ResultantLength(_));
     let is_moment = |q: &Quantity| !is_circular(q) && *q != Quantity::AboveCritical;
     let is_stated = |is_meant: &dyn Fn(&Quantity) -> bool| {
@@ -298,6 +301,8 @@ pub(super) fn withheld_passages(values: &[f64]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use messages::layout::{DensityHeader, diagnostic};
+
     use super::*;
 
     /// A snapshot of the plane with these moments, on a grid of phi from 0 to 6 and e from 0 to 0.9.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use messages::layout::{DISTANCE_COLUMNS, DensityHeader, ERROR_COLUMNS, PASSAGE_COLUMNS, diagnostic};
+use messages::layout::{DISTANCE_COLUMNS, DensityHeader, ERROR_COLUMNS, PASSAGE_COLUMNS};
 use messages::text::unpack;
 use results::MomentsRow;
 use results::diagnostic_names::{OF_A_MESH, OF_A_MIXTURE, OF_A_STATED_DENSITY};
@@ -11,6 +11,8 @@ use results::rows::{DiagnosticRow, DistanceRow, EffortRow, ErrorRow, PassageRow}
 
 use super::{RecordedComparison, RecordedPassage};
 use crate::services::reading::Reading;
+use density::trust::Diagnosis;
+use kit::diagnosis;
 use kit::space::{Quantity, Space};
 
 /// The columns of numbers of `moments.csv`, which follow from the space, the standard errors among them.
@@ -123,27 +125,32 @@ pub fn interval_of(row: &[f64], samples: u64) -> &'static str {
     }
 }
 
-/// Names of a message's diagnostics.
-pub fn diagnostic_names(kind: u32) -> &'static [&'static str] {
-    match kind {
-        diagnostic::MESH => &OF_A_MESH,
-        diagnostic::MIXTURE => &OF_A_MIXTURE,
-        diagnostic::NUMERICAL => &OF_A_STATED_DENSITY,
-        _ => &[],
-    }
+/// What a method says of its own reliability, number by number with its name.
+pub fn named(diagnosis: Diagnosis) -> Vec<(&'static str, f64)> {
+    let (names, values): (&[&str], _) = match diagnosis {
+        Diagnosis::None => return Vec::new(),
+        Diagnosis::Mesh { measure_defect, flipped_mass, truncated_mass, .. } => {
+            (&OF_A_MESH, vec![measure_defect, flipped_mass, truncated_mass])
+        }
+        Diagnosis::Mixture { disagreement, .. } => (&OF_A_MIXTURE, vec![disagreement]),
+        Diagnosis::Stated { moments, resultant, probability, joint } => {
+            (&OF_A_STATED_DENSITY, vec![moments, resultant, probability, joint])
+        }
+    };
+    names.iter().copied().zip(values).collect()
 }
 
 pub(super) fn diagnostics(scenario: &str, method: &str, header: &DensityHeader) -> Vec<DiagnosticRow> {
-    let carried = Some((&"carried_density_error", header.carried_density_error)).filter(|(_, error)| error.is_finite());
-    let carried = carried.filter(|_| header.diagnostic == diagnostic::MESH);
-    let interpolated = Some((&"trajectory_error", header.trajectory_error)).filter(|(_, error)| *error > 0.0);
-    let names = diagnostic_names(header.diagnostic).iter().zip(header.diagnostics).chain(carried).chain(interpolated);
-    let row = |(name, value): (&&str, f64)| DiagnosticRow {
+    let diagnosis = diagnosis::of(header);
+    let carried = Some(("carried_density_error", header.carried_density_error)).filter(|(_, error)| error.is_finite());
+    let carried = carried.filter(|_| matches!(diagnosis, Diagnosis::Mesh { .. }));
+    let interpolated = Some(("trajectory_error", header.trajectory_error)).filter(|(_, error)| *error > 0.0);
+    let row = |(name, value): (&str, f64)| DiagnosticRow {
         scenario: scenario.into(),
         method: method.into(),
         t_yr: header.time,
-        diagnostic: (*name).into(),
+        diagnostic: name.into(),
         value,
     };
-    names.map(row).collect()
+    named(diagnosis).into_iter().chain(carried).chain(interpolated).map(row).collect()
 }

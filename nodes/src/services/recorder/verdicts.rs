@@ -6,8 +6,7 @@
 //! reference together, and for a density the counting noise of both. A distance that does not exceed `BEYOND_NOISE`
 //! times its noise is as good as sampling allows.
 
-use density::trust::{self, Kind, Verdict};
-use messages::layout::diagnostic;
+use density::trust::{self, Diagnosis, Verdict};
 use results::rows::VerdictRow;
 
 use super::Recording;
@@ -15,6 +14,7 @@ use crate::services::comparator::{difference, distances_on};
 use crate::services::reading::Reading;
 use crate::services::roster::Roster;
 use crate::services::yardstick::{Figure, stand_for};
+use kit::diagnosis;
 use kit::kind::counted_samples;
 use kit::space::{Quantity, Space};
 
@@ -172,7 +172,7 @@ fn own_moment(
     judged: impl Fn(Grade, f64, f64, &str) -> Judged,
 ) -> Judged {
     const ITSELF: &str = "its own diagnostics";
-    if own.header.diagnostic == diagnostic::NUMERICAL {
+    if states_its_errors(own) {
         let estimate = Figure::Quantity(quantity).error_estimate(own);
         return judged(graded(estimate, 0.0, tolerance), estimate, 0.0, ITSELF);
     }
@@ -209,7 +209,7 @@ fn judge_density(method: &str, own: &Reading, references: &[(&str, &Reading)], t
         let noise = counting_noise(own).hypot(counting_noise(reference));
         return judged(graded(error, noise, tolerance), error, noise, label);
     }
-    if header.diagnostic == diagnostic::NUMERICAL {
+    if states_its_errors(own) {
         let estimate = 0.5 * Figure::Densities.error_estimate(own);
         return judged(graded(estimate, 0.0, tolerance), estimate, 0.0, ITSELF);
     }
@@ -241,12 +241,17 @@ fn graded(error: f64, noise: f64, tolerance: f64) -> Grade {
     }
 }
 
+/// Whether the method states a density with estimates of its errors.
+fn states_its_errors(own: &Reading) -> bool {
+    matches!(diagnosis::of(&own.header), Diagnosis::Stated { .. })
+}
+
 fn trusted(reading: &Reading, tolerance: f64) -> Verdict {
     let (header, space) = (&reading.header, &reading.space);
     let lengths = (0..space.variables.len()).map(|k| reading.value(Quantity::ResultantLength(k)));
     // Variables that are not angles have no resultant length.
     let shortest = lengths.filter(|length| !length.is_nan()).fold(1.0, f64::min);
-    trust::trust(Kind::of_code(header.diagnostic), header.diagnostics, shortest, tolerance)
+    trust::trust(diagnosis::of(header), shortest, tolerance)
 }
 
 /// The unit in which the error of a quantity is given: the standard deviation of its variable, or 1 for a
