@@ -4,7 +4,7 @@
 use std::num::NonZeroUsize;
 
 use density::flow::{Accuracy, Passages};
-use density::in_space::cloud::Sampled;
+use density::in_space::sampled::Sampled;
 use density::in_space::simplification::Simplification;
 use density::in_space::{SpaceProblem, example};
 use density::model::osculating::Osculating;

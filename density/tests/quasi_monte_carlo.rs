@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_groups, point};
 use density::flow::{Accuracy, Passages};
-use density::in_space::cloud::Sampled;
+use density::in_space::sampled::Sampled;
 use density::in_space::simplification::Simplification;
 use density::in_space::{SpaceProblem, example};
 use density::projected::{Cloud, Question, of_samples};

@@ -203,6 +203,23 @@ struct WayOut {
     snapshots: Option<Outlet<Snapshot>>,
 }
 
+/// What the headers of all snapshots of a scenario have in common.
+fn common_header(session: &Session, form: &Form, assignment: &Assignment) -> SnapshotHeader {
+    let shard = session.shard;
+    SnapshotHeader {
+        run_id: assignment.said.run_id,
+        scenario: assignment.scenario(),
+        count: assignment.times.len() as u32,
+        attempt: session.attempt,
+        total: if shard.is_whole() { 0 } else { form.total_rows as u64 },
+        shard: shard.index,
+        shards: shard.count,
+        most_rows: form.most_rows as u32,
+        label: pack(&session.label),
+        ..SnapshotHeader::default()
+    }
+}
+
 fn serve_one(
     session: &Session,
     propagator: &mut impl Propagator,
@@ -232,22 +249,13 @@ fn serve_one(
         let rows = propagator.advance(index)?;
         let (mut draft, rows) = drafting.draft(outlet, propagator, rows, assignment, index)?;
         let header = SnapshotHeader {
-            run_id: assignment.said.run_id,
             time,
             seconds: clock.seconds(),
             trajectories: propagator.trajectories(),
             trajectory_error: propagator.trajectory_error(),
-            scenario: assignment.scenario(),
             index: index as u32,
-            count: count as u32,
             rows: rows as u32,
-            attempt: session.attempt,
-            total: if shard.is_whole() { 0 } else { form.total_rows as u64 },
-            shard: shard.index,
-            shards: shard.count,
-            most_rows: form.most_rows as u32,
-            label: pack(&session.label),
-            ..SnapshotHeader::default()
+            ..common_header(session, &form, assignment)
         };
         let content = drafting.content(propagator)?;
         if index + 1 == count {

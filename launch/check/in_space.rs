@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 
 use density::flow::{Accuracy, Passages};
 use density::in_space::SpaceProblem;
-use density::in_space::cloud::Sampled;
+use density::in_space::sampled::Sampled;
 use density::projected::of_samples;
 use density::sampling::{Draws, SamplingPlan};
 use kit::assignment::Assignment;

@@ -44,12 +44,7 @@ const MOMENTS: [&str; 6] = ["mean phi", "std phi", "mean e", "std e", "covarianc
 pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     let assignment = &answer.assignment;
     let plane = assignment.plane.as_ref();
-    let table = |(index, received)| {
-        let Received { header, items }: &Received<SnapshotHeader> = received;
-        let snapshot = decode(header, items, assignment, index).ok()?;
-        Some(Table { index, snapshot, columns: items.chunks_exact(header.rows as usize).collect() })
-    };
-    let tables: Vec<Table> = answer.heard.snapshots.iter().enumerate().map_while(table).collect();
+    let tables = tables(answer);
     let Some(first) = tables.first() else { return };
     let named = |result: Result<String, String>| {
         let name = |text: String| format!("{}: {text}", assignment.said.name);
@@ -59,13 +54,14 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
         Ok(right) => right,
         Err(why) => return findings.take(Rule::Moments, named(Err(why))),
     };
-    let (trajectories, first) = (first.trajectories(), first.snapshot.content);
-    let keep_energy = trajectories == Trajectories::Ordered || (trajectories == Trajectories::Unordered && !redrawn);
-    if let Some(plane) = plane.filter(|_| keep_energy) {
-        findings.take(Rule::Hamiltonian, named(hamiltonian(plane, &tables)));
-    }
-    if let (Some(plane), Content::Characteristics(characteristics)) = (plane, first) {
-        findings.take(Rule::CarriedDensity, named(carried_density(plane, &characteristics, &tables)));
+    if let Some(plane) = plane {
+        let trajectories = first.trajectories();
+        if trajectories == Trajectories::Ordered || (trajectories == Trajectories::Unordered && !redrawn) {
+            findings.take(Rule::Hamiltonian, named(hamiltonian(plane, &tables)));
+        }
+        if let Content::Characteristics(characteristics) = first.snapshot.content {
+            findings.take(Rule::CarriedDensity, named(carried_density(plane, &characteristics, &tables)));
+        }
     }
     let mut case = CaseEstimator::default();
     let mut worst = Worst::default();
@@ -111,6 +107,16 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
             seen => findings.take(Rule::FirstPassage, named(seen)),
         }
     }
+}
+
+/// The snapshots of an answer, up to the first that cannot be decoded.
+fn tables(answer: &Answer) -> Vec<Table<'_>> {
+    let table = |(index, received)| {
+        let Received { header, items }: &Received<SnapshotHeader> = received;
+        let snapshot = decode(header, items, &answer.assignment, index).ok()?;
+        Some(Table { index, snapshot, columns: items.chunks_exact(header.rows as usize).collect() })
+    };
+    answer.heard.snapshots.iter().enumerate().map_while(table).collect()
 }
 
 /// What a snapshot came to, as the recorder hears of it.

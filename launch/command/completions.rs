@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 
-use super::cli::Cli;
 use crate::exit::BAD_INPUT;
 
 /// Arguments of `phasecloud completions`.
@@ -30,21 +29,21 @@ pub struct ManArguments {
 }
 
 /// Prints the script by which a shell completes the command.
-pub fn run(arguments: &CompletionsArguments) -> ExitCode {
+pub fn run(arguments: &CompletionsArguments, mut command: Command) -> ExitCode {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "phasecloud", &mut script);
+    clap_complete::generate(arguments.shell, &mut command, "phasecloud", &mut script);
     print(&script)
 }
 
 /// Prints or writes the manual pages.
-pub fn man(arguments: &ManArguments) -> ExitCode {
+pub fn man(arguments: &ManArguments, command: Command) -> ExitCode {
     match &arguments.folder {
-        None => match page() {
+        None => match page(command) {
             Ok(page) => print(&page),
             Err(error) => refuse(Path::new("the page"), &error),
         },
         Some(folder) => {
-            match std::fs::create_dir_all(folder).and_then(|()| clap_mangen::generate_to(Cli::command(), folder)) {
+            match std::fs::create_dir_all(folder).and_then(|()| clap_mangen::generate_to(command, folder)) {
                 Ok(()) => {
                     say!("Written: the pages of phasecloud and its commands into {}", folder.display());
                     ExitCode::SUCCESS
@@ -55,9 +54,9 @@ pub fn man(arguments: &ManArguments) -> ExitCode {
     }
 }
 
-fn page() -> std::io::Result<Vec<u8>> {
+fn page(command: Command) -> std::io::Result<Vec<u8>> {
     let mut page = Vec::new();
-    clap_mangen::Man::new(Cli::command()).render(&mut page)?;
+    clap_mangen::Man::new(command).render(&mut page)?;
     Ok(page)
 }
 

@@ -126,19 +126,15 @@ fn carry_out(arguments: &ServeArguments) -> ExitCode {
             ExitCode::from(INTERRUPTED)
         }
         _ if tally.failed.is_empty() && refused + tally.contradictions == 0 => ExitCode::SUCCESS,
-        _ if is_sweep => {
-            let (failed, contradictions) = (tally.failed.len(), tally.contradictions);
-            remark!(
-                "error: {refused} combinations were refused, {failed} cases failed and {contradictions} results contradict one \
-                 another or cannot be right; {TABLE} says which and why"
-            );
-            ExitCode::FAILURE
-        }
         _ => {
+            let (refused, says) = match is_sweep {
+                true => (format!("{refused} combinations were refused, "), format!("{TABLE} says")),
+                false => (String::new(), "each manifest.json and notes.csv says".to_owned()),
+            };
             let (failed, contradictions) = (tally.failed.len(), tally.contradictions);
             remark!(
-                "error: {failed} cases failed and {contradictions} results contradict one another or cannot be right; each \
-                 manifest.json and notes.csv says which and why"
+                "error: {refused}{failed} cases failed and {contradictions} results contradict one another or cannot be right; {says} \
+                 which and why"
             );
             ExitCode::FAILURE
         }

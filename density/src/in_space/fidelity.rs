@@ -6,7 +6,7 @@
 
 use std::num::NonZeroUsize;
 
-use super::cloud::Sampled;
+use super::sampled::Sampled;
 use super::simplification::Simplification;
 use super::{REENTRY, SpaceProblem, VARIABLES};
 use crate::angle::nearest;

@@ -20,7 +20,8 @@
 //! | [`simplification`] | the simpler models that a case may take in the place of the problem's |
 //! | [`acting`] | the forces that act |
 //! | [`draws`] | the orbits of a cloud by their numbers |
-//! | [`cloud`] | orbits of any model, on their way |
+//! | [`cloud`] | orbits on their way, of whichever model |
+//! | [`sampled`] | the orbits of a cloud in its own model or in a simpler one |
 //! | [`mean_cloud`] | unaveraged orbits, read out as averages over a revolution |
 //! | [`fidelity`] | how far simpler models move the figures of a cloud |
 //! | [`task`] | the model and the Gaussian for methods that place points themselves |
@@ -34,6 +35,7 @@ pub mod draws;
 pub mod fidelity;
 pub mod mean_cloud;
 pub mod pilot;
+pub mod sampled;
 pub mod simplification;
 pub mod task;
 

@@ -150,8 +150,8 @@ fn enclosing(values: &[(f64, f64)], variable: &Variable, bins: usize) -> Axis {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cloud::Sampled;
     use super::super::example;
+    use super::super::sampled::Sampled;
     use super::*;
     use crate::flow::Passages;
 

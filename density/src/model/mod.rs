@@ -15,7 +15,7 @@
 //! A model writes its equations of motion once, in [`Model::rate`], over any [`Quantity`]. Evaluated with plain numbers
 //! they give a rate; with [`Dual`] numbers they give its derivative; and recorded they become the Taylor series of the
 //! integrator ([`FromEquations`](crate::flow::FromEquations)). A model of which millions of orbits are propagated may
-//! give the integrator a recurrence of its own, as [`planar_series`] does.
+//! give the integrator a recurrence of its own, as [`planar`] does.
 //!
 //! # A new planar model
 //! Add one file here with an `impl` of [`PlanarHamiltonian`] and of [`parameter::Named`], and one line in [`registry`].
@@ -28,7 +28,7 @@
 //! | [`quantity`] | the types over which equations of motion are written: numbers, and numbers with a derivative |
 //! | [`plane`] | states in the plane, and what a planar Hamiltonian model states beyond every other model |
 //! | [`planar`] | solar radiation pressure and Earth's oblateness in the plane: the paper's model |
-//! | [`planar_series`] | its Taylor series, with one radiation parameter or one for each orbit |
+//! | [`planar_recurrence`] | the recurrence of its Taylor series, with one radiation parameter or one for each orbit |
 //! | [`sun_moon`] | the same with the gravity of the Sun and the Moon |
 //! | [`uncertain_radiation`] | a planar model whose radiation parameter is a variable of the orbit |
 //! | [`vectorial`] | the same in space, with the obliquity of the ecliptic |
@@ -53,7 +53,7 @@ pub mod osculating;
 pub mod parameter;
 mod part;
 pub mod planar;
-pub mod planar_series;
+pub mod planar_recurrence;
 pub mod plane;
 pub mod quantity;
 pub mod registry;

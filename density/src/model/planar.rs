@@ -17,11 +17,11 @@
 //!
 //! and is regular everywhere inside the unit circle. The Hamiltonian is `H = s + C e cos(phi) + (W/3)/s³` (below Eq. 3).
 //!
-//! Its Taylor series is the recurrence of [`super::planar_series`].
+//! Its Taylor series is the recurrence of [`super::planar_recurrence`].
 
 use super::earth::{self, SUN_MEAN_MOTION};
 use super::parameter::{Named, Parameter};
-use super::planar_series::PlanarSeries;
+use super::planar_recurrence::Recurrence;
 use super::plane::{PlanarHamiltonian, State, cosine_range};
 use super::quantity::Quantity;
 use crate::problem_error::{Field, ProblemError, check};
@@ -155,6 +155,50 @@ pub fn force_from_orbit(semi_major_axis: f64, area_to_mass: f64, reflectivity: f
     Force {
         radiation: 1.5 * ratio * mean_motion / sun_mean_motion,
         oblateness: 1.5 * earth::J2 * (earth::RADIUS / a).powi(2) * mean_motion / sun_mean_motion,
+    }
+}
+
+/// The series of the planar model: all orbits have the same radiation parameter.
+#[derive(Debug)]
+pub struct PlanarSeries<const P: usize>(Recurrence<P, f64>);
+
+impl<const P: usize> Series<P> for PlanarSeries<P> {
+    type Model = Force;
+
+    #[inline(always)]
+    fn new(force: &Force) -> Self {
+        Self(Recurrence::new(force.radiation, force.oblateness))
+    }
+
+    #[inline(always)]
+    fn start(&mut self, lane: usize, state: State, _: f64) {
+        self.0.start(lane, state);
+    }
+
+    #[inline(always)]
+    fn expand(&mut self, _: bool) {
+        self.0.expand();
+    }
+
+    #[inline(always)]
+    fn move_on(&mut self, step: &Lanes) {
+        self.0.move_on(step);
+    }
+
+    #[inline(always)]
+    fn is_inside(&self, lane: usize) -> bool {
+        self.0.is_inside(lane)
+    }
+
+    #[inline(always)]
+    fn coordinate(&self, k: usize) -> &[Lanes; P] {
+        if k == 0 { &self.0.x1 } else { &self.0.x2 }
+    }
+
+    /// The clearance is `s` itself.
+    #[inline(always)]
+    fn clearance(&self) -> &[Lanes; P] {
+        &self.0.s
     }
 }
 

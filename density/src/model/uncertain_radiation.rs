@@ -8,11 +8,11 @@ use std::marker::PhantomData;
 
 use super::earth::SUN_MEAN_MOTION;
 use super::planar::Force;
-use super::planar_series::OwnRadiationSeries;
+use super::planar_recurrence::Recurrence;
 use super::plane::{State, VARIABLES, density_growth};
 use super::registry::Planar;
 use super::sun_moon::SunMoon;
-use super::{Kind, Model, PlanarHamiltonian, Quantity, Series, Task, Variable};
+use super::{Kind, LANES, Lanes, Model, PlanarHamiltonian, Quantity, Series, Task, Variable};
 use crate::flow::FromEquations;
 
 /// What the third variable is.
@@ -170,6 +170,61 @@ impl<S: Scale, M: OwnRadiation> Model for UncertainRadiation<S, M> {
 
     fn perform<T: Task>(&self, task: T) -> T::Output {
         M::perform_with_own(self, task)
+    }
+}
+
+/// The series of the planar model whose radiation parameter is the third coordinate of an orbit's state.
+#[derive(Debug)]
+#[repr(C, align(64))]
+pub struct OwnRadiationSeries<const P: usize, S> {
+    motion: Recurrence<P, Lanes>,
+    /// The radiation parameter, which stays as it is: all coefficients beyond the first are 0.
+    third: [Lanes; P],
+    scale: PhantomData<S>,
+}
+
+impl<const P: usize, S: Scale> Series<P> for OwnRadiationSeries<P, S> {
+    type Model = UncertainRadiation<S, Force>;
+
+    #[inline(always)]
+    fn new(model: &Self::Model) -> Self {
+        let motion = Recurrence::new([0.0; LANES], model.without().oblateness);
+        Self { motion, third: [[0.0; LANES]; P], scale: PhantomData }
+    }
+
+    #[inline(always)]
+    fn start(&mut self, lane: usize, [x1, x2, radiation]: [f64; 3], _: f64) {
+        self.motion.start(lane, State { x1, x2 });
+        (self.motion.radiation[lane], self.third[0][lane]) = (radiation, radiation);
+    }
+
+    #[inline(always)]
+    fn expand(&mut self, _: bool) {
+        self.motion.expand();
+    }
+
+    #[inline(always)]
+    fn move_on(&mut self, step: &Lanes) {
+        self.motion.move_on(step);
+    }
+
+    #[inline(always)]
+    fn is_inside(&self, lane: usize) -> bool {
+        self.motion.is_inside(lane)
+    }
+
+    #[inline(always)]
+    fn coordinate(&self, k: usize) -> &[Lanes; P] {
+        match k {
+            0 => &self.motion.x1,
+            1 => &self.motion.x2,
+            _ => &self.third,
+        }
+    }
+
+    #[inline(always)]
+    fn clearance(&self) -> &[Lanes; P] {
+        &self.motion.s
     }
 }
 

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 
 use density::angle::nearest;
 use density::flow::{Accuracy, Passages};
-use density::in_space::cloud::Sampled;
+use density::in_space::sampled::Sampled;
 use density::in_space::{InitialInSpace, REENTRY, SpaceProblem};
 use density::model::planar::Force;
 use density::model::space_registry::SpaceModel;

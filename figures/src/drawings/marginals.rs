@@ -60,10 +60,8 @@ pub fn draw(scene: &Scene<'_>, method: &Method<'_>) -> Result<Figure, DrawError>
         y.name
     );
     let name = scene.density_figure_name(&format!("marginals-{}", method.label));
-    let title = match reference {
-        Some(reference) => format!("Marginal densities of {} and {}", method.label, reference.label),
-        None => format!("Marginal densities of {}", method.label),
-    };
+    let beside = reference.map_or(String::new(), |reference| format!(" and {}", reference.label));
+    let title = format!("Marginal densities of {}{beside}", method.label);
     let sides = [(x, true), (y, false)].map(|(variable, is_first)| Side { variable, is_first });
     let rows = method.densities.len();
     let key_height = legend::height(&key, f64::from(WIDTH));

@@ -83,16 +83,19 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
         panel.draw_over(&markers)?;
         let obstacles: Vec<Point> =
             of_kind(true).into_iter().chain(of_kind(false)).chain([(start, mean.mean_e)]).collect();
-        for (number, place) in sub_domain_labels(problem, &panel, &points, &obstacles) {
-            let text = subscript("SubD", &number.to_string());
-            let (x, y) = panel.pixels(place);
-            let half = 0.5 * text_width(&text, TEXT) + 2.0;
-            let (corner, opposite) = (panel.point(x - half, y - 8.0), panel.point(x + half, y + 10.0));
-            panel.draw_over(&[Element::block(corner, opposite, Ink::Paper, 0.85)])?;
-            panel.write(&text, place, bold(text_style(TEXT, Ink::Text, HPos::Center, VPos::Center)))?;
-        }
-        Ok(())
+        let labels = sub_domain_labels(problem, &panel, &points, &obstacles);
+        labels.into_iter().try_for_each(|(number, place)| write_number(&panel, number, place))
     })
+}
+
+/// Writes the number of a sub-domain at a place of it, on a block that hides the contours.
+fn write_number(panel: &Panel<'_>, number: usize, place: Point) -> Result<(), DrawError> {
+    let text = subscript("SubD", &number.to_string());
+    let (x, y) = panel.pixels(place);
+    let half = 0.5 * text_width(&text, TEXT) + 2.0;
+    let (corner, opposite) = (panel.point(x - half, y - 8.0), panel.point(x + half, y + 10.0));
+    panel.draw_over(&[Element::block(corner, opposite, Ink::Paper, 0.85)])?;
+    panel.write(&text, place, bold(text_style(TEXT, Ink::Text, HPos::Center, VPos::Center)))
 }
 
 /// The model's parameters: `C = 0.15 and W = 0.40921`.

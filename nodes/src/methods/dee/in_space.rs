@@ -49,7 +49,7 @@ impl InSpace {
         shard: Shard,
         assignment: &Assignment,
     ) -> Result<(Self, Form), Failure> {
-        check(settings, shard)?;
+        settings.check_in_space(shard)?;
         let replicates = NonZeroUsize::new(REPLICATES).unwrap_or(NonZeroUsize::MIN);
         let case = Case {
             by: By::Cells,
@@ -91,22 +91,6 @@ impl InSpace {
     pub fn error(&self) -> f64 {
         self.0.error()
     }
-}
-
-/// Whether the settings are for clouds in space.
-pub(super) fn check(settings: &Settings, shard: Shard) -> Result<(), Failure> {
-    let Settings { placement, mesh, mode, .. } = settings;
-    let wrong = match () {
-        () if *mode == Mode::AsPrinted => "mode = \"as-printed\"",
-        () if placement.is_some_and(|placement| placement != PlacementChoice::Lattice) => "placement",
-        () if mesh.is_some_and(|mesh| mesh != MeshChoice::Carried) => "mesh",
-        () if !shard.is_whole() => "shards",
-        () => return Ok(()),
-    };
-    Err(Failure::Refused(format!(
-        "{wrong}: in space dee reads out the flow between characteristics on a lattice that it chooses itself; it takes samples, which is the most \
-         characteristics, and accuracy alone; degree has no effect"
-    )))
 }
 
 /// The largest error of a coordinate of the state, small beside every deviation that the cloud has.

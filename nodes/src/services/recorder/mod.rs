@@ -26,6 +26,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use messages::layout::{ComparisonHeader, DensityHeader, GIVEN_COLUMNS, PASSAGE_COLUMNS, PassageHeader, comparison};
+use messages::port::Inlet;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
 use messages::wait::Awaited;
@@ -68,6 +69,30 @@ impl RecordedPassage {
         let given = rows.flat_map(|row| &row[PASSAGE_COLUMNS..]).copied().collect();
         Self { header, values: curve_in(&header, items), given }
     }
+}
+
+/// Takes in the densities that have arrived, refuses those of a case that the run does not have, and reports how many there are.
+fn take_densities(
+    session: &Session,
+    densities: &Inlet<Density>,
+    roster: &Roster,
+    recording: &mut Recording,
+) -> Result<(), Failure> {
+    let before = recording.densities.len();
+    while let Some(message) = receive(session, densities)? {
+        let label = unpack(&message.header().label);
+        if roster.is_known() && !roster.takes_part(&label) {
+            let why = "it publishes results, but the launch file has no such label";
+            refuse::<Density>(session, message.header().scenario, &label, why)?;
+        }
+        recording.take_density(*message.header(), message.items());
+    }
+    if roster.is_known() && recording.densities.len() > before {
+        let assignment = &recording.assignment;
+        let expected = roster.alive() * assignment.times.len();
+        session.working(assignment.scenario(), recording.densities.len(), expected)?;
+    }
+    Ok(())
 }
 
 /// The results of a scenario that have arrived.
@@ -177,20 +202,7 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>, tolerance: f64
             tape.take_all()?;
         }
         if let Some(recording) = &mut current {
-            let before = recording.densities.len();
-            while let Some(message) = receive(session, &densities)? {
-                let label = unpack(&message.header().label);
-                if roster.is_known() && !roster.takes_part(&label) {
-                    let why = "it publishes results, but the launch file has no such label";
-                    refuse::<Density>(session, message.header().scenario, &label, why)?;
-                }
-                recording.take_density(*message.header(), message.items());
-            }
-            if roster.is_known() && recording.densities.len() > before {
-                let assignment = &recording.assignment;
-                let expected = roster.alive() * assignment.times.len();
-                session.working(assignment.scenario(), recording.densities.len(), expected)?;
-            }
+            take_densities(session, &densities, &roster, recording)?;
             while let Some(message) = receive(session, &comparisons)? {
                 recording.take_comparison(*message.header(), message.items());
             }

@@ -13,12 +13,9 @@
 //! The coefficients are aligned to cache lines: loads that straddle two cost a quarter of the speed.
 
 use std::fmt::Debug;
-use std::marker::PhantomData;
 
-use super::planar::Force;
 use super::plane::State;
-use super::uncertain_radiation::{Scale, UncertainRadiation};
-use super::{LANES, Lanes, Series};
+use super::{LANES, Lanes};
 
 /// The radiation parameter of the orbit in each lane: one number for all, or a number for each.
 pub trait Radiation: Copy + Debug {
@@ -46,11 +43,11 @@ impl Radiation for Lanes {
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub struct Recurrence<const P: usize, R> {
-    x1: [Lanes; P],
-    x2: [Lanes; P],
-    s: [Lanes; P],
+    pub(super) x1: [Lanes; P],
+    pub(super) x2: [Lanes; P],
+    pub(super) s: [Lanes; P],
     p: [Lanes; P],
-    radiation: R,
+    pub(super) radiation: R,
     oblateness: f64,
 }
 
@@ -76,18 +73,18 @@ impl<const P: usize, R: Radiation> Recurrence<P, R> {
     }
 
     #[inline(always)]
-    fn new(radiation: R, oblateness: f64) -> Self {
+    pub(super) fn new(radiation: R, oblateness: f64) -> Self {
         let zeros = [[0.0; LANES]; P];
         Self { x1: zeros, x2: zeros, s: [[1.0; LANES]; P], p: zeros, radiation, oblateness }
     }
 
     #[inline(always)]
-    fn start(&mut self, lane: usize, state: State) {
+    pub(super) fn start(&mut self, lane: usize, state: State) {
         (self.x1[0][lane], self.x2[0][lane], self.s[0][lane]) = (state.x1, state.x2, state.s());
     }
 
     #[inline(always)]
-    fn expand(&mut self) {
+    pub(super) fn expand(&mut self) {
         let Self { x1, x2, s, p, radiation, oblateness } = self;
         let (radiation, oblateness) = (*radiation, *oblateness);
         let mut inverse_s = [0.0; LANES];
@@ -123,7 +120,7 @@ impl<const P: usize, R: Radiation> Recurrence<P, R> {
     }
 
     #[inline(always)]
-    fn move_on(&mut self, step: &Lanes) {
+    pub(super) fn move_on(&mut self, step: &Lanes) {
         let (mut x1, mut x2, mut s) = (self.x1[Self::ORDER], self.x2[Self::ORDER], self.s[Self::ORDER]);
         for n in (0..Self::ORDER).rev() {
             for l in 0..LANES {
@@ -140,107 +137,8 @@ impl<const P: usize, R: Radiation> Recurrence<P, R> {
     }
 
     #[inline(always)]
-    fn is_inside(&self, lane: usize) -> bool {
+    pub(super) fn is_inside(&self, lane: usize) -> bool {
         let (x1, x2) = (self.x1[0][lane], self.x2[0][lane]);
         self.s[0][lane] > 0.0 && x1 * x1 + x2 * x2 < 1.0
-    }
-}
-
-/// The series of the planar model: all orbits have the same radiation parameter.
-#[derive(Debug)]
-pub struct PlanarSeries<const P: usize>(Recurrence<P, f64>);
-
-impl<const P: usize> Series<P> for PlanarSeries<P> {
-    type Model = Force;
-
-    #[inline(always)]
-    fn new(force: &Force) -> Self {
-        Self(Recurrence::new(force.radiation, force.oblateness))
-    }
-
-    #[inline(always)]
-    fn start(&mut self, lane: usize, state: State, _: f64) {
-        self.0.start(lane, state);
-    }
-
-    #[inline(always)]
-    fn expand(&mut self, _: bool) {
-        self.0.expand();
-    }
-
-    #[inline(always)]
-    fn move_on(&mut self, step: &Lanes) {
-        self.0.move_on(step);
-    }
-
-    #[inline(always)]
-    fn is_inside(&self, lane: usize) -> bool {
-        self.0.is_inside(lane)
-    }
-
-    #[inline(always)]
-    fn coordinate(&self, k: usize) -> &[Lanes; P] {
-        if k == 0 { &self.0.x1 } else { &self.0.x2 }
-    }
-
-    /// The clearance is `s` itself.
-    #[inline(always)]
-    fn clearance(&self) -> &[Lanes; P] {
-        &self.0.s
-    }
-}
-
-/// The series of the planar model whose radiation parameter is the third coordinate of an orbit's state.
-#[derive(Debug)]
-#[repr(C, align(64))]
-pub struct OwnRadiationSeries<const P: usize, S> {
-    motion: Recurrence<P, Lanes>,
-    /// The radiation parameter, which stays as it is: all coefficients beyond the first are 0.
-    third: [Lanes; P],
-    scale: PhantomData<S>,
-}
-
-impl<const P: usize, S: Scale> Series<P> for OwnRadiationSeries<P, S> {
-    type Model = UncertainRadiation<S, Force>;
-
-    #[inline(always)]
-    fn new(model: &Self::Model) -> Self {
-        let motion = Recurrence::new([0.0; LANES], model.without().oblateness);
-        Self { motion, third: [[0.0; LANES]; P], scale: PhantomData }
-    }
-
-    #[inline(always)]
-    fn start(&mut self, lane: usize, [x1, x2, radiation]: [f64; 3], _: f64) {
-        self.motion.start(lane, State { x1, x2 });
-        (self.motion.radiation[lane], self.third[0][lane]) = (radiation, radiation);
-    }
-
-    #[inline(always)]
-    fn expand(&mut self, _: bool) {
-        self.motion.expand();
-    }
-
-    #[inline(always)]
-    fn move_on(&mut self, step: &Lanes) {
-        self.motion.move_on(step);
-    }
-
-    #[inline(always)]
-    fn is_inside(&self, lane: usize) -> bool {
-        self.motion.is_inside(lane)
-    }
-
-    #[inline(always)]
-    fn coordinate(&self, k: usize) -> &[Lanes; P] {
-        match k {
-            0 => &self.motion.x1,
-            1 => &self.motion.x2,
-            _ => &self.third,
-        }
-    }
-
-    #[inline(always)]
-    fn clearance(&self) -> &[Lanes; P] {
-        &self.motion.s
     }
 }
