@@ -3,7 +3,6 @@
 //! the same weight. Orbits move in the eccentricity vector `e` and the angular momentum vector `h` (docs/models.md) by Runge-Kutta steps.
 use std::f64::consts::{PI, TAU};
 
-use density::model::space_registry::SpaceModel;
 use density::model::vectorial::Vectorial;
 use kit::{Assignment, Failure, Form, Propagator};
 use messages::content::Mixture;
@@ -78,7 +77,7 @@ impl Propagator for Cubature {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let refuse = |why: &str| Failure::Refused(why.into());
         let problem = assignment.in_space.as_ref().ok_or_else(|| refuse("it takes scenarios in space alone"))?;
-        let (SpaceModel::Vectorial { model, .. }, None) = (problem.model, problem.spread) else {
+        let (Some(model), None) = (problem.model.if_averaged(), problem.spread) else {
             return Err(refuse("it takes the averaged model in space, with a certain radiation parameter"));
         };
         let gaussian = problem.initial.gaussian().map_err(|why| refuse(&why.to_string()))?;
