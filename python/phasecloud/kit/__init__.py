@@ -47,7 +47,11 @@ def serve(propagate):
         pass
     except Exception:
         traceback.print_exc()
-        sys.exit(1)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        # Without closing the ports: a message of a publisher that closes is lost to a reader that has not yet connected to it. The
+        # launcher frees the ports of a dead process once it has read why it ended.
+        os._exit(1)
 
 
 class Stopped(BaseException):
