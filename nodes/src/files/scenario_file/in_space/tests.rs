@@ -44,7 +44,7 @@ fn a_wrong_file_is_refused_at_its_line_and_key() {
             "radiation = -1",
             10,
             "orbit.radiation",
-            "-1 is not allowed, it must be between 0 and 100",
+            "-1 is not allowed, it must be 0 or greater, at most 100",
         ),
         ("semi_major_axis = 2.0", "semi_major_axis = 0.5", 9, "orbit.semi_major_axis", "more than 1 Earth radius"),
         ("e = 0.489", "e = 1.0", 12, "initial.e", "at least 0 and below 1"),
