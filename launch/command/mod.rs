@@ -33,7 +33,7 @@ mod version;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 use crate::crew::{environment, guard};
 use crate::exit::BAD_INPUT;

@@ -24,6 +24,7 @@ use super::parameter::{Named, Parameter};
 use super::planar_recurrence::Recurrence;
 use super::plane::{PlanarHamiltonian, State, cosine_range};
 use super::quantity::Quantity;
+use super::{Lanes, Series};
 use crate::problem_error::{Field, ProblemError, check};
 
 /// The two dimensionless parameters of the problem (Eq. 2).

@@ -89,7 +89,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
 }
 
 /// Writes the number of a sub-domain at a place of it, on a block that hides the contours.
-fn write_number(panel: &Panel<'_>, number: usize, place: Point) -> Result<(), DrawError> {
+fn write_number(panel: &Panel<'_, '_>, number: usize, place: Point) -> Result<(), DrawError> {
     let text = subscript("SubD", &number.to_string());
     let (x, y) = panel.pixels(place);
     let half = 0.5 * text_width(&text, TEXT) + 2.0;

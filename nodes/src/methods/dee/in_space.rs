@@ -18,8 +18,7 @@ use kit::shard::Shard;
 use messages::content::Samples;
 
 use super::Settings;
-use super::settings::{MeshChoice, POINTS, PlacementChoice};
-use crate::files::input::Mode;
+use super::settings::POINTS;
 use crate::methods::mapped_samples::{By, Case, MappedSamples};
 
 /// Independent replicates of the points at which the flow is read out.
@@ -115,10 +114,10 @@ mod tests {
             ("mesh = \"hull\"", "mesh"),
         ] {
             let settings: Settings = toml::from_str(text).unwrap();
-            let why = check(&settings, Shard::WHOLE).unwrap_err().to_string();
+            let why = settings.check_in_space(Shard::WHOLE).unwrap_err().to_string();
             assert!(why.contains(&format!("{key}: in space")), "{why}");
         }
-        check(&toml::from_str("samples = 300_000").unwrap(), Shard::WHOLE).unwrap();
+        toml::from_str::<Settings>("samples = 300_000").unwrap().check_in_space(Shard::WHOLE).unwrap();
     }
 
     #[test]
