@@ -9,7 +9,7 @@ use crate::exit::BAD_INPUT;
 use crate::record::mcap;
 use results::parquet;
 
-use super::report::outside_of_results;
+use super::report::{one_run, outside_of_results};
 
 /// Arguments of `phasecloud export`.
 #[derive(Debug, Args)]
@@ -62,6 +62,7 @@ pub fn run(ExportArguments { what, out }: &ExportArguments) -> ExitCode {
 /// Writes the tables of a results folder into a new folder, which is removed again if that fails.
 fn tables(folder: &Path, out: &Path) -> Result<String, String> {
     outside_of_results(out)?;
+    one_run(folder)?;
     std::fs::create_dir(out).map_err(|e| format!("{}: {e}; name a folder that does not exist yet", out.display()))?;
     match parquet::write(folder, out) {
         Ok(files) => Ok(format!("{} tables into {}", files.len(), out.display())),

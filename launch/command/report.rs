@@ -31,6 +31,12 @@ pub struct ReportArguments {
 
 /// Makes the report of one folder, or lays several side by side.
 pub fn run(arguments: &ReportArguments) -> ExitCode {
+    if let Err(problem) =
+        arguments.folders.iter().filter(|folder| folder.is_dir()).try_for_each(|folder| one_run(folder))
+    {
+        remark!("error: {problem}");
+        return ExitCode::from(BAD_INPUT);
+    }
     let made = match arguments.folders.as_slice() {
         [folder] if arguments.out.is_none() => {
             let sealed = |missing| manifest::seal(folder).map(|()| (folder.join(PAGE), missing));
@@ -64,6 +70,24 @@ pub fn run(arguments: &ReportArguments) -> ExitCode {
 /// What is wrong with the folder.
 pub fn make(folder: &Path) -> Result<Vec<String>, String> {
     report::write(&subject(folder)?).map_err(|e| e.to_string())
+}
+
+/// Refuses the folder of a sweep or of a service, which holds results folders.
+///
+/// # Errors
+/// Which folder it could be instead.
+pub fn one_run(folder: &Path) -> Result<(), String> {
+    let is_results = |path: &Path| path.join(results::files::MOMENTS).is_file();
+    let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let first = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| is_results(path)).min();
+    match first {
+        Some(first) if !is_results(folder) => Err(format!(
+            "{}: it holds the results folders of several scenarios; name one of them, as {}",
+            folder.display(),
+            first.display()
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Removes a report that could not be completed.

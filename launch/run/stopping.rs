@@ -34,7 +34,9 @@ impl Run<'_> {
         if self.course.current().is_none() || self.cases_where(has_finished).is_empty() {
             return Err(Abort::Stopped);
         }
-        self.view.announce("stopping: what is finished is written; another Ctrl-C discards everything");
+        self.view.announce(
+            "stopping: what is finished by now, if anything is, is written; another Ctrl-C discards everything",
+        );
         for label in &at_work {
             self.fail(label, "it had not finished when the run was stopped".into())?;
             self.kill_case(label, None);

@@ -12,6 +12,7 @@ use toml::Spanned;
 use super::in_words;
 use super::measure::{self, Dimension, Measure};
 use crate::files::input::{InputError, InputFile};
+use crate::files::plain_number::plain;
 
 /// The table `[model]`.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -108,6 +109,9 @@ pub(super) fn read(file: &InputFile, model: Option<&Model>, orbit: &Spanned<Orbi
     Planar::by_name(name, &values).map_err(|error| file.error(orbit, &error.to_string()))
 }
 
+/// Largest height of a circular orbit \[km\]: that of the largest semi-major axis, 100 Earth radii.
+const HIGHEST: f64 = 99.0 * earth::RADIUS / 1_000.0;
+
 /// The semi-major axis \[Earth radii\], if the file gives it: by itself, or by the height above the equator of a circular orbit.
 pub(super) fn semi_major_axis(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Option<f64>, InputError> {
     match orbit.get_ref() {
@@ -115,8 +119,18 @@ pub(super) fn semi_major_axis(file: &InputFile, orbit: &Spanned<Orbit>) -> Resul
             measure::read(file, axis, Dimension::Radius).map(Some)
         }
         Orbit { semi_major_axis: None, altitude: Some(height), .. } => {
-            let height = measure::read(file, height, Dimension::Height)?;
-            Ok(Some(1.0 + height * 1_000.0 / earth::RADIUS))
+            let kilometres = measure::read(file, height, Dimension::Height)?;
+            match kilometres > 0.0 && kilometres <= HIGHEST {
+                true => Ok(Some(1.0 + kilometres * 1_000.0 / earth::RADIUS)),
+                false => {
+                    let problem = format!(
+                        "{} km is not allowed, it must be above 0 and at most {} km",
+                        plain(kilometres),
+                        plain(HIGHEST)
+                    );
+                    Err(file.error(height, &problem))
+                }
+            }
         }
         Orbit { semi_major_axis: Some(_), altitude: Some(height), .. } => {
             Err(file.error(height, "stands beside semi_major_axis, which says the same; leave out one of them"))
