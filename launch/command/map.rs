@@ -46,8 +46,8 @@ pub fn run(arguments: &MapArguments) -> ExitCode {
     if let Err(problem) = prepare(&map, &folder) {
         return refuse(&problem);
     }
-    let (file, is_quiet) = (arguments.file.as_path(), arguments.quiet);
-    match draw(&Order { map: &map, file, folder: &folder, hosts: hosts.as_ref(), is_quiet }) {
+    let (folder, hosts, is_quiet) = (folder.as_path(), hosts.as_ref(), arguments.quiet);
+    match draw(&Order { map: &map, folder, hosts, is_quiet }) {
         Ok(()) => {
             if !arguments.quiet {
                 say!("{} is in {}: {TABLE}, {FIGURE}, {PAGE}", map.label(), folder.display());

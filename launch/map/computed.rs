@@ -22,7 +22,7 @@ pub fn prepare(map: &MapFile, folder: &Path) -> Result<(), String> {
     let failed = |e: std::io::Error| format!("cannot write to {}: {e}", folder.display());
     if folder.exists() {
         let texts = COPIES.map(|name| fs::read_to_string(folder.join(name)).unwrap_or_default());
-        if texts.map(|text| without_hosts(&text)) != map.texts().map(without_hosts) {
+        if texts.map(|text| what_counts(&text)) != map.texts().map(what_counts) {
             return Err(format!(
                 "{} exists already and holds something else; name another folder with --out",
                 folder.display()
@@ -47,15 +47,16 @@ pub fn prepare(map: &MapFile, folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// A text without its table `[hosts]`, which has no effect on what is computed: a map may go on with other hosts, or without them.
-fn without_hosts(text: &str) -> String {
+/// A text without its table `[hosts]`, its comments and its empty lines, which have no effect on what is computed: a map may go on with other hosts, or
+/// without them.
+fn what_counts(text: &str) -> String {
     let mut is_within = false;
     let is_kept = |line: &&str| {
         let line = line.trim();
         if line.starts_with('[') {
             is_within = line.starts_with("[hosts]");
         }
-        !is_within && !line.is_empty()
+        !is_within && !line.is_empty() && !line.starts_with('#')
     };
     text.lines().filter(is_kept).flat_map(|line| [line, "\n"]).collect()
 }
@@ -137,10 +138,10 @@ mod tests {
     #[test]
     fn the_hosts_of_a_map_are_no_part_of_what_is_asked() {
         let plain = "scenario = \"s\"\n[vary]\nx = [1, 2]\n";
-        let with = "scenario = \"s\"\n  [hosts] # mine\nnames = [\"a\"]\n[vary]\nx = [1, 2]\n\n";
-        assert_eq!(without_hosts(with), plain);
-        assert_eq!(without_hosts(&format!("{plain}[hosts]\nlisten = \"tcp/127.0.0.1:1\"\n")), plain);
-        assert_ne!(without_hosts(&plain.replace("[1, 2]", "[1, 3]")), plain);
+        let with = "# with hosts\nscenario = \"s\"\n  [hosts] # mine\nnames = [\"a\"]\n[vary]\nx = [1, 2]\n\n";
+        assert_eq!(what_counts(with), plain);
+        assert_eq!(what_counts(&format!("{plain}[hosts]\nlisten = \"tcp/127.0.0.1:1\"\n")), plain);
+        assert_ne!(what_counts(&plain.replace("[1, 2]", "[1, 3]")), plain);
     }
 
     #[test]

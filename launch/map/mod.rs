@@ -28,7 +28,7 @@ use nodes::files::map_file::MapFile;
 
 use crate::plan::hosts::Hosts;
 use computed::Computed;
-use desk::{Desk, HOME};
+use desk::{Desk, HOME, Outcome};
 use parts::{Parts, Place};
 use progress::{Progress, Tally};
 
@@ -43,8 +43,6 @@ use welcome::with_others;
 pub struct Order<'a> {
     /// What is drawn.
     pub map: &'a MapFile,
-    /// The path of the map file.
-    pub file: &'a Path,
     /// The folder in which its parts are kept and its files are written.
     pub folder: &'a Path,
     /// The hosts that may contribute.
@@ -64,8 +62,13 @@ pub fn draw(order: &Order<'_>) -> Result<(), String> {
     let tally = Arc::new(Tally::of(known.len(), usize::from(order.hosts.is_some())));
     let desk = Arc::new(Desk::new(kept, parts, Arc::clone(&tally)));
     with_others(order, &desk, || {
-        let cells = compute(order, parts, &desk, known, &tally)?;
-        output::write(order.map, &cells, order.folder)
+        let cells = compute(order, parts, &desk, known, &tally);
+        let drawn = cells.and_then(|cells| output::write(order.map, &cells, order.folder));
+        desk.end(match &drawn {
+            Ok(()) => Outcome::Complete,
+            Err(why) => Outcome::Failed(why.clone()),
+        });
+        drawn
     })
 }
 

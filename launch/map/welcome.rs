@@ -24,17 +24,13 @@ pub(super) fn with_others(
 ) -> Result<(), String> {
     let Some(Hosts { access, names }) = order.hosts else { return draw() };
     let [text, scenario] = order.map.texts().map(str::to_owned);
-    let plan = MapPlan { map_id: domain::fresh_run_id(), file: order.file.into(), text, scenario };
+    let plan = MapPlan { map_id: domain::fresh_run_id(), file: order.map.path().into(), text, scenario };
     let dealer = Arc::new(AtDesk { desk: Arc::clone(desk), is_quiet: order.is_quiet });
     let dealing = Dealing::open(access, names, &plan, dealer).map_err(|e| e.to_string())?;
     if !order.is_quiet {
         remark!("{} may join at {}", names.join(", "), access.endpoint);
     }
     let drawn = draw();
-    desk.end(match &drawn {
-        Ok(()) => Outcome::Complete,
-        Err(why) => Outcome::Failed(why.clone()),
-    });
     dealing.end();
     drawn
 }

@@ -140,6 +140,11 @@ impl Sweep {
         self.axes.iter().map(|axis| axis.key.as_str())
     }
 
+    /// The path of the sweep file.
+    pub(crate) fn path(&self) -> &Path {
+        self.file.path()
+    }
+
     /// The text of the scenario file.
     pub(crate) fn base_text(&self) -> &str {
         &self.base_text

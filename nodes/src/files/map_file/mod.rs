@@ -164,6 +164,11 @@ impl MapFile {
         Ok(())
     }
 
+    /// The path of the map file.
+    pub fn path(&self) -> &Path {
+        self.sweep.path()
+    }
+
     /// The texts of the map file and of its scenario file.
     pub fn texts(&self) -> [&str; 2] {
         [&self.text, self.sweep.base_text()]
