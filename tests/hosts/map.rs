@@ -201,6 +201,8 @@ fn home_that_is_interrupted_goes_on_with_what_it_has_and_workers_join_again() {
     let kept = || std::fs::read_to_string(atlas.site.home.path("out/computed.csv")).unwrap_or_default();
     wait_until("something is kept", || kept().lines().count() > 10);
     site::signal(&home, Signal::INT);
+    // Where a shell has started the tests in the background, SIGINT is ignored.
+    site::signal(&home, Signal::TERM);
     let (code, said) = atlas.end(home);
     assert!(code != Some(0), "{said}");
     let (code, said) = end(worker);
