@@ -7,6 +7,7 @@ use std::process::{Output, Stdio};
 
 use common::processes::wait_for;
 use common::{Bench, text};
+use launch::plan::hosts::WITHOUT_HOSTS;
 use rustix::process::{Pid, Signal, kill_process};
 
 const SAIL: &str = "name = \"sail\"\n[orbit]\nsemi_major_axis = 2.5\narea_to_mass = 10\nreflectivity = 1.3\n[initial]\nphi = 3.1\n\
@@ -154,6 +155,12 @@ fn a_folder_with_something_else_is_left_alone_and_mistakes_are_told() {
         &MAP.replace("orbit.semi_major_axis\" = { from = 2.2, to = 2.5", "times.at\" = { from = 2.2, to = 2.5"),
     );
     refused("out", "is not a number of the scenario");
+    let hosts = |names: &str| format!("{MAP}[hosts]\nnames = {names}\nlisten = \"tcp/192.0.2.1:7447\"\n");
+    bench.write("map.toml", &hosts("[\"home\"]"));
+    refused("out", "map.toml:9: hosts.names: \"home\" is the host on which all is started");
+    bench.write("map.toml", &hosts("[\"worker-a\"]"));
+    let way = if cfg!(feature = "hosts") { "hosts.listen: tcp/192.0.2.1:7447 is not encrypted" } else { WITHOUT_HOSTS };
+    refused("out", way);
     assert!(!bench.path("out").exists());
     bench.write("map.toml", MAP);
     let valid = bench.phasecloud().args(["validate", "map.toml"]).output().unwrap();

@@ -1,4 +1,4 @@
-//! The node that carries messages between the domains of a run's hosts, over zenoh.
+//! The node that carries messages between the domains of a run's hosts, over zenoh, and the questions by which worker hosts get parts of a map.
 //!
 //! ```text
 //!       home                                                     worker host
@@ -27,6 +27,6 @@ pub mod plan;
 #[cfg(feature = "zenoh")]
 mod link;
 #[cfg(feature = "zenoh")]
-pub use link::{greeting, run, session};
+pub use link::{dealing, greeting, run, session};
 #[cfg(feature = "zenoh")]
 pub use zenoh;

@@ -1,4 +1,4 @@
-//! Who does what: the share of each worker host in a run.
+//! Who does what: the share of each worker host in a run, or in a map.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -62,6 +62,29 @@ pub enum Program {
     },
     /// Any program: command and arguments.
     Command(Vec<String>),
+}
+
+/// What a worker host is told to do when it greets home.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Work {
+    /// Its share of a run.
+    Run(HostPlan),
+    /// Parts of a map, for which it asks one after another.
+    Map(MapPlan),
+}
+
+/// A map to whose computation worker hosts contribute.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MapPlan {
+    /// A number that home has drawn for this computation of the map. Home draws another one when it is started again.
+    pub map_id: u64,
+    /// The path of the map file at home, by which it is named.
+    pub file: PathBuf,
+    /// The text of the map file.
+    pub text: String,
+    /// The text of its scenario file.
+    pub scenario: String,
 }
 
 /// A worker host's part in a run.

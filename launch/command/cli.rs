@@ -58,7 +58,7 @@ pub enum Command {
     Serve(ServeArguments),
     /// Ask a running service to work on scenarios, and wait until they are done
     Submit(SubmitArguments),
-    /// Do this host's share of a run that another host conducts
+    /// Do this host's share of a run that another host conducts, or compute parts of a map that another host draws
     Join(JoinArguments),
     /// Remove what runs left in shared memory when their launchers were killed; live runs are not touched
     #[command(
@@ -137,12 +137,14 @@ pub enum Command {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  phasecloud join --connect tcp/127.0.0.1:7447 --name worker-a\n  \
     phasecloud join --connect tls/home.example:7447 --authority ca.pem --certificate worker.pem --key worker-key.pem\n\n\
-    Exit codes: 0 the run at home has ended; 1 home refused or was lost, or work cannot go on; 2 bad input; 130 stopped on request.")]
+    It waits until home, `phasecloud run`, `phasecloud serve` or `phasecloud map` with a file that has a table [hosts], answers, and does what home asks for.\n\n\
+    Exit codes: 0 the run at home has ended, or the map is complete; 1 home refused, failed or was lost, or work cannot go on; 2 bad input; \
+    130 stopped on request.")]
 pub struct JoinArguments {
     /// Where home listens: tcp/HOST:PORT on this machine, tls/HOST:PORT beyond it
     #[arg(long, value_name = "ENDPOINT")]
     pub connect: Endpoint,
-    /// The name of this host in the launch file [default: its host name]
+    /// The name of this host in home's launch file or map file [default: its host name]
     #[arg(long)]
     pub name: Option<String>,
     /// Certificate of the authority that has signed home's certificate, in PEM

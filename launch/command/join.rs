@@ -1,23 +1,25 @@
-//! `phasecloud join`: a worker host does its share of a run that another host conducts.
+//! `phasecloud join`: a worker host does its share of a run that another host conducts, or computes parts of a map.
 
 use std::process::ExitCode;
 use std::time::Duration;
 
 use bridge::endpoint::{Access, End, Tls};
 use bridge::greeting::{Hello, greet};
-use bridge::plan::{HostPlan, Program};
+use bridge::plan::{HostPlan, MapPlan, Program, Work};
+use bridge::zenoh::Session;
 use messages::wait::Signals;
 
 use crate::command::cli::JoinArguments;
 use crate::crew::share::{self, Ending};
 use crate::domain;
 use crate::exit::{BAD_INPUT, INTERRUPTED};
+use crate::map::contributing::{Contribution, contribute};
 use crate::shown::Shown;
 
 /// Pause between two attempts to reach a home that does not answer yet.
 const PAUSE: Duration = Duration::from_millis(300);
 
-/// Joins, works, and ends with the run.
+/// Joins, works, and ends with the run or the map.
 pub fn run(arguments: &JoinArguments) -> ExitCode {
     let prepared = prepare(arguments);
     let (access, host) = match prepared {
@@ -28,12 +30,12 @@ pub fn run(arguments: &JoinArguments) -> ExitCode {
         }
     };
     match work(arguments, &access, &host) {
-        Ok(Ending::Over) => {
-            tell(arguments, "the run at home has ended");
+        Ok(Ended::Over(told)) => {
+            tell(arguments, &told);
             ExitCode::SUCCESS
         }
-        Ok(Ending::Interrupted) => {
-            remark!("interrupted: {host} has left the run");
+        Ok(Ended::Interrupted(told)) => {
+            remark!("interrupted: {told}");
             ExitCode::from(INTERRUPTED)
         }
         Err(problem) => {
@@ -67,11 +69,52 @@ fn tell(arguments: &JoinArguments, line: &str) {
     }
 }
 
-fn work(arguments: &JoinArguments, access: &Access, host: &str) -> Result<Ending, String> {
+/// How a host's work has ended, in words.
+enum Ended {
+    /// By itself.
+    Over(String),
+    /// The user asked to stop.
+    Interrupted(String),
+}
+
+fn work(arguments: &JoinArguments, access: &Access, host: &str) -> Result<Ended, String> {
     let signals =
         Signals::outlive_terminal(&[signal_hook::consts::SIGCHLD]).map_err(|e| format!("cannot catch signals: {e}"))?;
     let hello = Hello::of(host, domain::fresh_run_id());
-    let Some(plan) = await_plan(arguments, access, &hello, &signals)? else { return Ok(Ending::Interrupted) };
+    let zenoh = bridge::session::open(access, End::Connects).map_err(|e| e.to_string())?;
+    match await_work(arguments, (access, &zenoh), &hello, &signals)? {
+        None => Ok(Ended::Interrupted(format!("{host} has not joined"))),
+        Some(Work::Map(plan)) => on_map(arguments, (&plan, &zenoh), &hello, &signals),
+        Some(Work::Run(plan)) => {
+            // The bridge has a session of its own.
+            drop(zenoh);
+            in_run(arguments, (&plan, access), &hello, &signals)
+        }
+    }
+}
+
+fn on_map(
+    arguments: &JoinArguments,
+    (plan, zenoh): (&MapPlan, &Session),
+    hello: &Hello,
+    signals: &Signals,
+) -> Result<Ended, String> {
+    let (host, file) = (&hello.host, plan.file.display());
+    tell(arguments, &format!("joined the map {file} as {host}"));
+    let Contribution { is_complete, parts } = contribute(zenoh, plan, hello, signals)?;
+    Ok(match is_complete {
+        true => Ended::Over(format!("the map at home is complete; {parts} of its parts were computed here")),
+        false => Ended::Interrupted(format!("{host} has left the map; {parts} of its parts were computed here")),
+    })
+}
+
+fn in_run(
+    arguments: &JoinArguments,
+    (plan, access): (&HostPlan, &Access),
+    hello: &Hello,
+    signals: &Signals,
+) -> Result<Ended, String> {
+    let host = &hello.host;
     let commands = plan.members.iter().find(|share| matches!(share.program, Program::Command(_)));
     if let Some(share) = commands.filter(|_| !arguments.allow_commands) {
         return Err(format!(
@@ -82,24 +125,26 @@ fn work(arguments: &JoinArguments, access: &Access, host: &str) -> Result<Ending
     let names: Vec<&str> = plan.members.iter().map(|share| share.name.as_str()).collect();
     tell(arguments, &format!("joined run {:012x} ({}) as {host}: {}", plan.run_id, plan.name, names.join(", ")));
     let shown = Shown { quiet: arguments.quiet, json: false };
-    share::work(&plan, access, &hello, &signals, (shown, arguments.logged))
+    Ok(match share::work(plan, access, hello, signals, (shown, arguments.logged))? {
+        Ending::Over => Ended::Over("the run at home has ended".into()),
+        Ending::Interrupted => Ended::Interrupted(format!("{host} has left the run")),
+    })
 }
 
-/// Asks home for its plan until home answers; `None` if the user asked to stop before that.
-fn await_plan(
+/// Asks home what there is to do until home answers; `None` if the user asked to stop before that.
+fn await_work(
     arguments: &JoinArguments,
-    access: &Access,
+    (access, zenoh): (&Access, &Session),
     hello: &Hello,
     signals: &Signals,
-) -> Result<Option<HostPlan>, String> {
-    let zenoh = bridge::session::open(access, End::Connects).map_err(|e| e.to_string())?;
+) -> Result<Option<Work>, String> {
     let mut is_told = false;
     while !signals.stop_requested() {
-        if let Some(plan) = greet(&zenoh, hello).map_err(|e| e.to_string())? {
-            return Ok(Some(plan));
+        if let Some(work) = greet(zenoh, hello).map_err(|e| e.to_string())? {
+            return Ok(Some(work));
         }
         if !std::mem::replace(&mut is_told, true) {
-            tell(arguments, &format!("waiting for a run at {}", access.endpoint));
+            tell(arguments, &format!("waiting for a run or a map at {}", access.endpoint));
         }
         signals.wait(&[], PAUSE).map_err(|e| e.to_string())?;
     }

@@ -11,7 +11,7 @@ use nodes::files::scenario_file::{self, AnyScenario};
 use nodes::files::sweep::Sweep;
 
 use crate::exit::BAD_INPUT;
-use crate::plan::hosts::WITHOUT_HOSTS;
+use crate::plan::hosts::{Hosts, WITHOUT_HOSTS};
 use crate::plan::launch_file::Launch;
 use crate::plan::{built_in, programs, refusals};
 
@@ -88,7 +88,15 @@ fn sweep(file: &InputFile) -> Result<String, Vec<String>> {
 
 fn map(file: &InputFile) -> Result<String, Vec<String>> {
     let map = MapFile::check(file).map_err(|e| vec![e.to_string()])?;
-    Ok(format!("map of the {} at {} points over {}", map.label(), map.sweep.len(), map.axes.join(" and ")))
+    let folder = file.path().parent().unwrap_or(Path::new("."));
+    let hosts = map.hosts.as_ref().map(|table| Hosts::check(file, table, folder)).transpose();
+    let hosts = without_hosts(hosts.map_err(|e| vec![e.to_string()])?.as_ref());
+    Ok(format!("map of the {} at {} points over {}{hosts}", map.label(), map.sweep.len(), map.axes.join(" and ")))
+}
+
+/// What is to be said of other hosts that this build cannot reach.
+fn without_hosts(hosts: Option<&Hosts>) -> String {
+    hosts.filter(|_| !cfg!(feature = "hosts")).map_or(String::new(), |_| format!("; but {WITHOUT_HOSTS}"))
 }
 
 /// A launch file; one that is built in has no path.
@@ -100,10 +108,7 @@ fn launch(file: &InputFile, path: Option<&Path>) -> Result<String, Vec<String>> 
     if problems.is_empty() {
         let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         let (cases, scenarios) = (launch.cases.len(), launch.scenarios.len());
-        let hosts = match launch.hosts {
-            Some(_) if !cfg!(feature = "hosts") => format!("; but {WITHOUT_HOSTS}"),
-            _ => String::new(),
-        };
+        let hosts = without_hosts(launch.hosts.as_ref());
         return Ok(format!("{} on {}{hosts}", counted(cases, "case"), counted(scenarios, "scenario")));
     }
     Err(problems)

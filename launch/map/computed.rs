@@ -21,8 +21,8 @@ pub(super) const COPIES: [&str; 2] = ["map.toml", "scenario.toml"];
 pub fn prepare(map: &MapFile, folder: &Path) -> Result<(), String> {
     let failed = |e: std::io::Error| format!("cannot write to {}: {e}", folder.display());
     if folder.exists() {
-        let texts = COPIES.map(|name| fs::read_to_string(folder.join(name)).ok());
-        if texts != map.texts().map(|text| Some(text.to_owned())) {
+        let texts = COPIES.map(|name| fs::read_to_string(folder.join(name)).unwrap_or_default());
+        if texts.map(|text| what_counts(&text)) != map.texts().map(what_counts) {
             return Err(format!(
                 "{} exists already and holds something else; name another folder with --out",
                 folder.display()
@@ -34,14 +34,31 @@ pub fn prepare(map: &MapFile, folder: &Path) -> Result<(), String> {
                 folder.display()
             ));
         }
-        return Ok(());
+    } else {
+        fs::create_dir_all(folder).map_err(failed)?;
+        fs::write(folder.join(FILE), format!("{HEAD}\n")).map_err(failed)?;
     }
-    fs::create_dir_all(folder).map_err(failed)?;
-    fs::write(folder.join(FILE), format!("{HEAD}\n")).map_err(failed)?;
     for (name, text) in COPIES.iter().zip(map.texts()) {
-        fs::write(folder.join(name), text).map_err(failed)?;
+        let path = folder.join(name);
+        if fs::read_to_string(&path).ok().as_deref() != Some(text) {
+            fs::write(path, text).map_err(failed)?;
+        }
     }
     Ok(())
+}
+
+/// A text without its table `[hosts]`, its comments and its empty lines, which have no effect on what is computed: a map may go on with other hosts, or
+/// without them.
+fn what_counts(text: &str) -> String {
+    let mut is_within = false;
+    let is_kept = |line: &&str| {
+        let line = line.trim();
+        if line.starts_with('[') {
+            is_within = line.starts_with("[hosts]");
+        }
+        !is_within && !line.is_empty() && !line.starts_with('#')
+    };
+    text.lines().filter(is_kept).flat_map(|line| [line, "\n"]).collect()
 }
 
 /// The points so far.
@@ -117,6 +134,15 @@ fn point(part: &str) -> Option<((usize, usize), Vec<Estimated>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_hosts_of_a_map_are_no_part_of_what_is_asked() {
+        let plain = "scenario = \"s\"\n[vary]\nx = [1, 2]\n";
+        let with = "# with hosts\nscenario = \"s\"\n  [hosts] # mine\nnames = [\"a\"]\n[vary]\nx = [1, 2]\n\n";
+        assert_eq!(what_counts(with), plain);
+        assert_eq!(what_counts(&format!("{plain}[hosts]\nlisten = \"tcp/127.0.0.1:1\"\n")), plain);
+        assert_ne!(what_counts(&plain.replace("[1, 2]", "[1, 3]")), plain);
+    }
 
     #[test]
     fn what_was_kept_is_read_again_to_the_last_bit_and_half_a_line_is_left_out() {

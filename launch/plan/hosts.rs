@@ -1,13 +1,12 @@
-//! The `[hosts]` table of a launch file: which other hosts take part, and where they find this one.
+//! The `[hosts]` table of a launch file or a map file: which other hosts take part, and where they find this one.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use bridge::endpoint::{Access, Endpoint, Tls};
+use bridge::endpoint::{Access, End, Endpoint, Tls};
 use bridge::plan::HOME;
+use nodes::files::hosts_table::HostsTable;
 use nodes::files::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
-use schemars::JsonSchema;
-use serde::Deserialize;
 use toml::Spanned;
 
 /// The feature `hosts` is compiled only on request, because it takes longer than all the rest.
@@ -17,7 +16,7 @@ pub const WITHOUT_HOSTS: &str =
 /// Most worker hosts of a run.
 const MOST_HOSTS: usize = 64;
 
-/// The other hosts of a run.
+/// The other hosts of a run or of a map.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hosts {
     /// Where they find this host.
@@ -26,25 +25,12 @@ pub struct Hosts {
     pub names: Vec<String>,
 }
 
-/// The table as it stands in the file.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RawHosts {
-    #[schemars(with = "Vec<String>")]
-    names: Spanned<Vec<Spanned<String>>>,
-    #[schemars(with = "String")]
-    listen: Spanned<String>,
-    authority: Option<PathBuf>,
-    certificate: Option<PathBuf>,
-    key: Option<PathBuf>,
-}
-
 impl Hosts {
     /// Checks the table; the files that it names are relative to `folder`.
     ///
     /// # Errors
     /// [`InputError`] with file, line and key.
-    pub fn check(file: &InputFile, raw: &RawHosts, folder: &Path) -> Result<Self, InputError> {
+    pub fn check(file: &InputFile, raw: &HostsTable, folder: &Path) -> Result<Self, InputError> {
         let endpoint: Endpoint = raw.listen.get_ref().parse().map_err(|why: String| file.error(&raw.listen, &why))?;
         let mut names = BTreeSet::new();
         for name in raw.names.get_ref() {
@@ -53,7 +39,7 @@ impl Hosts {
                 return Err(file.error(name, &format!("\"{text}\" is not allowed, {PLAIN_NAME}")));
             }
             if text == HOME {
-                return Err(file.error(name, "\"home\" is the host that the run is started on; it need not be named"));
+                return Err(file.error(name, "\"home\" is the host on which all is started; it need not be named"));
             }
             if !names.insert(text) {
                 return Err(file.error(name, &format!("a second host with the name \"{text}\"; names must differ")));
@@ -67,6 +53,18 @@ impl Hosts {
         let tls = Tls { authority: path(&raw.authority), certificate: path(&raw.certificate), key: path(&raw.key) };
         let names = raw.names.get_ref().iter().map(|name| name.get_ref().clone()).collect();
         Ok(Self { access: Access { endpoint, tls, insecure: false }, names })
+    }
+
+    /// Lets hosts talk without encryption, if `insecure`, and checks whether they can talk at all.
+    ///
+    /// # Errors
+    /// What is missing.
+    pub fn open(&mut self, insecure: bool) -> Result<(), String> {
+        if !cfg!(feature = "hosts") {
+            return Err(format!("hosts: {WITHOUT_HOSTS}"));
+        }
+        self.access.insecure = insecure;
+        self.access.check(End::Listens).map_err(|why| format!("hosts.listen: {why}"))
     }
 }
 

@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use bridge::endpoint::End;
 use bridge::plan::HOME;
 use density::trust::TOLERANCE;
 use kit::limits::MOST_BINS;
 use nodes::files::file_kind::FileKind;
+use nodes::files::hosts_table::HostsTable;
 use nodes::files::input::{InputError, InputFile};
 use nodes::files::plain_number::plain;
 use nodes::files::scenario_file::{self, AnyScenario};
@@ -25,7 +25,7 @@ use super::checks::{check_name, checked_seconds};
 use super::programs;
 use super::references::References;
 use crate::plan::cases::{self, Case, Runs};
-use crate::plan::hosts::{Hosts, RawHosts, WITHOUT_HOSTS};
+use crate::plan::hosts::Hosts;
 
 /// A checked launch file.
 #[derive(Debug, Clone)]
@@ -102,7 +102,7 @@ struct Raw {
     patience: Option<Spanned<f64>>,
     #[serde(default, deserialize_with = "choice")]
     restart: Restart,
-    hosts: Option<RawHosts>,
+    hosts: Option<HostsTable>,
     /// The accuracy of the built-in cases that do not set their own.
     #[schemars(with = "Option<AccuracySetting>")]
     accuracy: Option<Spanned<AccuracySetting>>,
@@ -196,14 +196,7 @@ impl Launch {
     /// # Errors
     /// What is missing.
     pub fn open_to_hosts(&mut self, insecure: bool) -> Result<(), String> {
-        match &mut self.hosts {
-            Some(hosts) if cfg!(feature = "hosts") => {
-                hosts.access.insecure = insecure;
-                hosts.access.check(End::Listens).map_err(|why| format!("hosts.listen: {why}"))
-            }
-            Some(_) => Err(format!("hosts: {WITHOUT_HOSTS}")),
-            None => Ok(()),
-        }
+        self.hosts.as_mut().map_or(Ok(()), |hosts| hosts.open(insecure))
     }
 
     fn check_with(

@@ -7,6 +7,7 @@ mod common;
 
 mod faults;
 mod link;
+mod map;
 mod namespaces;
 mod sameness;
 mod security;

@@ -1,4 +1,4 @@
-//! A worker host introduces itself at home and is told its share of the run, or why it has none.
+//! A worker host introduces itself at home and is told its share of the run or of the map, or why it has none.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use zenoh::{Session, Wait};
 
 use super::session::refused;
 use super::wire;
-use crate::plan::HostPlan;
+use crate::plan::Work;
 
 /// Where home listens for greetings.
 const KEY: &str = "phasecloud/greeting";
@@ -62,11 +62,11 @@ fn contract() -> String {
     format!("{} wire/{}", names().join(" "), wire::VERSION)
 }
 
-/// Asks home for a plan; `None` if home does not answer.
+/// Asks home what there is to do; `None` if home does not answer.
 ///
 /// # Errors
 /// [`Failure::Refused`] if home refuses, with its reason.
-pub fn greet(zenoh: &Session, hello: &Hello) -> Result<Option<HostPlan>, Failure> {
+pub fn greet(zenoh: &Session, hello: &Hello) -> Result<Option<Work>, Failure> {
     let answers = zenoh.get(KEY).payload(text(hello)?).timeout(PATIENCE).wait().map_err(|e| refused(&e))?;
     let Ok(Some(reply)) = answers.recv_timeout(PATIENCE) else { return Ok(None) };
     match reply.result() {
@@ -77,20 +77,20 @@ pub fn greet(zenoh: &Session, hello: &Hello) -> Result<Option<HostPlan>, Failure
     }
 }
 
-/// Answers greetings with `plan_of`, which may refuse, for as long as the result lives.
+/// Answers greetings with `work_of`, which may refuse, for as long as the result lives.
 ///
 /// # Errors
 /// [`Failure::Refused`] if zenoh refuses.
 pub(crate) fn receive(
     zenoh: &Session,
-    plan_of: impl Fn(Hello) -> Result<HostPlan, String> + Send + Sync + 'static,
+    work_of: impl Fn(Hello) -> Result<Work, String> + Send + Sync + 'static,
 ) -> Result<zenoh::query::Queryable<()>, Failure> {
     let answer = move |query: Query| {
         let said = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
-        let plan = parse::<Hello>(&said).map_err(|e| e.to_string()).and_then(&plan_of);
-        let plan = plan.and_then(|plan| text(&plan).map_err(|e| e.to_string()));
-        let sent = match plan {
-            Ok(plan) => query.reply(KEY, plan).wait(),
+        let work = parse::<Hello>(&said).map_err(|e| e.to_string()).and_then(&work_of);
+        let work = work.and_then(|work| text(&work).map_err(|e| e.to_string()));
+        let sent = match work {
+            Ok(work) => query.reply(KEY, work).wait(),
             Err(why) => query.reply_err(why).wait(),
         };
         if let Err(error) = sent {
@@ -100,11 +100,13 @@ pub(crate) fn receive(
     zenoh.declare_queryable(KEY).callback(answer).wait().map_err(|e| refused(&e))
 }
 
-fn text(value: &impl Serialize) -> Result<String, Failure> {
+/// A value as it is sent.
+pub(super) fn text(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string(value).map_err(|e| Failure::Refused(e.to_string()))
 }
 
-fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Failure> {
+/// A value that another host has sent.
+pub(super) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Failure> {
     serde_json::from_slice(bytes).map_err(|e| Failure::Refused(format!("the other host speaks another language: {e}")))
 }
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
 
@@ -22,11 +22,12 @@ use super::greeting::{self, Hello};
 use super::landing::{ComesHome, Landing};
 use super::log_stream;
 use super::pull::pull;
+use super::register::Register;
 use super::serve::serve;
 use super::session;
 use super::wire::key;
 use crate::endpoint::{Access, End};
-use crate::plan::{HOME, HostPlan};
+use crate::plan::{HOME, HostPlan, Work};
 
 /// Longest time between two looks at the hosts.
 const LOOK: Duration = Duration::from_millis(100);
@@ -43,13 +44,13 @@ pub fn run(
 ) -> Result<(), Failure> {
     let zenoh = session::open(access, End::Listens)?;
     let (joined, joins) = channel();
-    let register = Register { plans, present: Mutex::default() };
+    let register = Register::of(plans);
     let welcome = move |hello: Hello| {
         let (plan, contact) = register.welcome(&hello)?;
         if let Some(contact) = contact {
             let _ = joined.send((hello.host, plan.clone(), contact));
         }
-        Ok(plan)
+        Ok(Work::Run(plan))
     };
     let _greetings = greeting::receive(&zenoh, welcome)?;
     session.ready()?;
@@ -64,39 +65,6 @@ pub fn run(
     }
     home.threads.drain(..).for_each(|thread| drop(thread.join()));
     end
-}
-
-/// Which hosts may join, and which have.
-struct Register {
-    plans: BTreeMap<String, HostPlan>,
-    present: Mutex<BTreeMap<String, (u64, Arc<Contact>)>>,
-}
-
-impl Register {
-    /// The plan of a host that greets, and its contact if it was not there before.
-    ///
-    /// # Errors
-    /// Why it cannot join.
-    fn welcome(&self, hello: &Hello) -> Result<(HostPlan, Option<Arc<Contact>>), String> {
-        hello.check().inspect_err(|why| tracing::error!("{why}"))?;
-        let Some(plan) = self.plans.get(&hello.host) else {
-            let names: Vec<&str> = self.plans.keys().map(String::as_str).collect();
-            let why = format!("the launch file names no host \"{}\"; there are {}", hello.host, names.join(", "));
-            tracing::warn!("{why}");
-            return Err(why);
-        };
-        let mut present = self.present.lock().unwrap_or_else(PoisonError::into_inner);
-        match present.get(&hello.host) {
-            Some((process, _)) if *process == hello.process => return Ok((plan.clone(), None)),
-            Some((_, contact)) if !contact.is_gone() => {
-                return Err(format!("another process has joined as {} and is alive", hello.host));
-            }
-            _ => {}
-        }
-        let contact = Arc::new(Contact::with_worker());
-        present.insert(hello.host.clone(), (hello.process, Arc::clone(&contact)));
-        Ok((plan.clone(), Some(contact)))
-    }
 }
 
 /// A worker host that has joined.
@@ -197,29 +165,4 @@ fn say(host: &str, line: &str) {
     let Ok(mut line) = serde_json::from_str::<Line>(line) else { return };
     line.node = format!("{}@{host}", line.node);
     let _ = writeln!(std::io::stderr(), "{}", line.to_text(Format::Json));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_name_belongs_to_one_process_until_that_is_gone() {
-        let plan = HostPlan {
-            run_id: 7,
-            name: "run".into(),
-            propagators: 1,
-            cases: 1,
-            snapshots: 2,
-            restart: true,
-            members: Vec::new(),
-        };
-        let register = Register { plans: BTreeMap::from([("a".to_owned(), plan)]), present: Mutex::default() };
-        let contact = register.welcome(&Hello::of("a", 1)).unwrap().1.unwrap();
-        assert!(register.welcome(&Hello::of("a", 1)).unwrap().1.is_none(), "it is there already");
-        assert!(register.welcome(&Hello::of("a", 2)).unwrap_err().contains("another process has joined as a"));
-        contact.end();
-        assert!(register.welcome(&Hello::of("a", 2)).unwrap().1.is_some());
-        assert!(register.welcome(&Hello::of("b", 3)).unwrap_err().contains("no host \"b\"; there are a"));
-    }
 }

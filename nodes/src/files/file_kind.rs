@@ -42,7 +42,7 @@ impl FileKind {
             ],
             Self::Scenario => &["model", "epoch", "orbit", "initial", "times", "disposal"],
             Self::Sweep => &["vary", "scenario"],
-            Self::Map => &[QUANTITY, "vary", "scenario"],
+            Self::Map => &[QUANTITY, "vary", "scenario", "hosts"],
         }
     }
 

@@ -1,6 +1,7 @@
 //! The files that users write: how they are read, and how a mistake is reported with file, line and key.
 
 pub mod file_kind;
+pub mod hosts_table;
 pub mod input;
 mod key_path;
 pub mod map_file;

@@ -83,9 +83,23 @@ impl Sweep {
         vary: &Spanned<Varied>,
     ) -> Result<Self, InputError> {
         let folder = file.path().parent().unwrap_or(Path::new("."));
-        let in_base = |error: &dyn std::fmt::Display| file.error(scenario, &error.to_string());
-        let base_file = InputFile::read(&folder.join(scenario.get_ref())).map_err(|e| in_base(&e))?;
-        let base = scenario_file::check_cloud(&base_file).map_err(|e| in_base(&e))?;
+        let base_file = InputFile::read(&folder.join(scenario.get_ref()));
+        let base_file = base_file.map_err(|error| file.error(scenario, &error.to_string()))?;
+        Self::varied_of(file, scenario, vary, &base_file)
+    }
+
+    /// The same of a scenario file that has been read.
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line and key.
+    pub(crate) fn varied_of(
+        file: &InputFile,
+        scenario: &Spanned<PathBuf>,
+        vary: &Spanned<Varied>,
+        base_file: &InputFile,
+    ) -> Result<Self, InputError> {
+        let in_base = |error: InputError| file.error(scenario, &error.to_string());
+        let base = scenario_file::check_cloud(base_file).map_err(in_base)?;
         if vary.get_ref().is_empty() {
             return Err(file.error(vary, "names no key; it must vary at least one number of the scenario"));
         }
@@ -124,6 +138,11 @@ impl Sweep {
     /// The keys that are varied, as `TABLE.KEY`.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().map(|axis| axis.key.as_str())
+    }
+
+    /// The path of the sweep file.
+    pub(crate) fn path(&self) -> &Path {
+        self.file.path()
     }
 
     /// The text of the scenario file.

@@ -16,6 +16,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::files::file_kind::FileKind;
+use crate::files::hosts_table::HostsTable;
 use crate::files::input::{InputError, InputFile};
 use crate::files::plain_number::plain;
 use crate::files::scenario_file::AnyScenario;
@@ -39,6 +40,7 @@ struct Raw {
     difference: Option<Spanned<RawDifference>>,
     #[schemars(with = "Option<f64>")]
     tolerance: Option<Spanned<f64>>,
+    hosts: Option<HostsTable>,
 }
 
 /// A map that is to be drawn.
@@ -56,6 +58,8 @@ pub struct MapFile {
     pub tolerance: f64,
     /// The keys along the axes: the horizontal one first, which is the first in the file.
     pub axes: Vec<String>,
+    /// The hosts that help to compute it, as the file names them.
+    pub hosts: Option<HostsTable>,
     /// The text of the file.
     text: String,
 }
@@ -79,9 +83,22 @@ impl MapFile {
     /// # Errors
     /// [`InputError`] with file, line and key.
     pub fn check(file: &InputFile) -> Result<Self, InputError> {
+        Self::check_with(file, |raw| Sweep::varied(file, &raw.scenario, &raw.vary))
+    }
+
+    /// Checks a map file of another host, whose scenario file has come with it.
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line and key.
+    pub fn check_with_scenario(file: &InputFile, scenario: &InputFile) -> Result<Self, InputError> {
+        Self::check_with(file, |raw| Sweep::varied_of(file, &raw.scenario, &raw.vary, scenario))
+    }
+
+    fn check_with(file: &InputFile, sweep: impl FnOnce(&Raw) -> Result<Sweep, InputError>) -> Result<Self, InputError> {
         file.expect(FileKind::Map)?;
-        let raw: Raw = file.parse()?;
-        let sweep = Sweep::varied(file, &raw.scenario, &raw.vary)?;
+        let mut raw: Raw = file.parse()?;
+        let hosts = raw.hosts.take();
+        let sweep = sweep(&raw)?;
         let keys = raw.vary.get_ref().len();
         if keys > 2 {
             return Err(file.error(&raw.vary, &format!("names {keys} keys; a map has one or two axes")));
@@ -99,7 +116,7 @@ impl MapFile {
         let other = raw.difference.as_ref().map(|table| table.get_ref().read(file, table, (quantity, is_in_space)));
         let other = other.transpose()?;
         let tolerance = tolerance(file, raw.tolerance.as_ref())?;
-        let map = Self { sweep, quantity, other, shown, tolerance, axes, text: file.text().into() };
+        let map = Self { sweep, quantity, other, shown, tolerance, axes, hosts, text: file.text().into() };
         map.check_spacing(file, &raw.vary)?;
         for index in 0..map.sweep.len() {
             map.check_point(file, index, &raw)?;
@@ -146,6 +163,11 @@ impl MapFile {
             }
         }
         Ok(())
+    }
+
+    /// The path of the map file.
+    pub fn path(&self) -> &Path {
+        self.sweep.path()
     }
 
     /// The texts of the map file and of its scenario file.

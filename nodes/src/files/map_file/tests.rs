@@ -78,6 +78,27 @@ fn a_mistake_is_told_with_line_and_key() {
     assert_eq!(sweep.len(), 15, "a map file is a sweep as well");
 }
 
+#[test]
+fn a_map_file_may_name_hosts_and_is_no_other_kind_of_file_for_it() {
+    let hosts = "tolerance = 1e-3\nscenario = \"base.toml\"\n[hosts]\nnames = [\"worker-a\"]\nlisten = \"tcp/127.0.0.1:7447\"\n";
+    let text = GOOD.replace("scenario = \"base.toml\"\n", hosts);
+    let table = load(&text).unwrap().hosts.unwrap();
+    assert_eq!((table.names.get_ref().len(), table.listen.get_ref().as_str()), (1, "tcp/127.0.0.1:7447"));
+    assert!(load(GOOD).unwrap().hosts.is_none());
+    let error = load(&text.replace("listen", "at")).unwrap_err();
+    assert!(error.line == 5 && error.to_string().contains("hosts.at"), "{error}");
+    let error = load(&text.replace("scenario = \"base.toml\"\n", "")).unwrap_err();
+    assert!(error.to_string().contains("the map file lacks the key `scenario`"), "{error}");
+}
+
+#[test]
+fn a_map_is_the_same_if_its_scenario_has_come_with_it() {
+    let input = |text| InputFile::from_text(Path::new("elsewhere/map.toml"), text);
+    let map = MapFile::check_with_scenario(&input(GOOD), &input(BASE)).unwrap();
+    assert_eq!((map.size(), map.texts()), ((5, 3), [GOOD, BASE]));
+    assert_eq!(map.point(7).unwrap(), load(GOOD).unwrap().point(7).unwrap());
+}
+
 const IN_SPACE: &str = "name = \"s\"\n[model]\nname = \"vectorial\"\nforces = [\"srp\", \"j2\"]\n[epoch]\nsun_longitude = 0.0\n[orbit]\n\
     semi_major_axis = 2.5\narea_to_mass = 10\nreflectivity = 1.3\n[initial]\nphi = 2.2\ne = 0.1\ninclination = 0.2\nnode = 1.0\n\
     sigma_phi = 0.1\nsigma_e = 0.01\n[times]\nat = [0.0, 1.0]\n[disposal]\ncritical_e = 0.6\n";
