@@ -4,16 +4,16 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `parts` | the points that are computed together |
-//! | `desk` | who computes which parts |
+//! | `allotment` | who computes which parts |
 //! | `computed` | the file with what has been computed so far |
 //! | `output` | the files of a finished map |
 //! | `progress` | how far it is |
 //! | `welcome`, `contributing` | several hosts, home's end and a worker's end |
 
+mod allotment;
 mod computed;
 #[cfg(feature = "hosts")]
 pub mod contributing;
-mod desk;
 mod output;
 mod parts;
 mod progress;
@@ -27,8 +27,8 @@ use density::reliability::refinement::{Cell, Known, fill};
 use nodes::files::map_file::MapFile;
 
 use crate::plan::hosts::Hosts;
+use allotment::{Allotment, HOME, Outcome};
 use computed::Computed;
-use desk::{Desk, HOME, Outcome};
 use parts::{Parts, Place};
 use progress::{Progress, Tally};
 
@@ -60,11 +60,11 @@ pub fn draw(order: &Order<'_>) -> Result<(), String> {
     let kept = Computed::open(order.folder)?;
     let known = kept.known().clone();
     let tally = Arc::new(Tally::of(known.len(), usize::from(order.hosts.is_some())));
-    let desk = Arc::new(Desk::new(kept, parts, Arc::clone(&tally)));
-    with_others(order, &desk, || {
-        let cells = compute(order, parts, &desk, known, &tally);
+    let allotment = Arc::new(Allotment::new(kept, parts, Arc::clone(&tally)));
+    with_others(order, &allotment, || {
+        let cells = compute(order, parts, &allotment, known, &tally);
         let drawn = cells.and_then(|cells| output::write(order.map, &cells, order.folder));
-        desk.end(match &drawn {
+        allotment.end(match &drawn {
             Ok(()) => Outcome::Complete,
             Err(why) => Outcome::Failed(why.clone()),
         });
@@ -74,21 +74,21 @@ pub fn draw(order: &Order<'_>) -> Result<(), String> {
 
 /// Without the feature `hosts` there are no others.
 #[cfg(not(feature = "hosts"))]
-fn with_others(_: &Order<'_>, _: &Arc<Desk>, draw: impl FnOnce() -> Result<(), String>) -> Result<(), String> {
+fn with_others(_: &Order<'_>, _: &Arc<Allotment>, draw: impl FnOnce() -> Result<(), String>) -> Result<(), String> {
     draw()
 }
 
 fn compute(
     order: &Order<'_>,
     parts: Parts<'_>,
-    desk: &Desk,
+    allotment: &Allotment,
     mut known: Known,
     tally: &Arc<Tally>,
 ) -> Result<Vec<Cell>, String> {
     let size = parts.size();
     let progress = Progress::new(size.0 * size.1, tally, order.is_quiet);
     let cells = fill(size, order.map.tolerance, &mut known, |missing, known: &mut Known| {
-        known.extend(compute_all(parts, desk, missing)?);
+        known.extend(compute_all(parts, allotment, missing)?);
         Ok::<(), String>(())
     })?;
     progress.end();
@@ -96,10 +96,10 @@ fn compute(
 }
 
 /// Has parts computed, and computes those that nobody else does.
-fn compute_all(parts: Parts<'_>, desk: &Desk, missing: &[Place]) -> Result<Known, String> {
-    desk.lay_out(missing);
-    while let Some(places) = desk.next_at_home()? {
-        parts.compute(&places, |place, found| desk.bring(HOME, place, found));
+fn compute_all(parts: Parts<'_>, allotment: &Allotment, missing: &[Place]) -> Result<Known, String> {
+    allotment.lay_out(missing);
+    while let Some(places) = allotment.next_at_home()? {
+        parts.compute(&places, |place, found| allotment.bring(HOME, place, found));
     }
-    Ok(desk.collect())
+    Ok(allotment.collect())
 }

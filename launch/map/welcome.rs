@@ -8,7 +8,7 @@ use bridge::plan::MapPlan;
 use density::exact::Estimated;
 
 use super::Order;
-use super::desk::{Desk, Outcome};
+use super::allotment::{Allotment, Outcome};
 use super::parts::Found;
 use crate::domain;
 use crate::plan::hosts::Hosts;
@@ -19,13 +19,13 @@ use crate::plan::hosts::Hosts;
 /// Why the map cannot be drawn, or why others cannot be let in.
 pub(super) fn with_others(
     order: &Order<'_>,
-    desk: &Arc<Desk>,
+    allotment: &Arc<Allotment>,
     draw: impl FnOnce() -> Result<(), String>,
 ) -> Result<(), String> {
     let Some(Hosts { access, names }) = order.hosts else { return draw() };
     let [text, scenario] = order.map.texts().map(str::to_owned);
     let plan = MapPlan { map_id: domain::fresh_run_id(), file: order.map.path().into(), text, scenario };
-    let dealer = Arc::new(AtDesk { desk: Arc::clone(desk), is_quiet: order.is_quiet });
+    let dealer = Arc::new(AllotmentDealer { allotment: Arc::clone(allotment), is_quiet: order.is_quiet });
     let dealing = Dealing::open(access, names, &plan, dealer).map_err(|e| e.to_string())?;
     if !order.is_quiet {
         remark!("{} may join at {}", names.join(", "), access.endpoint);
@@ -35,21 +35,21 @@ pub(super) fn with_others(
     drawn
 }
 
-/// Gives out what lies on the desk.
-struct AtDesk {
-    desk: Arc<Desk>,
+/// Gives out the parts of an allotment.
+struct AllotmentDealer {
+    allotment: Arc<Allotment>,
     is_quiet: bool,
 }
 
-impl Dealer for AtDesk {
+impl Dealer for AllotmentDealer {
     fn answer(&self, Question { process, brought, is_free, is_leaving, .. }: Question) -> Answer {
         for part in brought {
-            self.desk.bring(process, part.place, found(part));
+            self.allotment.bring(process, part.place, found(part));
         }
-        match self.desk.outcome() {
+        match self.allotment.outcome() {
             Some(Outcome::Complete) => Answer::Complete,
             Some(Outcome::Failed(why)) => Answer::Failed(why),
-            None if is_free && !is_leaving => match self.desk.take(process) {
+            None if is_free && !is_leaving => match self.allotment.take(process) {
                 places if places.is_empty() => Answer::Nothing,
                 places => Answer::Compute(places),
             },
@@ -58,8 +58,8 @@ impl Dealer for AtDesk {
     }
 
     fn attend(&self, present: BTreeMap<u64, String>) {
-        let (come, gone) = self.desk.attend(present);
-        if self.is_quiet || self.desk.outcome().is_some() {
+        let (come, gone) = self.allotment.attend(present);
+        if self.is_quiet || self.allotment.outcome().is_some() {
             return;
         }
         come.iter().for_each(|name| remark!("{name} has joined"));

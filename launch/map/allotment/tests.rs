@@ -13,15 +13,15 @@ const SCENARIO: &str = "name = \"s\"\n[orbit]\nsemi_major_axis = 2.5\narea_to_ma
 const MAP: &str = "scenario = \"s.toml\"\n[quantity]\nname = \"reentry\"\nwithin = 10\n[vary]\n\
      \"orbit.semi_major_axis\" = { from = 2, to = 3, count = 5 }\n\"orbit.area_to_mass\" = [1, 2, 3]\n";
 
-fn desk() -> (TempDir, Desk, Arc<Tally>) {
+fn allotment() -> (TempDir, Allotment, Arc<Tally>) {
     let input = |text| InputFile::from_text(Path::new("m.toml"), text);
     let map = MapFile::check_with_scenario(&input(MAP), &input(SCENARIO)).unwrap();
     let folder = tempfile::tempdir().unwrap();
     prepare(&map, &folder.path().join("map")).unwrap();
     let tally = Arc::new(Tally::of(0, 1));
     let kept = Computed::open(&folder.path().join("map")).unwrap();
-    let desk = Desk::new(kept, Parts::of(&map).unwrap(), Arc::clone(&tally));
-    (folder, desk, tally)
+    let allotment = Allotment::new(kept, Parts::of(&map).unwrap(), Arc::clone(&tally));
+    (folder, allotment, tally)
 }
 
 fn numbers(value: f64) -> Found {
@@ -34,64 +34,64 @@ fn there(processes: &[u64]) -> BTreeMap<u64, String> {
 
 #[test]
 fn a_part_is_given_to_one_process_and_again_to_it_if_the_answer_was_lost() {
-    let (_folder, desk, _) = desk();
-    desk.attend(there(&[7, 8]));
-    desk.lay_out(&[(0, 0), (2, 0), (4, 0)]);
-    assert_eq!(desk.next_at_home().unwrap().unwrap(), [(0, 0)]);
-    assert_eq!(desk.take(7), [(2, 0)]);
-    assert_eq!(desk.take(7), [(2, 0)], "the first answer may be lost");
-    assert_eq!(desk.take(8), [(4, 0)]);
-    desk.bring(7, (2, 0), numbers(0.2));
-    assert!(desk.take(7).is_empty(), "the others have the rest");
-    desk.bring(HOME, (0, 0), numbers(0.0));
-    desk.bring(8, (4, 0), numbers(0.4));
-    assert!(desk.next_at_home().unwrap().is_none());
-    assert_eq!(desk.collect().into_keys().collect::<Vec<_>>(), [(0, 0), (2, 0), (4, 0)]);
+    let (_folder, allotment, _) = allotment();
+    allotment.attend(there(&[7, 8]));
+    allotment.lay_out(&[(0, 0), (2, 0), (4, 0)]);
+    assert_eq!(allotment.next_at_home().unwrap().unwrap(), [(0, 0)]);
+    assert_eq!(allotment.take(7), [(2, 0)]);
+    assert_eq!(allotment.take(7), [(2, 0)], "the first answer may be lost");
+    assert_eq!(allotment.take(8), [(4, 0)]);
+    allotment.bring(7, (2, 0), numbers(0.2));
+    assert!(allotment.take(7).is_empty(), "the others have the rest");
+    allotment.bring(HOME, (0, 0), numbers(0.0));
+    allotment.bring(8, (4, 0), numbers(0.4));
+    assert!(allotment.next_at_home().unwrap().is_none());
+    assert_eq!(allotment.collect().into_keys().collect::<Vec<_>>(), [(0, 0), (2, 0), (4, 0)]);
 }
 
 #[test]
 fn what_a_process_that_is_gone_had_is_given_to_another_and_what_comes_twice_is_taken_once() {
-    let (folder, desk, _) = desk();
-    assert_eq!(desk.attend(there(&[7, 8])), (vec!["worker-7".into(), "worker-8".into()], Vec::new()));
-    desk.lay_out(&[(0, 0), (1, 0)]);
-    assert_eq!(desk.take(7), [(0, 0)]);
-    assert_eq!(desk.attend(there(&[8])), (Vec::new(), vec!["worker-7".into()]));
-    assert_eq!(desk.take(8), [(0, 0)]);
+    let (folder, allotment, _) = allotment();
+    assert_eq!(allotment.attend(there(&[7, 8])), (vec!["worker-7".into(), "worker-8".into()], Vec::new()));
+    allotment.lay_out(&[(0, 0), (1, 0)]);
+    assert_eq!(allotment.take(7), [(0, 0)]);
+    assert_eq!(allotment.attend(there(&[8])), (Vec::new(), vec!["worker-7".into()]));
+    assert_eq!(allotment.take(8), [(0, 0)]);
     // It was not gone but slow.
-    desk.bring(7, (0, 0), numbers(0.25));
-    desk.bring(8, (0, 0), numbers(0.75));
-    desk.bring(8, (3, 0), numbers(0.5));
-    assert_eq!(desk.take(8), [(1, 0)]);
-    desk.bring(8, (1, 0), numbers(0.5));
-    assert!(desk.next_at_home().unwrap().is_none());
-    let found = desk.collect();
+    allotment.bring(7, (0, 0), numbers(0.25));
+    allotment.bring(8, (0, 0), numbers(0.75));
+    allotment.bring(8, (3, 0), numbers(0.5));
+    assert_eq!(allotment.take(8), [(1, 0)]);
+    allotment.bring(8, (1, 0), numbers(0.5));
+    assert!(allotment.next_at_home().unwrap().is_none());
+    let found = allotment.collect();
     assert_eq!((found.len(), found[&(0, 0)][0].value), (2, 0.25), "a part that nobody asked for is left out");
     assert_eq!(Computed::open(&folder.path().join("map")).unwrap().known(), &found);
 }
 
 #[test]
 fn home_waits_for_what_others_have_and_takes_it_over_when_they_are_gone() {
-    let (_folder, desk, _) = desk();
-    desk.attend(there(&[7]));
-    desk.lay_out(&[(0, 0)]);
-    assert_eq!(desk.take(7), [(0, 0)]);
+    let (_folder, allotment, _) = allotment();
+    allotment.attend(there(&[7]));
+    allotment.lay_out(&[(0, 0)]);
+    assert_eq!(allotment.take(7), [(0, 0)]);
     std::thread::scope(|scope| {
-        let home = scope.spawn(|| desk.next_at_home().unwrap().unwrap());
-        desk.attend(there(&[]));
+        let home = scope.spawn(|| allotment.next_at_home().unwrap().unwrap());
+        allotment.attend(there(&[]));
         assert_eq!(home.join().unwrap(), [(0, 0)]);
     });
 }
 
 #[test]
 fn a_mistake_at_a_point_ends_the_map_wherever_it_was_found() {
-    let (_folder, first, _) = desk();
+    let (_folder, first, _) = allotment();
     first.attend(there(&[7]));
     first.lay_out(&[(0, 0), (1, 0)]);
     first.bring(7, first.take(7)[0], Err("s-3: no orbit".into()));
     assert_eq!(first.next_at_home().unwrap_err(), "s-3: no orbit");
     first.bring(HOME, (1, 0), numbers(0.5));
     assert_eq!(first.outcome(), Some(Outcome::Failed("s-3: no orbit".into())));
-    let (_folder, second, _) = desk();
+    let (_folder, second, _) = allotment();
     second.attend(there(&[7]));
     second.lay_out(&[(0, 0)]);
     second.bring(7, (0, 0), numbers(0.5).map(|numbers| numbers[..2].to_vec()));

@@ -22,9 +22,9 @@ pub(super) enum Outcome {
     Failed(String),
 }
 
-/// The desk at which parts are given out and brought.
+/// Which parts nobody has yet, which parts are with whom, and what has been brought.
 #[derive(Debug)]
-pub(super) struct Desk {
+pub(super) struct Allotment {
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -50,8 +50,8 @@ struct State {
     tally: Arc<Tally>,
 }
 
-impl Desk {
-    /// An empty desk; what is brought goes into `kept`.
+impl Allotment {
+    /// Nothing is laid out yet; what is brought goes into `kept`.
     pub(super) fn new(kept: Computed, parts: Parts<'_>, tally: Arc<Tally>) -> Self {
         let state = State {
             kept,
@@ -121,7 +121,7 @@ impl Desk {
 
 /// For the hosts that ask.
 #[cfg_attr(not(any(test, feature = "hosts")), expect(dead_code))]
-impl Desk {
+impl Allotment {
     /// The parts that a worker is to compute: those that it has and has not brought yet, or else new ones.
     pub(super) fn take(&self, process: u64) -> Vec<Place> {
         self.state().take(process)
