@@ -19,22 +19,21 @@ fn linearisation_change<const N: usize>(second: &Tensor<N>) -> Preferred<N> {
     largest_form(&gram(|k| second[k].as_flattened()))
 }
 
-/// `max E[(u^T x)² |G² u²|²]` over `|x| = 1`. With `u = S z` and the matrix `A` of the second derivatives of one variable, the sixth moments
-/// of a normal are `E[(z^T A z)² z z^T] = (tr² A + 2 tr A²) + 4 A tr A + 8 A²`.
+/// `E[(z^T A z)² z z^T] = tr² A + 2 tr A² + 4 A tr A + 8 A²` of a standard normal `z` and a symmetric matrix `A`.
+fn sixth_moment<const N: usize>(a: &[[f64; N]; N]) -> [[f64; N]; N] {
+    let square: [[f64; N]; N] = gram(|k| &a[k]);
+    let trace: f64 = (0..N).map(|k| a[k][k]).sum();
+    let even = trace * trace + 2.0 * (0..N).map(|k| square[k][k]).sum::<f64>();
+    let entry = |i: usize, j: usize| f64::from(i == j) * even + 4.0 * trace * a[i][j] + 8.0 * square[i][j];
+    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+}
+
+/// `max E[(u^T x)² |G² u²|²]` over `|x| = 1`, with `u = S z`.
 fn spherical_average<const N: usize>(flow: &LocalFlow<N>, second: &Tensor<N>) -> Preferred<N> {
-    let mut moment = [[0.0; N]; N];
-    for v in 0..N {
-        let a = |i: usize, j: usize| second[i][j][v];
-        let square = |i: usize, j: usize| -> f64 { (0..N).map(|k| a(i, k) * a(k, j)).sum() };
-        let trace: f64 = (0..N).map(|k| a(k, k)).sum();
-        let trace_of_square: f64 = (0..N).map(|k| square(k, k)).sum();
-        for (i, row) in moment.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                let even = if i == j { trace * trace + 2.0 * trace_of_square } else { 0.0 };
-                *entry += even + 4.0 * trace * a(i, j) + 8.0 * square(i, j);
-            }
-        }
-    }
+    let of_variable = |v: usize| sixth_moment(&second.map(|row| row.map(|vector| vector[v])));
+    let moments: [[[f64; N]; N]; N] = std::array::from_fn(of_variable);
+    let sum = |i: usize, j: usize| moments.iter().map(|moment| moment[i][j]).sum();
+    let moment = std::array::from_fn(|i| std::array::from_fn(|j| sum(i, j)));
     flow.standardised(largest_form(&flow.in_variables(&moment)))
 }
 
