@@ -7,7 +7,7 @@
 //! x_0 = m,   x_{±i} = m ± sqrt(n + zeta) S_i,   i = 1 .. n,   S S^T = P
 //! ```
 //!
-//! and the initial Gaussian is split into components along one column of its square root (Eq. 15); [`super::adaptive`] splits it
+//! and the initial Gaussian is split into components along one direction (Eq. 15); [`super::adaptive`] splits it
 //! where the flow needs that. Only planar models have lattices, and a cut at `e = 0`.
 
 use rayon::prelude::*;
@@ -16,6 +16,7 @@ use super::MixtureError;
 use super::component::Component;
 use super::fifth_degree::{self, Which};
 use super::library::Library;
+use super::pieces::Piece;
 use super::unscented::Unscented;
 use crate::angle::{Circular, nearest};
 use crate::flow::Flow;
@@ -24,14 +25,12 @@ use crate::model::{Coordinates, Model, Variable};
 use crate::variable_moments::VariableMoments;
 use crate::wrapped::{self, BeyondCut};
 
-/// The sigma points of a Gaussian: its mean, then the points on the plus and the minus side along each column of its
-/// square root.
-pub fn sigma_points<const N: usize>(unscented: &Unscented, gaussian: &Gaussian<N>) -> Vec<[f64; N]> {
+/// The sigma points of a standard normal: the origin, then the points on the plus and the minus side along each axis.
+fn sigma_points<const N: usize>(unscented: &Unscented) -> Vec<[f64; N]> {
     let distance = unscented.distance_squared_in(N).sqrt();
-    let along =
-        |k: usize, sign: f64| gaussian.point(std::array::from_fn(|j| if j == k { sign * distance } else { 0.0 }));
+    let along = |k: usize, sign: f64| std::array::from_fn(|j| if j == k { sign * distance } else { 0.0 });
     let outer = (0..N).flat_map(|k| [along(k, 1.0), along(k, -1.0)]);
-    [gaussian.mean].into_iter().chain(outer).collect()
+    [[0.0; N]].into_iter().chain(outer).collect()
 }
 
 /// Eq. 18 for a component's propagated sigma points; angles are taken on the branch nearest to that of the first point.
@@ -102,12 +101,10 @@ pub struct MixturePropagator<M, const N: usize> {
 }
 
 impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
-    /// Splits a Gaussian at `t = 0` along column `along` of its square root into the components of a library. A
-    /// component is left out if one of its sigma points lies outside the variables' ranges; the weights of the others
-    /// are scaled to sum to 1.
+    /// Splits a Gaussian at `t = 0` along column `along` of its square root into the components of a library.
     ///
     /// # Errors
-    /// [`MixtureError`], if the settings are out of range or no component is inside the variables' ranges.
+    /// As [`MixturePropagator::split_along`].
     pub fn new(
         flow: Flow<M>,
         initial: &Gaussian<N>,
@@ -115,14 +112,30 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
         library: &Library,
         along: usize,
     ) -> Result<Self, MixtureError> {
+        Self::split_along(flow, initial, unscented, library, std::array::from_fn(|k| f64::from(k == along)))
+    }
+
+    /// Splits a Gaussian at `t = 0` along a direction of unit length in its standardised coordinates into the components of a library. A
+    /// component is left out if one of its sigma points lies outside the variables' ranges; the weights of the others are scaled to
+    /// sum to 1.
+    ///
+    /// # Errors
+    /// [`MixtureError`], if the settings are out of range or no component is inside the variables' ranges.
+    pub fn split_along(
+        flow: Flow<M>,
+        initial: &Gaussian<N>,
+        unscented: Unscented,
+        library: &Library,
+        direction: [f64; N],
+    ) -> Result<Self, MixtureError> {
         unscented.check_in(N)?;
         let is_inside = |point: &[f64; N]| M::VARIABLES.iter().zip(point).all(|(variable, &x)| variable.allows(x));
+        let places = sigma_points(&unscented);
         let mut components = Vec::new();
-        for (&mean, &weight) in library.means.iter().zip(&library.weights) {
-            let centre = initial.point(std::array::from_fn(|k| if k == along { mean } else { 0.0 }));
-            let points = sigma_points(&unscented, &initial.narrowed(centre, along, library.sigma));
+        for piece in Piece::whole().split_by(direction, library) {
+            let points: Vec<[f64; N]> = places.iter().map(|&place| piece.point(initial, place)).collect();
             if points.iter().all(is_inside) {
-                components.push((weight, points));
+                components.push((piece.weight, points));
             }
         }
         let total: f64 = components.iter().map(|(weight, _)| weight).sum();

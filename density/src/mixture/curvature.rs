@@ -1,10 +1,9 @@
 //! How far the flow over a part of a Gaussian is from linear, in any number of variables, and in which direction most.
 //!
-//! This is [`super::linearity`] with all second derivatives. Points at the distance `d` along each axis of the part and along each
-//! diagonal of two axes give the first and second differences of the flow per standard deviation,
+//! This is [`super::linearity`] with all second derivatives. With the first and second differences `a_i` and `H_ij` of the flow along the
+//! axes of the part ([`super::differences`]),
 //!
 //! ```text
-//! a_i = (x_{+i} - x_{-i})/(2 d),   H_ii = (x_{+i} + x_{-i} - 2 x_0)/d²,   H_ij from the diagonal of i and j,
 //! D_c = Σ_i |½ H_ii| + Σ_{i<j} |H_ij|,   |b|² = b^T (P_lin + R)^{-1} b,   P_lin = Σ_i a_i a_i^T
 //! ```
 //!
@@ -21,30 +20,10 @@
 //!
 //! It is large next to `e = 0`, where a part may be wide in `phi` and nearly a Gaussian.
 
+use super::differences::{Differences, pairs};
 use super::linearity::RESOLUTION;
-use crate::angle::nearest;
+use super::triangular::{cholesky, solved};
 use crate::model::Variable;
-
-/// Number of points of a part: its centre, and two along each axis and each diagonal.
-pub(super) const fn points(n: usize) -> usize {
-    1 + n * (n + 1)
-}
-
-/// The places of these points in the part's own axes: the sigma points first, then those on the diagonals.
-pub(super) fn places<const N: usize>(distance: f64) -> Vec<[f64; N]> {
-    let on = |axes: &[usize], sign: f64| -> [f64; N] {
-        let step = sign * distance / (axes.len() as f64).sqrt();
-        std::array::from_fn(|k| if axes.contains(&k) { step } else { 0.0 })
-    };
-    let axes = (0..N).flat_map(|i| [on(&[i], 1.0), on(&[i], -1.0)]);
-    let diagonals = pairs::<N>().flat_map(|(i, j)| [on(&[i, j], 1.0), on(&[i, j], -1.0)]);
-    [[0.0; N]].into_iter().chain(axes).chain(diagonals).collect()
-}
-
-/// All pairs of two axes.
-fn pairs<const N: usize>() -> impl Iterator<Item = (usize, usize)> {
-    (0..N).flat_map(|i| (i + 1..N).map(move |j| (i, j)))
-}
 
 /// The second differences of the flow over a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,23 +39,12 @@ pub(super) struct Curvature<const N: usize> {
 pub(super) struct Tensor<const N: usize>([[[f64; N]; N]; N]);
 
 impl<const N: usize> Curvature<N> {
-    /// From the variables of the points at [`places`], carried by the flow. `deviations` are those of the whole cloud.
+    /// From the variables of the points at [`places`](super::differences::places), carried by the flow. `deviations` are those of the
+    /// whole cloud.
     pub fn new(variables: &[Variable], carried: &[[f64; N]], distance: f64, deviations: [f64; N]) -> Self {
-        let centre = carried[0];
-        let offset = |p: usize| -> [f64; N] {
-            std::array::from_fn(|v| {
-                let value = carried[p][v];
-                if variables[v].is_circle() { nearest(value, centre[v]) - centre[v] } else { value - centre[v] }
-            })
-        };
-        let pair = |k: usize| (offset(1 + 2 * k), offset(2 + 2 * k));
-        let second = |k: usize| -> [f64; N] {
-            let (plus, minus) = pair(k);
-            std::array::from_fn(|v| (plus[v] + minus[v]) / (distance * distance))
-        };
+        let Differences { slopes, second } = Differences::new(variables, carried, distance);
         let mut covariance = [[0.0; N]; N];
-        for (plus, minus) in (0..N).map(pair) {
-            let slope: [f64; N] = std::array::from_fn(|v| (plus[v] - minus[v]) / (2.0 * distance));
+        for slope in slopes {
             for (a, row) in covariance.iter_mut().enumerate() {
                 row.iter_mut().enumerate().for_each(|(b, entry)| *entry += slope[a] * slope[b]);
             }
@@ -84,15 +52,7 @@ impl<const N: usize> Curvature<N> {
         for (v, row) in covariance.iter_mut().enumerate() {
             row[v] += (RESOLUTION * deviations[v]).powi(2) + f64::MIN_POSITIVE;
         }
-        let along: [[f64; N]; N] = std::array::from_fn(second);
-        let mut tensor = Tensor([[[0.0; N]; N]; N]);
-        (0..N).for_each(|i| tensor.0[i][i] = along[i]);
-        for (k, (i, j)) in pairs::<N>().enumerate() {
-            let diagonal = second(N + k);
-            let twist = std::array::from_fn(|v| diagonal[v] - 0.5 * (along[i][v] + along[j][v]));
-            (tensor.0[i][j], tensor.0[j][i]) = (twist, twist);
-        }
-        let root = cholesky(covariance);
+        let (tensor, root) = (Tensor(second), cholesky(covariance));
         let in_deviations =
             |vector: [f64; N]| std::array::from_fn(|v| vector[v] / deviations[v].max(f64::MIN_POSITIVE));
         Self { local: tensor.map(|vector| solved(&root, vector)), whole: tensor.map(in_deviations) }
@@ -154,33 +114,9 @@ fn length<const N: usize>(vector: &[f64; N]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// The lower triangular square root of a covariance that has a positive diagonal.
-fn cholesky<const N: usize>(covariance: [[f64; N]; N]) -> [[f64; N]; N] {
-    let mut root = [[0.0; N]; N];
-    for row in 0..N {
-        for column in 0..=row {
-            let before: f64 = (0..column).map(|k| root[row][k] * root[column][k]).sum();
-            let rest = covariance[row][column] - before;
-            // What rounding has taken from the diagonal is given back.
-            let least = 1e-14 * covariance[row][row];
-            root[row][column] = if row == column { rest.max(least).sqrt() } else { rest / root[column][column] };
-        }
-    }
-    root
-}
-
-/// The solution of `root x = vector`.
-fn solved<const N: usize>(root: &[[f64; N]; N], vector: [f64; N]) -> [f64; N] {
-    let mut x = [0.0; N];
-    for row in 0..N {
-        let known: f64 = (0..row).map(|k| root[row][k] * x[k]).sum();
-        x[row] = (vector[row] - known) / root[row][row];
-    }
-    x
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::differences::{places, points};
     use super::*;
     use crate::model::Kind;
 

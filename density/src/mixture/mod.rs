@@ -18,6 +18,7 @@
 //! | [`lattice`] | the same on an even lattice, where neighbours share their sigma points |
 //! | [`plan`] | which lattice a given problem needs |
 //! | [`direction`] | in which direction the flow of a given problem bends the cloud most |
+//! | [`criterion`] | the splitting criteria of the literature by their names, in any number of variables |
 //! | [`unscented`] | sigma points and the moments they carry |
 //! | [`propagator`] | the sigma points, moved from snapshot to snapshot |
 //! | [`linearity`] | how far the flow over a component is from linear, which says when to distrust the density |
@@ -26,6 +27,7 @@
 //! | [`any_model`] | the transform and the mixture over the variables of a model that is not planar |
 //! | [`adaptive`] | the same, split where the flow is not linear |
 //! | `fifth_degree` | its sigma points, and how far its moments are off |
+//! | `differences`, `triangular` | derivatives of the flow by differences, and square roots of covariances |
 //! | `pieces`, `curvature`, `part` | its parts, how far the flow over a part is from linear and in which direction, and how far it may be |
 //!
 //! # What the paper's form can do and what it cannot
@@ -64,7 +66,9 @@ pub mod adaptive;
 pub mod any_model;
 pub mod bins;
 pub mod component;
+pub mod criterion;
 mod curvature;
+mod differences;
 pub mod direction;
 mod fifth_degree;
 pub mod lattice;
@@ -79,6 +83,7 @@ mod pilot;
 pub mod plan;
 pub mod propagator;
 pub mod split;
+mod triangular;
 pub mod unscented;
 
 #[cfg(test)]

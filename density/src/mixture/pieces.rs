@@ -13,6 +13,7 @@
 //! which reproduces the density to a ripple of `2 exp(-2 π²/1.6²)`, 0.09 %. The width is then changed by what the cut of the
 //! lattice takes from the variance, so that weight, mean and covariance of the part are kept exactly.
 
+use super::library::Library;
 use crate::gaussian::Gaussian;
 use crate::model::{Kind, Variable};
 
@@ -86,6 +87,21 @@ impl<const N: usize> Piece<N> {
         position
     }
 
+    /// Splits the part along a direction of unit length in its own axes into parts with the means and the deviation of a library.
+    pub fn split_by(&self, direction: [f64; N], library: &Library) -> Vec<Self> {
+        let turned = self.turned(direction);
+        let part = |(&x, &weight)| turned.moved(x, self.weight * weight, library.sigma);
+        library.means.iter().zip(&library.weights).map(part).collect()
+    }
+
+    /// The part moved by `x` along its first axis, which it is then `width` times as wide along.
+    fn moved(&self, x: f64, weight: f64, width: f64) -> Self {
+        let axis = self.axes[0];
+        let mut axes = self.axes;
+        axes[0] = axis.map(|a| a * width);
+        Self { weight, mean: std::array::from_fn(|j| self.mean[j] + x * axis[j]), axes }
+    }
+
     /// Splits the part along a direction of unit length in its own axes into parts of width `s`.
     pub fn split(&self, direction: [f64; N], s: f64) -> Vec<Self> {
         let turned = self.turned(direction);
@@ -98,13 +114,7 @@ impl<const N: usize> Piece<N> {
         let total: f64 = weights.iter().sum();
         let variance: f64 = at.iter().zip(&weights).map(|(x, weight)| weight * x * x).sum::<f64>() / total;
         let width = (1.0 - variance).sqrt();
-        let part = |(&x, &weight): (&f64, &f64)| {
-            let axis = turned.axes[0];
-            let mut axes = turned.axes;
-            axes[0] = axis.map(|a| a * width);
-            let mean = std::array::from_fn(|j| turned.mean[j] + x * axis[j]);
-            Self { weight: self.weight * weight / total, mean, axes }
-        };
+        let part = |(&x, &weight): (&f64, &f64)| turned.moved(x, self.weight * weight / total, width);
         at.iter().zip(&weights).map(part).collect()
     }
 

@@ -5,12 +5,14 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::criterion::search;
 use super::library::Library;
 use super::split::{Direction, SigmaPoints, split};
 use super::unscented::{Stencil, Unscented};
 use super::{Component, MixtureError, MixtureSettings, Split, direction, linearity, moments, plan};
 use crate::angle::nearest;
 use crate::flow::Flow;
+use crate::gaussian::Gaussian;
 use crate::model::planar::Force;
 use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
@@ -142,5 +144,12 @@ fn angle<M: PlanarHamiltonian>(
         Direction::Eccentricity => Ok((FRAC_PI_2, 0)),
         Direction::Angle(angle) => Ok((angle.rem_euclid(PI), 0)),
         Direction::StrongestNonlinearity => direction::strongest_nonlinearity(problem, flow),
+        Direction::OfCriterion(criterion) => {
+            let gaussian = Gaussian::from(problem.initial);
+            let found = search(criterion, *flow, &gaussian, &problem.times)?;
+            let [phi, e] = gaussian.point(found.preferred.direction);
+            let (u, v) = problem.initial.standardise(phi, e);
+            Ok((v.atan2(u).rem_euclid(PI), found.orbits))
+        }
     }
 }

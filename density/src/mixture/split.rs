@@ -13,6 +13,7 @@
 //! there is left out. The others count if their means are below `e = 1` and all their sigma points inside `|e| < 1`.
 //! The weights of those that count are scaled to sum to 1.
 
+use super::criterion::Criterion;
 use super::library::Library;
 use super::unscented::{Stencil, Unscented};
 use super::{Above, MixtureError};
@@ -30,6 +31,8 @@ pub enum Direction {
     Angle(f64),
     /// Along the direction in which the flow bends most, see [`super::direction::strongest_nonlinearity`].
     StrongestNonlinearity,
+    /// Along the direction that a criterion prefers, see [`super::criterion`].
+    OfCriterion(Criterion),
 }
 
 /// Two perpendicular unit vectors in standardised coordinates.

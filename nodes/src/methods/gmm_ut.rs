@@ -1,11 +1,11 @@
 //! GMM-UT: a Gaussian mixture whose components are moved by the unscented transform (Sect. 3.3).
 
 mod course;
+mod split_choice;
 
 use density::mixture::adaptive::Fineness;
 use density::mixture::library::{self, Variance};
 use density::mixture::plan::{Adaptive, LEAST_POINTS};
-use density::mixture::split::Direction;
 use density::mixture::unscented::Unscented;
 use density::mixture::{self, Split};
 use messages::content::{self, Content, Kind};
@@ -23,27 +23,12 @@ use kit::{Form, Passage, Propagator};
 
 use course::{Course, InPlane, Planned};
 
+pub use split_choice::SplitChoice;
+
 /// How many times the components that `sigma_points` allows in the plane a mixture over so many variables may have. In space orbits take ten
 /// times as long, and clouds of satellites are right with a few thousand.
 const fn layers(variables: usize) -> usize {
     if variables == 3 { 12 } else { 1 }
-}
-
-/// How the initial Gaussian is split.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum SplitChoice {
-    /// On a lattice planned for the problem.
-    #[default]
-    Adaptive,
-    /// Along the solar angle, as the paper's text says.
-    SolarAngle,
-    /// Along the eccentricity, as the paper's numbers say.
-    Eccentricity,
-    /// Along both: `components` along `e` times `across` along `phi`.
-    Both,
-    /// Along the direction in which the flow is most nonlinear.
-    StrongestNonlinearity,
 }
 
 /// Settings of a GMM-UT case.
@@ -122,15 +107,9 @@ impl Settings {
     /// The same in the terms of science.
     fn for_mixture(&self) -> mixture::MixtureSettings {
         let variance = if self.keeps_variance() { Variance::Kept } else { Variance::Free };
-        let library = |along, across| Split::Library { along, components: self.components(), across, variance };
-        let split = match self.split() {
-            SplitChoice::Adaptive => {
-                Split::Adaptive(Adaptive { sigma_points: self.sigma_points(), ..Adaptive::default() })
-            }
-            SplitChoice::SolarAngle => library(Direction::SolarAngle, self.across()),
-            SplitChoice::Eccentricity | SplitChoice::Both => library(Direction::Eccentricity, self.across()),
-            SplitChoice::StrongestNonlinearity => library(Direction::StrongestNonlinearity, self.across()),
-        };
+        let library = |along| Split::Library { along, components: self.components(), across: self.across(), variance };
+        let planned = || Split::Adaptive(Adaptive { sigma_points: self.sigma_points(), ..Adaptive::default() });
+        let split = self.split().direction().map_or_else(planned, library);
         let unscented = match self.mode {
             Mode::AsPrinted => Unscented::PAPER,
             Mode::Corrected => Unscented::default(),
@@ -324,6 +303,8 @@ mod tests {
             "sigma_points = 600",
             "mode = \"as-printed\"\ncomponents = 39",
             "split = \"both\"\nacross = 3\nkeep_variance = true",
+            "split = \"wussolc\"\ncomponents = 15\nacross = 3",
+            "split = \"usfos\"",
             "sigma_points = 600\nmerge_to = 599",
         ] {
             settings(good).check().unwrap();
