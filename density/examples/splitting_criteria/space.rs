@@ -3,8 +3,8 @@
 use density::distance::between;
 use density::flow::{Accuracy, Flow};
 use density::gaussian::Gaussian;
-use density::in_space::cloud::Sampled;
 use density::in_space::pilot;
+use density::in_space::sampled::Sampled;
 use density::in_space::task::SpaceTask;
 use density::in_space::{REENTRY, SpaceProblem};
 use density::mixture::adaptive::{AdaptiveMixture, Fineness};
