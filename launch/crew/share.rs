@@ -173,7 +173,10 @@ impl<'a> Workshop<'a> {
             Sequel::Nothing | Sequel::Restart => {}
             Sequel::Loss(why) if Service::Bridge.is(name) => return Err(format!("the bridge: {why}")),
             // Home may not have read the report of a process that is gone.
-            Sequel::Loss(why) => self.fail(name, &self.last_words.remove(name).unwrap_or(why))?,
+            Sequel::Loss(why) => {
+                let why = self.last_words.remove(name).unwrap_or(why);
+                self.fail(name, &why)?;
+            }
         }
         Ok(None)
     }
