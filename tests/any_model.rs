@@ -257,5 +257,5 @@ fn a_built_in_propagator_refuses_a_model_that_it_does_not_know() {
     let (header, items) = scenario().encode().unwrap();
     let assignment = kit::assignment::Assignment::from_parts(&header, &items).unwrap();
     let why = assignment.plane().unwrap_err().to_string();
-    assert!(why.contains("model is \"rigid-rotation\", this is for the model \"planar\""), "{why}");
+    assert!(why.contains("model is \"rigid-rotation\", this is for models in the plane alone"), "{why}");
 }

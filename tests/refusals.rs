@@ -39,7 +39,7 @@ fn validate_tells_what_a_case_cannot_do() {
         (
             "dark",
             "node = \"exact\"",
-            "the scenario's model is \"planar\" with the Earth's shadow, this is for the model \"planar\"",
+            "the scenario's model is \"planar\" with the Earth's shadow, this is for models in the plane alone, without the shadow",
         ),
         (
             "uncertain",
@@ -53,7 +53,11 @@ fn validate_tells_what_a_case_cannot_do() {
             "node = \"mc\"\nforces = [\"j2\"]",
             "without \"srp\" the radiation parameter, a variable of the cloud",
         ),
-        ("three-dimensional", "node = \"exact\"", "the scenario's model is \"vectorial\", this is for the model"),
+        (
+            "three-dimensional",
+            "node = \"exact\"",
+            "the scenario's model is \"vectorial\", this is for models in the plane alone",
+        ),
         ("three-dimensional", "node = \"dee\"\nplacement = \"random\"", "placement: in space dee reads out the flow"),
     ] {
         bench.write("launch.toml", &launch(scenario, case));

@@ -125,15 +125,14 @@ impl Assignment {
     /// # Errors
     /// [`Failure::Refused`] if the model is not planar.
     pub fn plane(&self) -> Result<&Plane, Failure> {
-        let models = || Planar::ALL.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(" or ");
         self.plane.as_ref().ok_or_else(|| {
             if self.uncertain.is_some() {
                 let why = "the scenario's radiation parameter is uncertain, which this does not take into account";
                 return Failure::Refused(why.into());
             }
-            let (model, others) = (self.model_in_words(), models());
+            let model = self.model_in_words();
             let without = if self.has_shadow() { ", without the shadow" } else { "" };
-            Failure::Refused(format!("the scenario's model is {model}, this is for the model {others} alone{without}"))
+            Failure::Refused(format!("the scenario's model is {model}, this is for models in the plane alone{without}"))
         })
     }
 

@@ -77,7 +77,6 @@ pub fn run(arguments: &AskArguments) -> ExitCode {
     if let Some(orbits) = rare {
         return super::rare::run(&scenario, *orbits, *seed, *json);
     }
-    remark!("computing: a wide cloud or a long time may take a minute or more");
     let done = match scenario {
         AnyScenario::InPlane { scenario, .. } => in_plane(scenario, *json).map_err(|error| error.to_string()),
         AnyScenario::InSpace(scenario) => {
@@ -93,7 +92,13 @@ pub fn run(arguments: &AskArguments) -> ExitCode {
     }
 }
 
+/// Says that an answer may take long.
+pub(super) fn announce() {
+    remark!("computing: a wide cloud or a long time may take a minute or more");
+}
+
 fn in_plane(scenario: ScenarioFile, in_json: bool) -> Result<(), Error> {
+    announce();
     let answer = answer(scenario)?;
     if in_json {
         say!("{}", self::in_json(&answer))

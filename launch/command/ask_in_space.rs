@@ -36,6 +36,8 @@ struct Answer<'a> {
 /// Why there is no answer.
 pub fn run(scenario: &ScenarioInSpace, seed: u64, in_json: bool) -> Result<(), Trouble> {
     let Some(problem) = &scenario.cloud else { return Ok(()) };
+    problem.check_task()?;
+    super::ask::announce();
     let answer = answer(scenario, problem, seed)?;
     if in_json {
         say!("{}", answer.json())

@@ -38,7 +38,7 @@ pub struct OrbitArguments {
     /// The scenario file
     pub scenario: PathBuf,
     /// Print the orbit every so many years up to the last snapshot, not at the snapshots
-    #[arg(long, value_name = "YEARS")]
+    #[arg(long, value_name = "YEARS", allow_negative_numbers = true)]
     pub step: Option<f64>,
     /// Of an orbit in the model "osculating", print the osculating elements at the time itself
     #[arg(long)]

@@ -97,6 +97,9 @@ const NARROWEST: f64 = 5e-10;
 const SIGMAS: [(&str, f64); 4] = [("sigma_phi", PI), ("sigma_e", 0.5), ("sigma_inclination", PI), ("sigma_node", PI)];
 /// So many of the variables, from the first, must not be certain.
 const MUST_BE_UNCERTAIN: usize = 2;
+/// How far from π an inclination stays, also one that is certain \[rad\]. Next to π the solar angle follows from the vectors of the orbit with an
+/// error of about 2e-16 divided by the square of the distance.
+pub const FROM_PI: f64 = 1e-3;
 /// How far from its mean, in standard deviations, an inclination must not reach π.
 const REACH: f64 = 6.0;
 
@@ -217,9 +220,10 @@ impl InitialInSpace {
             let is_right = is_certain || (NARROWEST..=most).contains(&sigma[k]);
             check(Field::Sigma(name), sigma[k], is_right, format!("at least {NARROWEST:e} and at most {most}"))?;
         }
-        let most = PI - REACH * sigma[2];
+        let most = PI - (REACH * sigma[2]).max(FROM_PI);
         let right = format!(
-            "an angle in radians, at least 0 and below {most:.6}: within {REACH} standard deviations of π the solar angle is singular"
+            "an angle in radians, at least 0 and below {most:.6}: within {REACH} standard deviations of π, and within {FROM_PI} rad, the solar \
+             angle is singular"
         );
         check(Field::MeanInclination, inclination, (0.0..most).contains(&inclination), right)?;
         self.check_correlations()

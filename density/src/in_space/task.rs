@@ -42,6 +42,20 @@ impl SpaceProblem {
         }
     }
 
+    /// Checks that tasks can be done with this problem.
+    ///
+    /// # Errors
+    /// As [`SpaceProblem::perform`].
+    pub fn check_task(&self) -> Result<(), ProblemError> {
+        struct Nothing;
+        impl SpaceTask for Nothing {
+            type Output = ();
+
+            fn with<M: InSpace<N>, const N: usize>(self, _: Unfolded<M, N>, _: Gaussian<N>) {}
+        }
+        self.perform(Nothing)
+    }
+
     /// The Gaussian over the first `N` variables.
     fn gaussian<const N: usize>(&self) -> Result<Gaussian<N>, ProblemError> {
         let (means, covariance) = self.moments();

@@ -13,7 +13,7 @@
 //! error of the moments. The parts that exceed this most are split first; no more are made than are allowed.
 //!
 //! What remains is the mixture's disagreement at each snapshot, the larger of `D = Σ w D_c`, twists included, and of ten times the estimated
-//! error of the moments: a mixture is trusted to give moments to a tenth of its disagreement ([`crate::trust`]). In up to four
+//! error of the moments and of the probability in parts that were left out at a bound: a mixture is trusted to give moments to a tenth of its disagreement ([`crate::trust`]). In up to four
 //! variables that error is estimated from the components' points ([`super::fifth_degree`]); in more it is `Σ w E_c`.
 
 use rayon::prelude::*;
@@ -109,7 +109,10 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
             SigmaPoints::FifthDegree => 0.0,
             SigmaPoints::Unscented(_) => DISAGREEMENT_PER_ERROR * mean(&|part| part.moment_errors[k]),
         };
-        let disagreement = |k: usize| mean(&|part| part.disagreements[k]).max(of_transform(k));
+        let share = |weight: f64| weight / (total + plan.left_out);
+        // What is left out moves a mean by at most about as many deviations.
+        let least = DISAGREEMENT_PER_ERROR * share(plan.left_out);
+        let disagreement = |k: usize| mean(&|part| part.disagreements[k]).max(of_transform(k)).max(least);
         let places = match rule {
             SigmaPoints::FifthDegree => fifth_degree::places(),
             SigmaPoints::Unscented(_) => plan.places[..rule.count(N)].to_vec(),
@@ -117,7 +120,6 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
         let sigma_points = |part: &Part<N>| -> Vec<[f64; N]> {
             places.iter().map(|&place| part.piece.point(initial, place)).collect()
         };
-        let share = |weight: f64| weight / (total + plan.left_out);
         let components = parts.iter().map(|part| (share(part.piece.weight), sigma_points(part)));
         Ok(Self {
             propagator: MixturePropagator::of_components(flow, rule, components),

@@ -28,7 +28,7 @@ pub(super) fn angle(
         return Ok(angle);
     }
     if let Measure::Text(text) = value.get_ref() {
-        return Err(file.error(value, &format!("\"{text}\" is not allowed, it must be an angle {range} rad")));
+        return Err(file.error(value, &format!("\"{text}\" is not allowed, it must be an angle {range}")));
     }
     let hint = match is_right(angle.to_radians()) {
         true => format!("; if {angle} degrees are meant, write \"{angle} deg\""),

@@ -100,10 +100,10 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
     let shadow = orbit::has_shadow(Some(&raw.model));
     if shadow && (axis.is_none() || forces.force.radiation == 0.0) {
         let problem = "\"shadow\" needs radiation pressure, which it takes away, and semi_major_axis (or altitude) in [orbit], which it changes";
-        return Err(file.error_in_whole("model.forces", problem));
+        return Err(raw.model.at_forces(file, problem));
     }
     let obliquity = match &raw.model.obliquity {
-        Some(obliquity) => angle(file, obliquity, -FRAC_PI_2, FRAC_PI_2, "between -90 and 90 degrees")?,
+        Some(obliquity) => angle(file, obliquity, -FRAC_PI_2, FRAC_PI_2, "between -π/2 and π/2 (90 degrees)")?,
         None => OBLIQUITY_DEGREES.to_radians(),
     };
     let epoch = raw.epoch.get_ref().read(file)?;
@@ -179,6 +179,7 @@ impl Raw {
         match error.field {
             Field::Parameter(name) => Orbit::locate(&self.orbit, file, name, &problem),
             Field::Times => Times::locate(&self.times, file, &problem),
+            Field::Shadow => self.model.at_forces(file, &problem),
             field => match key(field).split_once('.') {
                 Some(("initial", key)) => Start::locate(&self.initial, file, key, &problem),
                 _ => file.error_in_whole(&key(field), &problem),

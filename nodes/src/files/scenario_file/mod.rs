@@ -133,6 +133,7 @@ impl Raw {
             Field::Parameter(name) => Orbit::locate(&self.orbit, file, name, &problem),
             Field::CriticalE | Field::ReentryAltitude => Disposal::locate(&self.disposal, file, &problem),
             Field::Times => Times::locate(&self.times, file, &problem),
+            Field::Shadow if let Some(model) = &self.model => model.at_forces(file, &problem),
             field => match key(field).split_once('.') {
                 Some(("initial", _)) => Initial::locate(&self.initial, file, field, &problem),
                 _ => file.error_in_whole(&key(field), &problem),

@@ -26,6 +26,15 @@ pub(super) struct Model {
     forces: Option<Spanned<Vec<Spanned<String>>>>,
 }
 
+impl Model {
+    /// An error about the forces, at their place.
+    pub(super) fn at_forces(&self, file: &InputFile, problem: &str) -> InputError {
+        self.forces
+            .as_ref()
+            .map_or_else(|| file.error_in_whole("model.forces", problem), |forces| file.error(forces, problem))
+    }
+}
+
 /// The table `[orbit]`: either a parameter for every force, or the satellite from which all of them follow.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

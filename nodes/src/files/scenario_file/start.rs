@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use density::in_space::{InitialInSpace, PAIR_NAMES};
+use density::in_space::{FROM_PI, InitialInSpace, PAIR_NAMES};
 use density::uncertain::Spread;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -84,9 +84,11 @@ impl Start {
             return Err(refused(file, &self.e, e, "at least 0 and below 1"));
         }
         let inclination = measure::read(file, &self.inclination, Dimension::Angle)?;
-        if !(0.0..PI).contains(&inclination) {
-            let right = "an angle in radians, at least 0 and below π (180 degrees)";
-            return Err(refused(file, &self.inclination, inclination, right));
+        if !(0.0..PI - FROM_PI).contains(&inclination) {
+            let right = format!(
+                "an angle in radians, at least 0 and below π - {FROM_PI} (179.94 degrees): next to π (180 degrees) the solar angle is singular"
+            );
+            return Err(refused(file, &self.inclination, inclination, &right));
         }
         let node = turn(file, &self.node)?;
         let phi = match (&self.phi, &self.argument_of_pericentre) {

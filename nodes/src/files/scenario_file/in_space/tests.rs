@@ -48,7 +48,7 @@ fn a_wrong_file_is_refused_at_its_line_and_key() {
         ),
         ("semi_major_axis = 2.0", "semi_major_axis = 0.5", 9, "orbit.semi_major_axis", "more than 1 Earth radius"),
         ("e = 0.489", "e = 1.0", 12, "initial.e", "at least 0 and below 1"),
-        ("\"62.08 deg\"", "62.08", 13, "initial.inclination", "an angle in radians, at least 0 and below π"),
+        ("\"62.08 deg\"", "62.08", 13, "initial.inclination", "an angle in radians, at least 0 and below π - 0.001"),
         ("\"138.01 deg\"", "138.01", 6, "epoch.sun_longitude", "write \"138.01 deg\""),
         ("mean_anomaly", "sigma_q = 0.1\nmean_anomaly", 16, "initial.sigma_q", "is unknown"),
         ("e = 0.489", "e = 0.489\nphi = 1.0", 13, "initial.phi", "leave out one of them"),
