@@ -6,6 +6,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use kit::clock;
+use nodes::files::file_kind::FileKind;
+use nodes::files::input::{InputError, InputFile};
+use nodes::files::map_file::MapFile;
 use nodes::files::scenario_file;
 use nodes::files::sweep::Sweep;
 use results::files::{SCENARIO, SCENARIOS, part};
@@ -179,12 +182,21 @@ struct Service {
     most_snapshots: usize,
 }
 
+/// The combinations of a sweep file, or of a map file, of which everything is checked, also what a sweep has no use for.
+fn load_sweep(path: &Path) -> Result<Sweep, InputError> {
+    let file = InputFile::read(path)?;
+    if file.kind() == Some(FileKind::Map) {
+        MapFile::check(&file)?;
+    }
+    Sweep::check(&file)
+}
+
 fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Service, OwnDomain), String> {
     let mut launch = Launch::load_to_start(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
     launch.open_to_hosts(arguments.insecure)?;
     let path = |path| preflight::check_path("--sweep", path);
     arguments.sweep.as_deref().map(path).transpose()?;
-    let sweep = arguments.sweep.as_deref().map(Sweep::load).transpose().map_err(|e| e.to_string())?;
+    let sweep = arguments.sweep.as_deref().map(load_sweep).transpose().map_err(|e| e.to_string())?;
     let text = |path: &PathBuf| std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
     let sweep_text = arguments.sweep.as_ref().map(text).transpose()?;
     let most_snapshots = arguments.most_snapshots.or_else(|| sweep.as_ref().map(Sweep::most_snapshots));

@@ -1,6 +1,6 @@
 //! The points of a map that have been computed so far, in a file: a map that was interrupted goes on with them.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -74,10 +74,20 @@ impl Computed {
     pub(super) fn open(folder: &Path) -> Result<Self, String> {
         let path = folder.join(FILE);
         let failed = |e: std::io::Error| format!("{}: {e}", path.display());
+        let file = OpenOptions::new().append(true).open(&path).map_err(failed)?;
+        // The lock is gone with the process.
+        file.try_lock().map_err(|error| match error {
+            TryLockError::WouldBlock => {
+                format!(
+                    "another process computes this map in {}; wait for it, or name another folder with --out",
+                    folder.display()
+                )
+            }
+            TryLockError::Error(error) => failed(error),
+        })?;
         let text = fs::read_to_string(&path).map_err(failed)?;
         let (known, whole) = read(&text);
         // A line that was being written when the map was interrupted is left out.
-        let file = OpenOptions::new().append(true).open(&path).map_err(failed)?;
         file.set_len(whole as u64).map_err(failed)?;
         Ok(Self { path: path.clone(), file, known })
     }
@@ -134,6 +144,17 @@ fn point(part: &str) -> Option<((usize, usize), Vec<Estimated>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_processes_do_not_compute_the_same_map() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(FILE), format!("{HEAD}\n")).unwrap();
+        let first = Computed::open(folder.path()).unwrap();
+        let why = Computed::open(folder.path()).unwrap_err();
+        assert!(why.contains("another process computes this map"), "{why}");
+        drop(first);
+        Computed::open(folder.path()).unwrap();
+    }
 
     #[test]
     fn the_hosts_of_a_map_are_no_part_of_what_is_asked() {

@@ -69,6 +69,9 @@ pub(super) fn schema(generator: &mut SchemaGenerator) -> Schema {
     Raw::json_schema(generator)
 }
 
+/// Most points of a map, each of which is checked before any is computed.
+const MOST_POINTS: usize = 100_000;
+
 impl MapFile {
     /// Reads a map file, and checks the scenarios of all its points.
     ///
@@ -102,6 +105,10 @@ impl MapFile {
         let keys = raw.vary.get_ref().len();
         if keys > 2 {
             return Err(file.error(&raw.vary, &format!("names {keys} keys; a map has one or two axes")));
+        }
+        if sweep.len() > MOST_POINTS {
+            let problem = format!("has {} points; a map must have at most {MOST_POINTS}", sweep.len());
+            return Err(file.error(&raw.vary, &problem));
         }
         let mut axes: Vec<&Spanned<String>> = raw.vary.get_ref().keys().collect();
         axes.sort_by_key(|key| key.span().start);

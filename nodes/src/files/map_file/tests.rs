@@ -159,6 +159,8 @@ fn what_has_no_effect_on_the_quantity_is_no_axis() {
             .to_string()
             .contains("orbit.reflectivity: has no effect on the radiation parameter")
     );
+    let far_too_many = load(&GOOD.replace("count = 5", "count = 40_000")).unwrap_err();
+    assert!(far_too_many.to_string().contains("has 120000 points; a map must have at most 100000"), "{far_too_many}");
     let times = load(&GOOD.replace("orbit.semi_major_axis", "times.at"));
     assert!(times.is_err());
     let mean = IN_SPACE.replace("critical_e = 0.6", "critical_e = 0.6\n");
