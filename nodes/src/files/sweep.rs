@@ -230,7 +230,9 @@ impl Sweep {
     fn impossible(&self, index: usize, InputError { key, problem, .. }: &InputError) -> InputError {
         let table = format!("{}.", key.split('.').next().unwrap_or(key));
         let exactly = self.axes.iter().find(|axis| axis.key == *key);
-        let axis = exactly.or_else(|| self.axes.iter().find(|axis| axis.key.starts_with(&table)));
+        let related = || self.axes.iter().find(|axis| axis.key.starts_with(&table));
+        // A key of another table may be wrong because of the varied one, as the height of re-entry because of the orbit's.
+        let axis = exactly.or_else(related).or(self.axes.first());
         let about = if exactly.is_some() { String::new() } else { format!("{key}: ") };
         let told = format!("{about}{problem}, in {} ({})", self.name(index), self.combination(index));
         match axis {

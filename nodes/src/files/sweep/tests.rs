@@ -126,6 +126,18 @@ fn a_combination_that_is_impossible_is_told_at_the_line_of_the_key_that_makes_it
 }
 
 #[test]
+fn a_combination_that_another_key_of_the_scenario_does_not_fit_is_told_at_the_line_of_the_varied_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let base = SATELLITE.replace("critical_e = 0.6", "altitude = 120");
+    std::fs::write(folder.path().join("base.toml"), base).unwrap();
+    let text = "scenario = \"base.toml\"\n\n[vary]\n\"orbit.semi_major_axis\" = [2.5, 1.01]\n";
+    std::fs::write(folder.path().join("sweep.toml"), text).unwrap();
+    let error = Sweep::load(&folder.path().join("sweep.toml")).unwrap().scenario(1).unwrap_err();
+    assert_eq!((error.line, error.key.as_str()), (4, "vary.orbit.semi_major_axis"), "{error}");
+    assert!(error.to_string().contains("disposal.altitude: must be below that of the orbit, 63.8 km"), "{error}");
+}
+
+#[test]
 fn a_key_that_the_scenario_gives_otherwise_is_refused_with_those_that_it_has() {
     for (key, words) in [
         (
