@@ -107,6 +107,8 @@ pub fn run(arguments: &OrbitArguments) -> ExitCode {
     match print(&scenario, &times, form) {
         Ok(()) => ExitCode::SUCCESS,
         Err(Escaped { why, years, place, .. }) => {
+            // An average over a revolution also looks back.
+            let years = years.abs();
             remark!("error: {}: the orbit {why} within {years} yr of the state {place}", path.display());
             ExitCode::FAILURE
         }
