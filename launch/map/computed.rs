@@ -175,11 +175,13 @@ mod tests {
         kept.add((3, 0), &numbers).unwrap();
         kept.add((4, 7), &numbers[..1]).unwrap();
         kept.file.write_all(b"5,7,0,0.25,1e-").unwrap();
+        drop(kept);
         let mut again = Computed::open(folder.path()).unwrap();
         assert_eq!(again.known().keys().copied().collect::<Vec<_>>(), [(3, 0), (4, 7)]);
         assert_eq!(again.known()[&(3, 0)][..2], numbers[..2]);
         assert!(again.known()[&(3, 0)][2].value.is_nan());
         again.add((5, 7), &numbers[..1]).unwrap();
+        drop(again);
         assert_eq!(Computed::open(folder.path()).unwrap().known().len(), 3);
     }
 }

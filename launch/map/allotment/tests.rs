@@ -66,6 +66,7 @@ fn what_a_process_that_is_gone_had_is_given_to_another_and_what_comes_twice_is_t
     assert!(allotment.next_at_home().unwrap().is_none());
     let found = allotment.collect();
     assert_eq!((found.len(), found[&(0, 0)][0].value), (2, 0.25), "a part that nobody asked for is left out");
+    drop(allotment);
     assert_eq!(Computed::open(&folder.path().join("map")).unwrap().known(), &found);
 }
 
