@@ -17,6 +17,7 @@ use density::sampling::{Draws, SamplingPlan, draw_variables};
 use density::uncertain::{UncertainProblem, UncertainTask};
 use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
+use kit::problem_key::by_key;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
@@ -149,7 +150,7 @@ impl Drawing {
         if let Some(problem) = &assignment.in_space {
             let problem = forces.as_ref().map_or_else(|| Ok(problem.clone()), |forces| with_only(problem, forces))?;
             let sampled = Sampled { problem: &problem, simplification, plan, accuracy };
-            return sampled.cloud(range).map_err(|why| Failure::Refused(why.to_string()));
+            return sampled.cloud(range).map_err(|why| Failure::Refused(by_key(&why)));
         }
         if forces.is_some() {
             let why = "forces: a case may have forces of its own where the scenario's model is \"vectorial\" or \"osculating\"; leave it out";
@@ -189,7 +190,7 @@ impl UncertainTask for Uncertainly<'_> {
                 draw_variables(&problem.gaussian(), variables, plan.seed, range)
             }
             _ => {
-                let distributed = Distributed::of_plane(problem).map_err(|why| Failure::Refused(why.to_string()))?;
+                let distributed = Distributed::of_plane(problem).map_err(|why| Failure::Refused(by_key(&why)))?;
                 let starts: Vec<Start> = range.map(distributed.draw(&plan)).collect();
                 let column = |k: usize| starts.iter().map(|start| start.variables[k]).collect();
                 [column(0), column(1), starts.iter().map(|start| start.radiation).collect()]

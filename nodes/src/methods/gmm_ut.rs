@@ -18,6 +18,7 @@ use crate::methods::accuracy::AccuracySetting;
 use crate::methods::{Method, Misfit};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
+use kit::problem_key::by_key;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 
@@ -221,7 +222,7 @@ impl GaussianMixture {
         let Settings { accuracy, merge_to, .. } = self.settings;
         if let Some(problem) = &assignment.in_space {
             let planned = problem.perform(self.planned(problem, problem.variables().len())?);
-            return planned.unwrap_or_else(|error| Err(Failure::Refused(error.to_string())));
+            return planned.unwrap_or_else(|error| Err(Failure::Refused(by_key(&error))));
         }
         if let Some(uncertain) = &assignment.uncertain {
             return uncertain.problem.perform(self.planned(&uncertain.problem, 3)?);

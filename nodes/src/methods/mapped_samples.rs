@@ -23,6 +23,7 @@ use density::sampling::{Draws, SamplingPlan, variables_of};
 use density::uncertain::{UncertainProblem, UncertainTask};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
+use kit::problem_key::by_key;
 
 /// A cell of a map is not halved again if fewer than so many samples lie in it: its halves would take about as many orbits.
 const LEAST_SAMPLES: f64 = 1000.0;
@@ -210,7 +211,7 @@ impl MappedSamples {
         let cloud = match (&assignment.uncertain, &assignment.in_space) {
             (_, Some(problem)) => {
                 let draw = Distributed::of(problem).map(|distributed| distributed.draw(&case.plan));
-                let refuse = |why: ProblemError| Failure::Refused(why.to_string());
+                let refuse = |why: ProblemError| Failure::Refused(by_key(&why));
                 problem.perform(InSpaceTask { problem, case, draw: draw.map_err(refuse)? }).map_err(refuse)?
             }
             (Some(uncertain), _) => {
