@@ -79,9 +79,7 @@ pub fn run(arguments: &AskArguments) -> ExitCode {
     }
     let done = match scenario {
         AnyScenario::InPlane { scenario, .. } => in_plane(scenario, *json).map_err(|error| error.to_string()),
-        AnyScenario::InSpace(scenario) => {
-            super::ask_in_space::run(&scenario, *seed, *json).map_err(|error| error.to_string())
-        }
+        AnyScenario::InSpace(scenario) => super::ask_in_space::run(&scenario, *seed, *json),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -4,6 +4,7 @@ use density::in_space::SpaceProblem;
 use density::in_space::disposal::{
     Bounded, Curve, Effort, FACTORS, REPLICATES, Sensitivity, Trouble, curve, factor_for, sensitivities,
 };
+use kit::problem_key::by_key;
 use nodes::files::plain_number::plain;
 use nodes::files::scenario_file::ScenarioInSpace;
 use serde_json::{Value, json};
@@ -34,11 +35,11 @@ struct Answer<'a> {
 ///
 /// # Errors
 /// Why there is no answer.
-pub fn run(scenario: &ScenarioInSpace, seed: u64, in_json: bool) -> Result<(), Trouble> {
+pub fn run(scenario: &ScenarioInSpace, seed: u64, in_json: bool) -> Result<(), String> {
     let Some(problem) = &scenario.cloud else { return Ok(()) };
-    problem.check_task()?;
+    problem.check_task().map_err(|error| by_key(&error))?;
     super::ask::announce();
-    let answer = answer(scenario, problem, seed)?;
+    let answer = answer(scenario, problem, seed).map_err(|trouble| trouble.to_string())?;
     if in_json {
         say!("{}", answer.json())
     } else {
