@@ -159,7 +159,7 @@ def test_a_flow_map_moves_orbits_to_where_they_are_propagated(scenario):
 
 def test_what_a_method_cannot_do_is_refused_in_words(scenario):
     in_space = pc.Scenario.from_file(SCENARIOS / "three-dimensional.toml")
-    with pytest.raises(pc.Refused, match='the scenario\'s model is "vectorial", this is for the model'):
+    with pytest.raises(pc.Refused, match='the scenario\'s model is "vectorial", this is for models in the plane alone'):
         pc.exact(in_space, bins=(10, 10))
     with pytest.raises(pc.InputError) as error:
         pc.monte_carlo(scenario, sampels=10)
