@@ -35,7 +35,7 @@ INITIAL = {  # mean phi, mean e, two standard deviations of each: Table 1
 }
 POINTS = SigmaPointOptions(alpha=1, beta=0, kappa=1)  # n + zeta = n + 1, central covariance weight as that of the mean
 STEP = 0.02  # standard deviations over which derivatives are taken
-MOST_OF_ITS_OWN = 15  # components of a library of PyEst; it takes more than five minutes to optimise one of 39
+MOST_OF_ITS_OWN = 15  # components of a library of PyEst; its optimiser was ended before it had one of 39
 SUBDIVISIONS = 6  # of a bin along each axis
 BEHIND = np.array([[0.0, 1.0], [1.0, 0.0]])
 
