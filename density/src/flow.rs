@@ -25,13 +25,13 @@ mod taylor;
 mod threshold;
 
 use rayon::prelude::*;
-use taylor::{Batch, Carry, Watch};
+use taylor::{Batch, Watch};
 use threshold::Threshold;
 
 pub use accuracy::Accuracy;
 pub use from_equations::FromEquations;
 pub use runge_kutta::{Edged, RungeKutta};
-pub use taylor::Loss;
+pub use taylor::{Carry, Loss};
 pub use threshold::Passages;
 
 use crate::model::variable::Place;
@@ -82,7 +82,7 @@ impl<M: Model> Flow<M> {
             .enumerate()
             .map(|(chunk, mut columns)| {
                 let batch = Batch { columns: &mut columns, from, years: &[to - from] };
-                self.carry_batch(batch, chunk * CHUNK, &mut ())
+                self.carry_batch(batch, chunk * CHUNK, None)
             })
             .reduce(|| Ok(()), Result::and)
     }
@@ -112,7 +112,7 @@ impl<M: Model> Flow<M> {
             .map(|(chunk, (mut columns, passages))| {
                 let mut watch = Threshold { critical, end: to, passages: Passages { passages, pending, note } };
                 let batch = Batch { columns: &mut columns, from, years: &[to - from] };
-                self.carry_batch(batch, chunk * CHUNK, &mut watch)
+                self.carry_batch(batch, chunk * CHUNK, Some(&mut watch))
             })
             .reduce(|| Ok(()), Result::and)
     }
@@ -125,7 +125,7 @@ impl<M: Model> Flow<M> {
     pub fn carry_where_possible(&self, columns: &mut [&mut [f64]], from: f64, to: f64) {
         chunks::<M>(columns).into_par_iter().for_each(|mut columns| {
             let batch = Batch { columns: &mut columns, from, years: &[to - from] };
-            for (lost, _) in self.model.perform(Carry { accuracy: self.accuracy, batch, watch: &mut () }) {
+            for (lost, _) in self.model.carry(Carry { accuracy: self.accuracy, batch, watch: None }) {
                 columns.iter_mut().for_each(|column| column[lost] = f64::NAN);
             }
         });
@@ -139,15 +139,15 @@ impl<M: Model> Flow<M> {
         let mut values: Vec<[f64; 1]> = (0..M::State::<f64>::COUNT).map(|k| [state.component(k)]).collect();
         let mut columns: Vec<&mut [f64]> = values.iter_mut().map(|value| value.as_mut_slice()).collect();
         let batch = Batch { columns: &mut columns, from, years: &[to - from] };
-        self.carry_batch(batch, 0, &mut ())?;
+        self.carry_batch(batch, 0, None)?;
         Ok(Coordinates::from_fn(|k| values[k][0]))
     }
 
     /// Moves a batch of orbits, the first of which has the number `first`; the error names the first orbit that is lost.
-    fn carry_batch(&self, batch: Batch<'_, '_>, first: usize, watch: &mut impl Watch) -> Result<(), Escaped> {
+    fn carry_batch(&self, batch: Batch<'_, '_>, first: usize, watch: Option<&mut dyn Watch>) -> Result<(), Escaped> {
         let Batch { columns, from, years } = batch;
         let batch = Batch { columns, from, years };
-        let lost = self.model.perform(Carry { accuracy: self.accuracy, batch, watch }).into_iter().min();
+        let lost = self.model.carry(Carry { accuracy: self.accuracy, batch, watch }).into_iter().min();
         lost.map_or(Ok(()), |(lost, why)| {
             let start = self.model.read_out(from, Coordinates::from_fn(|k| columns[k][lost]));
             let years = years[lost.min(years.len() - 1)];

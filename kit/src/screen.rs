@@ -8,9 +8,9 @@
 
 use std::collections::BTreeSet;
 
+use messages::comparison_kind::ComparisonKind;
 use messages::layout::{
     DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, GIVEN_COLUMNS, PASSAGE_COLUMNS, PASSAGE_TIMES,
-    comparison,
 };
 use messages::port::{Inlet, Message};
 use messages::scenario::MOST_SNAPSHOTS;
@@ -171,12 +171,12 @@ impl Screened for Comparison {
 
     fn check(header: &Self::Header, items: &[f64]) -> Result<(), String> {
         let length = items.len();
-        let is_right = match header.kind {
-            comparison::MOMENTS => length > 0 && length.is_multiple_of(ERROR_COLUMNS),
-            comparison::DISTANCES => length > 2 && (length - 2).is_multiple_of(DISTANCE_COLUMNS),
-            comparison::EFFORT => length == EFFORT_COLUMNS,
-            comparison::END => length == 0,
-            kind => return Err(format!("its kind {kind} is unknown to this version")),
+        let is_right = match header.content() {
+            Some(ComparisonKind::Moments) => length > 0 && length.is_multiple_of(ERROR_COLUMNS),
+            Some(ComparisonKind::Distances) => length > 2 && (length - 2).is_multiple_of(DISTANCE_COLUMNS),
+            Some(ComparisonKind::Effort) => length == EFFORT_COLUMNS,
+            Some(ComparisonKind::End) => length == 0,
+            None => return Err(format!("its kind {} is unknown to this version", header.kind)),
         };
         if !is_right || header.length as usize != length || header.index as usize >= MOST_SNAPSHOTS {
             return Err(format!("{length} numbers where it says {}, for snapshot {}", header.length, header.index));

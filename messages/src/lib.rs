@@ -7,6 +7,7 @@
 //! ```
 //!
 //! - [`layout`]: the headers, byte for byte, as any language sees them;
+//! - [`comparison_kind`]: what a comparison contains;
 //! - [`content`]: the kinds of snapshots, their columns and further fields;
 //! - [`payload`]: names and units of the numbers after a header;
 //! - [`describe`]: tables of all fields and codes, for documents and tools;
@@ -57,6 +58,7 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
+pub mod comparison_kind;
 pub mod content;
 pub mod contract;
 pub mod describe;

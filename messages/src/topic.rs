@@ -9,10 +9,11 @@ use std::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
 
+use crate::comparison_kind::ComparisonKind;
 use crate::content;
 use crate::describe::{Described, Field, Value};
 use crate::layout::{
-    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader, StatusHeader, comparison,
+    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader, StatusHeader,
 };
 use crate::payload::{self, Item, Shape, rows};
 use crate::scenario::{self, ScenarioHeader};
@@ -202,10 +203,10 @@ fn of_passage(header: &PassageHeader) -> Shape {
 
 /// A comparison: its kind decides on the columns.
 fn of_comparison(header: &ComparisonHeader) -> Shape {
-    rows(match header.kind {
-        comparison::MOMENTS => &payload::ERRORS,
-        comparison::DISTANCES => &payload::DISTANCES,
-        comparison::EFFORT => &payload::EFFORT,
-        _ => &[],
+    rows(match header.content() {
+        Some(ComparisonKind::Moments) => &payload::ERRORS,
+        Some(ComparisonKind::Distances) => &payload::DISTANCES,
+        Some(ComparisonKind::Effort) => &payload::EFFORT,
+        Some(ComparisonKind::End) | None => &[],
     })
 }

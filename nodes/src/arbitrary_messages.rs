@@ -1,12 +1,11 @@
 //! Gives messages with arbitrary bytes to all code that reads headers: none may panic, or accept what is invalid.
 
 use bytemuck::{Pod, bytes_of_mut, cast_slice_mut};
+use messages::comparison_kind::ComparisonKind;
 use messages::content::{
     Characteristics, Content, DENSITY_HEAD, Density as Ready, Lattice, Mixture, Reduced, Samples, kind,
 };
-use messages::layout::{
-    ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader, comparison,
-};
+use messages::layout::{ComparisonHeader, DensityHeader, PassageHeader, RosterEntry, RosterHeader, SnapshotHeader};
 use messages::scenario::ScenarioHeader;
 use messages::text::pack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
@@ -171,13 +170,14 @@ proptest! {
             }
         }
         for (kind, changed) in &compared {
-            let length = match *kind {
-                comparison::MOMENTS => 8 * 4,
-                comparison::DISTANCES => 17,
-                comparison::EFFORT => 4,
-                _ => 0,
+            let header = ComparisonHeader { run_id: 7, kind: *kind, label: pack("mc"), ..ComparisonHeader::default() };
+            let length = match header.content() {
+                Some(ComparisonKind::Moments) => 8 * 4,
+                Some(ComparisonKind::Distances) => 17,
+                Some(ComparisonKind::Effort) => 4,
+                Some(ComparisonKind::End) | None => 0,
             };
-            let header = ComparisonHeader { run_id: 7, kind: *kind, length: length as u32, label: pack("mc"), ..ComparisonHeader::default() };
+            let header = ComparisonHeader { length: length as u32, ..header };
             let header = change(header, changed);
             if Comparison::check(&header, &vec![values[0]; length]).is_ok() {
                 recording.take_comparison(header, &vec![values[0]; length]);

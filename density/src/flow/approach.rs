@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::taylor::{Batch, Carry, Crew, Watch};
+use super::taylor::{Batch, Carry, Step, Watch};
 use super::threshold::{Passages, Threshold};
 use super::{CHUNK, Flow, chunks};
-use crate::model::{Lanes, Model, Series};
+use crate::model::Model;
 
 /// Number of places of a step at which the clearance is read. A step is about 0.4 rad of the Sun, so the least of them
 /// is within about 1e-4 of the least clearance of the step.
@@ -17,16 +17,16 @@ struct Approach<'a> {
 }
 
 impl Watch for Approach<'_> {
-    const SEES_CLEARANCE: bool = true;
+    fn sees_clearance(&self) -> bool {
+        true
+    }
 
-    #[inline(always)]
-    fn see<const P: usize, S: Series<P>>(&mut self, series: &S, lengths: &Lanes, crew: &Crew) {
-        let clearance = series.clearance();
+    fn see(&mut self, &Step { clearance, lengths, crew, .. }: &Step<'_>) {
         for (lane, &length) in lengths.iter().enumerate() {
             let Some(lowest) = crew.orbit[lane].and_then(|orbit| self.lowest.get_mut(orbit)) else { continue };
             for place in 0..=PLACES {
                 let time = length * place as f64 / PLACES as f64;
-                let value = (0..P).rev().fold(0.0, |sum, n| sum * time + clearance[n][lane]);
+                let value = clearance.iter().rev().fold(0.0, |sum, lanes| sum * time + lanes[lane]);
                 *lowest = lowest.min(value);
             }
         }
@@ -34,15 +34,16 @@ impl Watch for Approach<'_> {
 }
 
 /// Two observers of the same orbits.
-struct Both<'a, A, B>(&'a mut A, &'a mut B);
+struct Both<'a>(&'a mut dyn Watch, &'a mut dyn Watch);
 
-impl<A: Watch, B: Watch> Watch for Both<'_, A, B> {
-    const SEES_CLEARANCE: bool = A::SEES_CLEARANCE || B::SEES_CLEARANCE;
+impl Watch for Both<'_> {
+    fn sees_clearance(&self) -> bool {
+        self.0.sees_clearance() || self.1.sees_clearance()
+    }
 
-    #[inline(always)]
-    fn see<const P: usize, S: Series<P>>(&mut self, series: &S, lengths: &Lanes, crew: &Crew) {
-        self.0.see(series, lengths, crew);
-        self.1.see(series, lengths, crew);
+    fn see(&mut self, step: &Step<'_>) {
+        self.0.see(step);
+        self.1.see(step);
     }
 }
 
@@ -71,7 +72,7 @@ impl<M: Model> Flow<M> {
             let mut approach = Approach { lowest: &mut *lowest };
             let mut watch = Both(&mut threshold, &mut approach);
             let batch = Batch { columns: &mut columns, from, years: &[to - from] };
-            for (lost, _) in self.model.perform(Carry { accuracy: self.accuracy, batch, watch: &mut watch }) {
+            for (lost, _) in self.model.carry(Carry { accuracy: self.accuracy, batch, watch: Some(&mut watch) }) {
                 columns.iter_mut().for_each(|column| column[lost] = f64::NAN);
                 // One that has passed before is known to have passed.
                 times[lost] = if times[lost].is_finite() { times[lost] } else { f64::NAN };
@@ -99,7 +100,7 @@ impl<M: Model> Flow<M> {
             let passages = Passages { passages: &mut *times, pending: f64::INFINITY, note: &note };
             let mut watch = Threshold { critical, end: to, passages };
             let batch = Batch { columns: &mut columns, from, years: &[to - from] };
-            for (lost, _) in self.model.perform(Carry { accuracy: self.accuracy, batch, watch: &mut watch }) {
+            for (lost, _) in self.model.carry(Carry { accuracy: self.accuracy, batch, watch: Some(&mut watch) }) {
                 columns.iter_mut().for_each(|column| column[lost] = f64::NAN);
                 times[lost] = if times[lost].is_finite() { times[lost] } else { f64::NAN };
             }

@@ -49,7 +49,7 @@ impl<M: PlanarHamiltonian> Flow<M> {
     /// If the slices differ in length.
     pub fn advance_each(&self, x1: &mut [f64], x2: &mut [f64], years: &[f64]) -> Result<(), Escaped> {
         assert!(x1.len() == x2.len() && x1.len() == years.len(), "one x1 and one interval for every x2");
-        self.carry_batch(Batch { columns: &mut [x1, x2], from: 0.0, years }, 0, &mut ())
+        self.carry_batch(Batch { columns: &mut [x1, x2], from: 0.0, years }, 0, None)
     }
 
     /// Like [`Flow::advance`], but an orbit that cannot be continued ends as NaN instead of stopping the others. A
@@ -75,7 +75,7 @@ impl<M: PlanarHamiltonian> Flow<M> {
         let (mut x1, mut x2): (Vec<f64>, Vec<f64>) = states.iter().map(|state| (state.x1, state.x2)).unzip();
         let mut recorder = Recorder { steps: vec![Vec::new(); states.len()] };
         let batch = Batch { columns: &mut [&mut x1, &mut x2], from: 0.0, years };
-        let lost = self.model.perform(Carry { accuracy: self.accuracy, batch, watch: &mut recorder });
+        let lost = self.model.carry(Carry { accuracy: self.accuracy, batch, watch: Some(&mut recorder) });
         let mut recorded: Vec<_> = (recorder.steps.into_iter().zip(x1.iter().zip(&x2)))
             .map(|(steps, (&x1, &x2))| Some((steps, State { x1, x2 })))
             .collect();

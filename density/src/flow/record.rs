@@ -1,8 +1,7 @@
 //! Orbits recorded as the integrator's own Taylor series, step by step: dense output without further evaluations.
 
-use super::taylor::{Crew, MOST_COEFFICIENTS, Watch};
+use super::taylor::{self, MOST_COEFFICIENTS, Watch};
 use crate::model::plane::State;
-use crate::model::{Lanes, Series};
 
 /// A step of a planar orbit as polynomials in the time since its start \[1/n_sun\].
 #[derive(Debug, Clone)]
@@ -33,16 +32,14 @@ pub(super) struct Recorder {
 }
 
 impl Watch for Recorder {
-    const SEES_CLEARANCE: bool = false;
+    fn sees_clearance(&self) -> bool {
+        false
+    }
 
-    #[inline(never)]
-    fn see<const P: usize, S: Series<P>>(&mut self, series: &S, lengths: &Lanes, crew: &Crew) {
+    fn see(&mut self, &taylor::Step { coordinate, lengths, crew, .. }: &taylor::Step<'_>) {
         let coefficients = |k: usize, lane: usize| {
             let mut coefficients = [0.0; MOST_COEFFICIENTS];
-            coefficients
-                .iter_mut()
-                .zip(series.coordinate(k))
-                .for_each(|(coefficient, lanes)| *coefficient = lanes[lane]);
+            coefficients.iter_mut().zip(coordinate(k)).for_each(|(coefficient, lanes)| *coefficient = lanes[lane]);
             coefficients
         };
         for (lane, &length) in lengths.iter().enumerate() {

@@ -60,24 +60,24 @@ impl Batch<'_, '_> {
 /// The largest error after two years is about 14 tolerances in a cloud of 1e5 orbits and 24 tolerances among orbits
 /// four standard deviations from the mean, whatever the order. The orders are the cheapest by measurement, by a small
 /// margin.
-pub(super) struct Carry<'a, 'b, 'c, W> {
+pub struct Carry<'a, 'b, 'c> {
     /// How accurately orbits are propagated.
     pub accuracy: Accuracy,
     /// The orbits.
     pub batch: Batch<'a, 'b>,
-    /// The observer of every step.
-    pub watch: &'c mut W,
+    /// The observer of every step, if there is one.
+    pub watch: Option<&'c mut dyn Watch>,
 }
 
-impl<W: Watch> Task for Carry<'_, '_, '_, W> {
+impl Task for Carry<'_, '_, '_> {
     type Output = Vec<(usize, Loss)>;
 
     fn with<M: Model>(self, model: &M) -> Self::Output {
         let Self { accuracy, batch, watch } = self;
         match accuracy {
-            Accuracy::Coarse => advance::<12, M, W>(model, batch, 4e-8, watch),
-            Accuracy::Medium => advance::<15, M, W>(model, batch, 3.5e-11, watch),
-            Accuracy::Fine => advance::<MOST_COEFFICIENTS, M, W>(model, batch, 3.5e-14, watch),
+            Accuracy::Coarse => advance::<12, M>(model, batch, 4e-8, watch),
+            Accuracy::Medium => advance::<15, M>(model, batch, 3.5e-11, watch),
+            Accuracy::Fine => advance::<MOST_COEFFICIENTS, M>(model, batch, 3.5e-14, watch),
         }
     }
 }
@@ -85,12 +85,13 @@ impl<W: Watch> Task for Carry<'_, '_, '_, W> {
 /// Moves orbits with Taylor series of `P` coefficients; `tolerance` is the size at which the last terms are cut. Returns the orbits
 /// that were lost and why, in no particular order; their states stay as they were. `watch` sees every step.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
-fn advance<const P: usize, M: Model, W: Watch>(
+fn advance<const P: usize, M: Model>(
     model: &M,
     mut batch: Batch<'_, '_>,
     tolerance: f64,
-    watch: &mut W,
+    mut watch: Option<&mut dyn Watch>,
 ) -> Vec<(usize, Loss)> {
+    let with_clearance = watch.as_ref().is_some_and(|watch| watch.sees_clearance());
     let reach = libm::pow(tolerance, 1.0 / (P - 1) as f64);
     let mut series = M::Series::<P>::new(model);
     let mut crew = Crew::new();
@@ -100,9 +101,12 @@ fn advance<const P: usize, M: Model, W: Watch>(
     }
     let mut lost = Vec::new();
     while crew.at_work > 0 {
-        series.expand(W::SEES_CLEARANCE);
+        series.expand(with_clearance);
         let lengths = crew.take_steps(series.shorten(crew.planned(&radii(&series), reach)));
-        watch.see(&series, &lengths, &crew);
+        if let Some(watch) = &mut watch {
+            let coordinate = |k: usize| series.coordinate(k).as_slice();
+            watch.see(&Step { coordinate: &coordinate, clearance: series.clearance(), lengths: &lengths, crew: &crew });
+        }
         series.move_on(&crew.directed(&lengths));
         for (lane, &length) in lengths.iter().enumerate() {
             let is_inside = series.is_inside(lane);
@@ -129,21 +133,26 @@ fn state<const P: usize, S: Series<P>>(series: &S, lane: usize) -> <S::Model as 
     Coordinates::from_fn(|k| series.coordinate(k)[0][lane])
 }
 
-/// An observer of the orbits on their way.
+/// An observer of the orbits on their way. The integrator calls it through a pointer: its loop would otherwise be compiled once for
+/// every kind of observer, and a call costs nothing beside the step of [`LANES`] orbits.
 pub trait Watch {
     /// Whether it reads the clearance.
-    const SEES_CLEARANCE: bool;
+    fn sees_clearance(&self) -> bool;
 
-    /// Sees the series of all lanes and the length by which each lane is about to move, forwards or backwards.
-    fn see<const P: usize, S: Series<P>>(&mut self, series: &S, lengths: &Lanes, crew: &Crew);
+    /// Sees a step of all lanes before it is taken.
+    fn see(&mut self, step: &Step<'_>);
 }
 
-/// Observes nothing.
-impl Watch for () {
-    const SEES_CLEARANCE: bool = false;
-
-    #[inline(always)]
-    fn see<const P: usize, S: Series<P>>(&mut self, _: &S, _: &Lanes, _: &Crew) {}
+/// The step that all lanes are about to take.
+pub struct Step<'a> {
+    /// Coefficients of a coordinate of the state, by its number.
+    pub coordinate: &'a dyn Fn(usize) -> &'a [Lanes],
+    /// Coefficients of the clearance.
+    pub clearance: &'a [Lanes],
+    /// The length of each lane's step, without a sign \[1/n_sun\].
+    pub lengths: &'a Lanes,
+    /// Which orbit is in which lane.
+    pub crew: &'a Crew,
 }
 
 /// Which orbit is in which lane, and how far it has to go.

@@ -5,9 +5,11 @@
 //! clearance cannot fall below `c_0 - sum |c_n| h^n`. Only where that bound reaches `c_crit` is the series itself
 //! followed, in a few pieces, to its first root.
 
-use super::taylor::{Crew, Watch};
+use multiversion::multiversion;
+
+use super::taylor::{Crew, MOST_COEFFICIENTS, Step, Watch};
 use crate::model::earth::SUN_MEAN_MOTION;
-use crate::model::{LANES, Lanes, Series};
+use crate::model::{LANES, Lanes};
 
 /// Number of pieces of a step, in each of which the clearance has at most one minimum. A year takes about fifteen steps
 /// at the default accuracy.
@@ -38,29 +40,20 @@ pub(super) struct Threshold<'a, T> {
 }
 
 impl<T: Copy + PartialEq> Watch for Threshold<'_, T> {
-    const SEES_CLEARANCE: bool = true;
+    fn sees_clearance(&self) -> bool {
+        true
+    }
 
-    #[inline(always)]
-    fn see<const P: usize, S: Series<P>>(&mut self, series: &S, steps: &Lanes, crew: &Crew) {
+    fn see(&mut self, &Step { clearance, lengths, crew, .. }: &Step<'_>) {
         let pending = |orbit: &usize| self.passages.passages.get(*orbit).is_some_and(|p| *p == self.passages.pending);
         if !crew.orbit.iter().flatten().any(pending) {
             return;
         }
-        let clearance = series.clearance();
-        let mut fall = [0.0; LANES];
-        for n in (1..P).rev() {
-            for l in 0..LANES {
-                fall[l] = (fall[l] + clearance[n][l].abs()) * steps[l];
-            }
-        }
-        let mut is_near = [false; LANES];
-        for l in 0..LANES {
-            is_near[l] = clearance[0][l] - fall[l] <= self.critical;
-        }
+        let is_near = may_reach(clearance, lengths, self.critical);
         if is_near.contains(&true) {
             for l in 0..LANES {
                 if is_near[l] {
-                    self.follow(clearance, l, steps[l], crew);
+                    self.follow(clearance, l, lengths[l], crew);
                 }
             }
         }
@@ -69,26 +62,38 @@ impl<T: Copy + PartialEq> Watch for Threshold<'_, T> {
 
 impl<T: Copy + PartialEq> Threshold<'_, T> {
     /// Looks for the passage of one lane's orbit in one step.
-    #[inline(never)]
-    fn follow<const P: usize>(&mut self, clearance: &[Lanes; P], lane: usize, step: f64, crew: &Crew) {
+    fn follow(&mut self, clearance: &[Lanes], lane: usize, step: f64, crew: &Crew) {
         let Passages { passages, pending, note } = &mut self.passages;
         let Some(passage) = crew.orbit[lane].and_then(|orbit| passages.get_mut(orbit)) else { return };
         if passage != pending {
             return;
         }
-        let mut polynomial = [0.0; P];
+        let mut polynomial = [0.0; MOST_COEFFICIENTS];
         for (coefficient, lanes) in polynomial.iter_mut().zip(clearance) {
             *coefficient = lanes[lane];
         }
         polynomial[0] -= self.critical;
-        if let Some(time) = first_fall(&polynomial, step) {
+        if let Some(time) = first_fall(&polynomial[..clearance.len()], step) {
             *passage = note(self.end - (crew.left[lane] + step - time) / SUN_MEAN_MOTION);
         }
     }
 }
 
-/// First time in `[0, step]` at which a polynomial is 0 or less.
-fn first_fall<const P: usize>(polynomial: &[f64; P], step: f64) -> Option<f64> {
+/// In which lanes the clearance may fall to its critical value within the step.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
+fn may_reach(clearance: &[Lanes], lengths: &Lanes, critical: f64) -> [bool; LANES] {
+    let Some((now, further)) = clearance.split_first() else { return [false; LANES] };
+    let mut fall = [0.0; LANES];
+    for coefficient in further.iter().rev() {
+        for l in 0..LANES {
+            fall[l] = (fall[l] + coefficient[l].abs()) * lengths[l];
+        }
+    }
+    std::array::from_fn(|l| now[l] - fall[l] <= critical)
+}
+
+/// First time in `[0, step]` at which a polynomial of at most [`MOST_COEFFICIENTS`] coefficients is 0 or less.
+fn first_fall(polynomial: &[f64], step: f64) -> Option<f64> {
     if polynomial[0] <= 0.0 {
         return Some(0.0);
     }
@@ -111,13 +116,13 @@ fn first_fall<const P: usize>(polynomial: &[f64; P], step: f64) -> Option<f64> {
         if !(slopes[piece] < 0.0 && slopes[piece + 1] > 0.0) {
             return None;
         }
-        let mut derivative = [0.0; P];
-        for n in 1..P {
-            derivative[n - 1] = -(n as f64) * polynomial[n];
+        let mut derivative = [0.0; MOST_COEFFICIENTS];
+        for (n, coefficient) in polynomial.iter().enumerate().skip(1) {
+            derivative[n - 1] = -(n as f64) * coefficient;
         }
         let lowest = root(
             |t| {
-                let ([slope], [curvature]) = evaluate(&derivative, &[t]);
+                let ([slope], [curvature]) = evaluate(&derivative[..polynomial.len()], &[t]);
                 (slope, curvature)
             },
             from,
@@ -129,7 +134,7 @@ fn first_fall<const P: usize>(polynomial: &[f64; P], step: f64) -> Option<f64> {
 }
 
 /// Values and slopes of a polynomial at several times at once.
-fn evaluate<const P: usize, const N: usize>(polynomial: &[f64; P], times: &[f64; N]) -> ([f64; N], [f64; N]) {
+fn evaluate<const N: usize>(polynomial: &[f64], times: &[f64; N]) -> ([f64; N], [f64; N]) {
     let (mut values, mut slopes) = ([0.0; N], [0.0; N]);
     for coefficient in polynomial.iter().rev() {
         for k in 0..N {

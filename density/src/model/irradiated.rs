@@ -6,11 +6,15 @@
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-use super::uncertain_radiation::Scale;
-use super::{Coordinates, LANES, Lanes, Model, Quantity, Series, Variable};
+use super::osculating::Osculating;
+use super::shadow::{ShadowedOsculating, ShadowedVectorial};
+use super::uncertain_radiation::{Linear, Scale};
+use super::vectorial::Vectorial;
+use super::{Coordinates, LANES, Lanes, Model, Quantity, Series, Task, Variable};
+use crate::flow::{Carry, Loss};
 
 /// A model in which the radiation parameter may be another one for every orbit.
-pub trait Irradiated<S: Scale>: Model {
+pub trait Irradiated<S: Scale>: CarryIrradiated {
     /// The model's variables, and the radiation parameter as the scale has it.
     const WITH_RADIATION: &'static [Variable];
 
@@ -20,6 +24,25 @@ pub trait Irradiated<S: Scale>: Model {
     /// Gives a lane of a series a radiation parameter of its own.
     fn irradiate<const P: usize>(series: &mut Self::Series<P>, lane: usize, radiation: f64);
 }
+
+/// The integrator's loop for orbits of a model with radiation parameters of their own. What the last variable is, `C` or its logarithm,
+/// makes no difference to the states, so there is one loop for both, compiled with the model ([`Model::carry`]).
+pub trait CarryIrradiated: Model {
+    /// Moves orbits whose last coordinate is the radiation parameter, and returns those that were lost.
+    fn carry_irradiated(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)>;
+}
+
+macro_rules! irradiated_carried_here {
+    ($($model:ty),+ $(,)?) => {
+        $(impl CarryIrradiated for $model {
+            fn carry_irradiated(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+                orbits.with(&WithRadiation::<Self, Linear>::new(*self))
+            }
+        })+
+    };
+}
+
+irradiated_carried_here!(Vectorial, ShadowedVectorial, Osculating, ShadowedOsculating);
 
 /// Coordinates with one more at the end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,6 +122,10 @@ impl<S: Scale, M: Irradiated<S>> Model for WithRadiation<M, S> {
         let mut conserved = self.model.conserved(time, state.first);
         conserved.push(("radiation", state.last));
         conserved
+    }
+
+    fn carry(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+        self.model.carry_irradiated(orbits)
     }
 }
 

@@ -73,6 +73,8 @@ pub use plane::PlanarHamiltonian;
 pub use quantity::{Dual, Quantity};
 pub use variable::{Kind, Variable};
 
+use crate::flow::{Carry, Loss};
+
 /// Number of orbits that the integrator moves side by side: three sums in as many vector registers as AVX2 has to spare.
 pub const LANES: usize = 16;
 
@@ -154,7 +156,27 @@ pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
     fn perform<T: Task>(&self, task: T) -> T::Output {
         task.with(self)
     }
+
+    /// Moves orbits with the integrator and returns those that were lost. A model without type parameters repeats this function in its own
+    /// `impl` (`carried_here!`): the integrator's loop is then compiled with the model, once, and not again in every crate that moves its
+    /// orbits. It takes most of the time in which this crate is compiled.
+    fn carry(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+        self.perform(orbits)
+    }
 }
+
+/// Has the integrator's loop compiled with a model, see [`Model::carry`].
+macro_rules! carried_here {
+    () => {
+        carried_here!(carry);
+    };
+    ($name:ident) => {
+        fn $name(&self, orbits: $crate::flow::Carry<'_, '_, '_>) -> Vec<(usize, $crate::flow::Loss)> {
+            $crate::model::Task::with(orbits, self)
+        }
+    };
+}
+use carried_here;
 
 /// Something that is done with any model; the integrator's loop is one such task.
 pub trait Task {

@@ -24,7 +24,7 @@ use super::parameter::{Named, Parameter};
 use super::planar_recurrence::Recurrence;
 use super::plane::{PlanarHamiltonian, State, cosine_range};
 use super::quantity::Quantity;
-use super::{Lanes, Series};
+use super::{Lanes, Series, carried_here};
 use crate::problem_error::{Field, ProblemError, check};
 
 /// The two dimensionless parameters of the problem (Eq. 2).
@@ -57,6 +57,8 @@ pub const OBLATENESS: Parameter = Parameter { name: "oblateness", symbol: "W", f
 
 impl PlanarHamiltonian for Force {
     type Series<const P: usize> = PlanarSeries<P>;
+
+    carried_here!(carry_in_plane);
 
     /// Eq. 7, with Eq. 1 inserted.
     fn motion<T: Quantity>(&self, state: State<T>) -> State<T> {

@@ -17,6 +17,7 @@ use super::coordinates::Coordinates;
 use super::earth::SUN_MEAN_MOTION;
 use super::parameter::Parameter;
 use super::{Kind, Lanes, Model, Quantity, Series, Task, Variable, acceleration};
+use crate::flow::{Carry, Loss};
 use crate::lanes::polar;
 
 /// The variables of every planar model: solar angle and eccentricity.
@@ -154,6 +155,11 @@ pub trait PlanarHamiltonian: Copy + Debug + PartialEq + Send + Sync + 'static {
     fn perform_in_plane<T: Task>(&self, task: T) -> T::Output {
         task.with(self)
     }
+
+    /// See [`Model::carry`].
+    fn carry_in_plane(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+        self.perform_in_plane(orbits)
+    }
 }
 
 impl<M: PlanarHamiltonian> Model for M {
@@ -208,6 +214,10 @@ impl<M: PlanarHamiltonian> Model for M {
 
     fn perform<T: Task>(&self, task: T) -> T::Output {
         self.perform_in_plane(task)
+    }
+
+    fn carry(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+        self.carry_in_plane(orbits)
     }
 }
 

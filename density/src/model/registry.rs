@@ -9,7 +9,7 @@ use super::planar::Force;
 use super::plane::{PlanarHamiltonian, State};
 use super::quantity::Quantity;
 use super::sun_moon::SunMoon;
-use crate::flow::FromEquations;
+use crate::flow::{Carry, FromEquations, Loss};
 use crate::problem_error::ProblemError;
 
 /// The registry: an enumeration of models that is itself a model.
@@ -113,6 +113,10 @@ macro_rules! planar_models {
             /// Hands the task to the model that this one stands for, so that no choice between models is made within it.
             fn perform_in_plane<T: Task>(&self, task: T) -> T::Output {
                 match self { $(Self::$variant(model) => model.perform_in_plane(task)),+ }
+            }
+
+            fn carry_in_plane(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+                match self { $(Self::$variant(model) => model.carry_in_plane(orbits)),+ }
             }
         }
     };

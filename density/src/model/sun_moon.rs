@@ -16,6 +16,7 @@
 //! e'  =  n_sun s sin(phi) (C + 10 A e cos(phi))
 //! ```
 
+use super::carried_here;
 use super::earth::{self, SUN_MEAN_MOTION};
 use super::parameter::{Named, Parameter};
 use super::planar::{Force, OBLATENESS, RADIATION};
@@ -75,6 +76,8 @@ impl SunMoon {
 
 impl PlanarHamiltonian for SunMoon {
     type Series<const P: usize> = FromEquations<Self, P>;
+
+    carried_here!(carry_in_plane);
 
     fn motion<T: Quantity>(&self, state: State<T>) -> State<T> {
         let s = state.s();

@@ -13,7 +13,7 @@ use super::plane::{State, VARIABLES, density_growth};
 use super::registry::Planar;
 use super::sun_moon::SunMoon;
 use super::{Kind, LANES, Lanes, Model, PlanarHamiltonian, Quantity, Series, Task, Variable};
-use crate::flow::FromEquations;
+use crate::flow::{Carry, FromEquations, Loss};
 
 /// What the third variable is.
 pub trait Scale: Copy + Debug + PartialEq + Send + Sync + 'static {
@@ -97,14 +97,30 @@ pub trait OwnRadiation: PlanarHamiltonian {
     fn perform_with_own<S: Scale, T: Task>(model: &UncertainRadiation<S, Self>, task: T) -> T::Output {
         task.with(model)
     }
+
+    /// Moves orbits whose third coordinate is the radiation parameter, and returns those that were lost. What the third variable is makes
+    /// no difference to the states, so there is one loop for both, compiled with the model ([`Model::carry`]).
+    fn carry_with_own(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)>;
+}
+
+macro_rules! own_carried_here {
+    () => {
+        fn carry_with_own(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+            orbits.with(&UncertainRadiation::<Linear, Self>::new(*self))
+        }
+    };
 }
 
 impl OwnRadiation for Force {
     type Series<S: Scale, const P: usize> = OwnRadiationSeries<P, S>;
+
+    own_carried_here!();
 }
 
 impl OwnRadiation for SunMoon {
     type Series<S: Scale, const P: usize> = FromEquations<UncertainRadiation<S, Self>, P>;
+
+    own_carried_here!();
 }
 
 impl OwnRadiation for Planar {
@@ -115,6 +131,13 @@ impl OwnRadiation for Planar {
         match model.without {
             Self::Force(without) => task.with(&UncertainRadiation::<S, _>::new(without)),
             Self::SunMoon(without) => task.with(&UncertainRadiation::<S, _>::new(without)),
+        }
+    }
+
+    fn carry_with_own(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+        match self {
+            Self::Force(without) => without.carry_with_own(orbits),
+            Self::SunMoon(without) => without.carry_with_own(orbits),
         }
     }
 }
@@ -170,6 +193,10 @@ impl<S: Scale, M: OwnRadiation> Model for UncertainRadiation<S, M> {
 
     fn perform<T: Task>(&self, task: T) -> T::Output {
         M::perform_with_own(self, task)
+    }
+
+    fn carry(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+        self.without.carry_with_own(orbits)
     }
 }
 

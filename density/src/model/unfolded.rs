@@ -8,7 +8,7 @@ use super::irradiated::{Irradiated, WithRadiation};
 use super::uncertain_radiation::Scale;
 use super::vectorial::{VARIABLES, Vectorial};
 use super::{Coordinates, Kind, Lanes, Model, Quantity, Task, Variable};
-use crate::flow::FromEquations;
+use crate::flow::{Carry, FromEquations, Loss};
 
 /// The variables of a cloud in space, with an inclination that may be negative.
 const WITHOUT_BOUND: [Variable; 4] = [
@@ -88,6 +88,10 @@ impl<M: InSpace<N>, const N: usize> Model for Unfolded<M, N> {
     /// Hands the task to the model itself, whose states these are, so that its own series moves the orbits.
     fn perform<T: Task>(&self, task: T) -> T::Output {
         self.0.perform(task)
+    }
+
+    fn carry(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+        self.0.carry(orbits)
     }
 }
 

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 
 use density::angle::nearest;
 use density::distance::{Distances, between, between_marginals};
-use messages::layout::{ComparisonHeader, DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, comparison};
+use messages::comparison_kind::ComparisonKind;
+use messages::layout::{ComparisonHeader, DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS};
 use messages::port::Outlet;
 use messages::text::{pack, unpack};
 use messages::topic::{Comparison, Density, Roster as RosterTopic, Scenario};
@@ -105,10 +106,10 @@ fn publish(
     roster: &Roster,
 ) -> Result<(), Failure> {
     let first = roster.references.first().map_or("", String::as_str);
-    let header = |kind, label: &str| ComparisonHeader {
+    let header = |kind: ComparisonKind, label: &str| ComparisonHeader {
         run_id: session.run_id,
         scenario: assignment.scenario(),
-        kind,
+        kind: kind.code(),
         label: pack(label),
         reference: pack(first),
         ..ComparisonHeader::default()
@@ -130,17 +131,17 @@ fn publish(
             }
         }
         let numbers = effort(&case, baseline);
-        let header = ComparisonHeader { length: EFFORT_COLUMNS as u32, ..header(comparison::EFFORT, label) };
+        let header = ComparisonHeader { length: EFFORT_COLUMNS as u32, ..header(ComparisonKind::Effort, label) };
         outlet.send_items(header, &numbers)?;
         session.working(assignment.scenario(), done + 1, cases)?;
     }
-    Ok(outlet.send_items(header(comparison::END, ""), &[])?)
+    Ok(outlet.send_items(header(ComparisonKind::End, ""), &[])?)
 }
 
 /// A comparison of one snapshot of a case with one reference.
 #[derive(Debug)]
 pub(crate) struct Compared<'a> {
-    kind: u32,
+    kind: ComparisonKind,
     reference: &'a str,
     rows: Vec<f64>,
 }
@@ -159,11 +160,11 @@ pub(crate) fn compare<'a>(case: &Reading, references: &[(&'a str, &Reading)]) ->
             }
         }
         if rows.iter().any(|number| !number.is_nan()) {
-            said.push(Compared { kind: comparison::MOMENTS, reference, rows });
+            said.push(Compared { kind: ComparisonKind::Moments, reference, rows });
         }
         let is_it = stand_for(references.iter().copied(), Figure::Densities) == Some(reference);
         if is_it && Figure::Densities.is_stated(case) {
-            said.push(Compared { kind: comparison::DISTANCES, reference, rows: distances(case, reading) });
+            said.push(Compared { kind: ComparisonKind::Distances, reference, rows: distances(case, reading) });
         }
     }
     said
@@ -255,17 +256,17 @@ mod tests {
         let exact = reading(0, [1.1, 1.0, 0.5, WITHHELD, WITHHELD, 0.2], WITHHELD);
         let mc = reading(0, [1.2, 1.0, 0.5, 0.2, WITHHELD, 0.2], 1.0);
         let said = compare(&case, &[("exact", &exact), ("mc", &mc)]);
-        let of = |reference: &str, kind: u32| {
+        let of = |reference: &str, kind: ComparisonKind| {
             said.iter().filter(|c| c.reference == reference && c.kind == kind).collect::<Vec<_>>()
         };
         let stated = |rows: &[f64]| rows.chunks_exact(ERROR_COLUMNS).map(|row| !row[2].is_nan()).collect::<Vec<_>>();
-        let (with_exact, with_mc) = (of("exact", comparison::MOMENTS), of("mc", comparison::MOMENTS));
+        let (with_exact, with_mc) = (of("exact", ComparisonKind::Moments), of("mc", ComparisonKind::Moments));
         assert_eq!(stated(&with_exact[0].rows), [true, true, true, false, false, true, true, true]);
         assert_eq!(stated(&with_mc[0].rows), [false, false, false, true, false, false, false, false]);
         assert!((with_exact[0].rows[2] - 0.1).abs() < 1e-12 && (with_mc[0].rows[3 * 4 + 2] - 0.1).abs() < 1e-12);
-        assert_eq!((of("exact", comparison::DISTANCES).len(), of("mc", comparison::DISTANCES).len()), (0, 1));
+        assert_eq!((of("exact", ComparisonKind::Distances).len(), of("mc", ComparisonKind::Distances).len()), (0, 1));
         // A case is not compared in figures that it withholds itself.
-        assert!(compare(&exact, &[("mc", &mc)]).iter().all(|c| c.kind == comparison::MOMENTS));
+        assert!(compare(&exact, &[("mc", &mc)]).iter().all(|c| c.kind == ComparisonKind::Moments));
     }
 
     #[test]

@@ -35,7 +35,7 @@ use super::irradiated::Irradiated;
 use super::sun_moon::{MOON_DISTANCE, MOON_MU, SunMoon};
 use super::uncertain_radiation::Scale;
 use super::vector::{Vector, cross, dot, plus, times};
-use super::{Kind, Model, Quantity, Variable, ecliptic, vectorial};
+use super::{Kind, Model, Quantity, Variable, carried_here, ecliptic, vectorial};
 use kepler::Motion;
 
 /// The unaveraged model.
@@ -209,6 +209,8 @@ impl Model for Osculating {
 
     const VARIABLES: &'static [Variable] = &VARIABLES;
     const REENTRY: usize = 1;
+
+    carried_here!();
 
     fn rate<T: Quantity>(&self, time: T, state: State<T>) -> State<T> {
         self.rate_with(T::from(self.forces.force.radiation), time, state)

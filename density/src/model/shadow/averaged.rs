@@ -13,7 +13,7 @@ use crate::model::sun_moon::SunMoon;
 use crate::model::uncertain_radiation::Scale;
 use crate::model::vector::{Vector, dot};
 use crate::model::vectorial::{self, Vectorial, vectors};
-use crate::model::{Dual, Model, Quantity, Variable, ecliptic, osculating};
+use crate::model::{Dual, Model, Quantity, Variable, carried_here, ecliptic, osculating};
 
 /// The averaged model with the shadow.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,6 +152,8 @@ impl Model for ShadowedVectorial {
 
     const VARIABLES: &'static [Variable] = &VARIABLES;
     const REENTRY: usize = 1;
+
+    carried_here!();
 
     fn rate<T: Quantity>(&self, time: T, state: State<T>) -> State<T> {
         self.rate_with(T::from(self.model.forces.force.radiation), time, state)

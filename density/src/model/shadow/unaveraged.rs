@@ -8,7 +8,7 @@ use super::super::irradiated::Irradiated;
 use super::super::osculating::{self, Osculating, OsculatingSeries, State, above_pericentre, halves};
 use super::super::uncertain_radiation::Scale;
 use super::super::vector::{Vector, dot};
-use super::super::{LANES, Lanes, Model, Quantity, Series, Variable, ecliptic};
+use super::super::{LANES, Lanes, Model, Quantity, Series, Variable, carried_here, ecliptic};
 use crate::model::earth::SUN_MEAN_MOTION;
 
 /// Number of places of a step at which an edge is looked for.
@@ -67,6 +67,8 @@ impl Model for ShadowedOsculating {
 
     const VARIABLES: &'static [Variable] = &osculating::VARIABLES;
     const REENTRY: usize = Osculating::REENTRY;
+
+    carried_here!();
 
     fn rate<T: Quantity>(&self, time: T, state: State<T>) -> State<T> {
         let is_dark = self.is_dark(time.number(), state.map(Quantity::number));

@@ -44,7 +44,7 @@ use super::planar::{OBLATENESS, RADIATION};
 use super::sun_moon::{MOON, SUN, SunMoon};
 use super::uncertain_radiation::Scale;
 use super::vector::{Vector, cross, dot, plus, times};
-use super::{Kind, Model, Quantity, Variable, ecliptic, plane};
+use super::{Kind, Model, Quantity, Variable, carried_here, ecliptic, plane};
 
 /// The averaged model in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,6 +158,8 @@ impl Model for Vectorial {
 
     const VARIABLES: &'static [Variable] = &VARIABLES;
     const REENTRY: usize = 1;
+
+    carried_here!();
 
     fn rate<T: Quantity>(&self, time: T, state: State<T>) -> State<T> {
         self.rate_with(T::from(self.forces.force.radiation), time, state)

@@ -25,7 +25,8 @@ pub use rows::{interval_of, named};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use messages::layout::{ComparisonHeader, DensityHeader, GIVEN_COLUMNS, PASSAGE_COLUMNS, PassageHeader, comparison};
+use messages::comparison_kind::ComparisonKind;
+use messages::layout::{ComparisonHeader, DensityHeader, GIVEN_COLUMNS, PASSAGE_COLUMNS, PassageHeader};
 use messages::port::Inlet;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster as RosterTopic, Scenario};
@@ -150,13 +151,13 @@ impl Recording {
 
     /// Labels of the cases that the comparator has finished.
     fn compared(&self) -> impl Iterator<Item = String> {
-        let of_effort = self.comparisons.values().filter(|c| c.header.kind == comparison::EFFORT);
+        let of_effort = self.comparisons.values().filter(|c| c.header.content() == Some(ComparisonKind::Effort));
         of_effort.map(|c| unpack(&c.header.label))
     }
 
     /// Whether the comparator has finished and every density that it compared has arrived here too.
     pub(crate) fn is_complete(&self) -> bool {
-        self.comparisons.values().any(|c| c.header.kind == comparison::END)
+        self.comparisons.values().any(|c| c.header.content() == Some(ComparisonKind::End))
             && self.compared().all(|label| self.case(&label).is_some())
     }
 
@@ -245,7 +246,8 @@ mod tests {
         let mut recording = Recording::new(kit::example::assignment());
         let roster = |failed| Roster { cases: vec![("mc".into(), failed)], ..Roster::default() };
         assert_eq!(recording.without_passage(&roster(false)), None, "nothing is compared yet");
-        let effort = ComparisonHeader { kind: comparison::EFFORT, label: pack("mc"), ..ComparisonHeader::default() };
+        let effort =
+            ComparisonHeader { kind: ComparisonKind::Effort.code(), label: pack("mc"), ..ComparisonHeader::default() };
         recording.take_comparison(effort, &[0.0; 4]);
         assert_eq!(recording.without_passage(&roster(false)), Some("mc".into()));
         assert_eq!(recording.without_passage(&roster(true)), None);

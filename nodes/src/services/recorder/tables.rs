@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use messages::layout::comparison;
+use messages::comparison_kind::ComparisonKind;
 use messages::text::unpack;
 use results::arrays::ArrayWriter;
 use results::files;
@@ -129,16 +129,21 @@ impl Tables {
             }
             let is_standing = |c: &RecordedComparison| !roster.has_failed(&unpack(&c.header.reference));
             let of_method = |c: &&RecordedComparison| {
-                unpack(&c.header.label) == *method && (c.header.kind == comparison::EFFORT || is_standing(c))
+                unpack(&c.header.label) == *method
+                    && (c.header.content() == Some(ComparisonKind::Effort) || is_standing(c))
             };
             for recorded in recording.comparisons.values().filter(of_method) {
-                match recorded.header.kind {
-                    comparison::MOMENTS => self.errors.write(rows::errors(scenario, method, recorded, space))?,
-                    comparison::DISTANCES => {
+                match recorded.header.content() {
+                    Some(ComparisonKind::Moments) => {
+                        self.errors.write(rows::errors(scenario, method, recorded, space))?
+                    }
+                    Some(ComparisonKind::Distances) => {
                         self.distances.write(rows::distances(scenario, method, recorded, space))?
                     }
-                    comparison::EFFORT => self.effort.write(rows::effort(scenario, method, recorded, trajectories))?,
-                    _ => {}
+                    Some(ComparisonKind::Effort) => {
+                        self.effort.write(rows::effort(scenario, method, recorded, trajectories))?
+                    }
+                    Some(ComparisonKind::End) | None => {}
                 }
             }
         }

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use messages::layout::comparison;
+use messages::comparison_kind::ComparisonKind;
 use messages::port::Inlet;
 use messages::recording::Writer;
 use messages::text::{Label, unpack};
@@ -86,7 +86,7 @@ impl Tape {
         })?;
         take(path, writer, &self.densities, |h| *densities_of.entry((h.scenario, h.label)).or_default() += 1)?;
         take(path, writer, &self.comparisons, |h| {
-            if h.kind == comparison::END {
+            if h.content() == Some(ComparisonKind::End) {
                 compared.insert(h.scenario);
             }
         })?;
