@@ -41,13 +41,11 @@ impl<M: Model> Left<M> {
         moved.map_err(|lost| LostOrbit { index: self.first + self.places[lost.index], ..lost })
     }
 
-    /// Writes their variables at `time`, where they are, into the columns of the places in `chunk`.
-    pub fn read_out(&self, time: f64, chunk: Range<usize>, columns: &mut [&mut [f64]]) {
+    /// Calls `write` with the row in the chunk and the variables at `time`, where they are, of those in it.
+    pub fn read_out(&self, time: f64, chunk: Range<usize>, mut write: impl FnMut(usize, M::Variables)) {
         for position in self.positions(&chunk) {
             let state = Coordinates::from_fn(|k| self.orbits.columns()[k][position]);
-            let values = self.orbits.flow.model.read_out(time, state);
-            let row = self.places[position] - chunk.start;
-            columns.iter_mut().enumerate().for_each(|(k, column)| column[row] = values.component(k));
+            write(self.places[position] - chunk.start, self.orbits.flow.model.read_out(time, state));
         }
     }
 

@@ -1,50 +1,42 @@
-//! Adds samples to the sums, [`LANES`] at a time.
+//! Reduces samples, a batch at a time.
 //!
-//! A term is cut to whole units and added exactly, as everywhere here, but in two numbers of 64 bits: its upper part in
-//! units of 2^32, and the rest. Neither sum can overflow before [`MOST`] samples, and both together are the same whole number as
-//! the sum of the whole terms.
+//! What does not depend on the sector of a sample is counted and summed at once; the rest is [gathered](super::by_sector). What is
+//! done with each sample is written as a loop over the batch without branches, which the compiler turns into vectors.
 
 use std::f64::consts::{PI, TAU};
 
 use multiversion::multiversion;
 
-use super::{COMMON_SUMS, Frame, REACH, SECTOR_SUMS, SECTORS, SampleSums, UNIT, sector_of};
-use crate::lanes::{LARGEST_ANGLE, sin_cos};
-use crate::model::{LANES, Lanes};
+use super::by_sector::{Gathered, Samples};
+use super::halves::Halves;
+use super::{COMMON_SUMS, Question, REACH, SECTORS, SECTORS_PER_RADIAN, SampleSums};
+use crate::grid::by_batch;
+use crate::lanes::{BATCH, Batch, LARGEST_ANGLE, sin_cos, whole_number};
 
-/// Number of terms of a sample.
-const TERMS: usize = COMMON_SUMS + SECTOR_SUMS;
-/// An upper part is a whole number of so many units.
-const UPPER: f64 = (1u64 << 32) as f64;
-/// A term is at most 2^76 units, so 2^44 upper units, of which a sum of 64 bits holds 2^19.
-const MOST: usize = 1 << 18;
-
-/// The terms of [`LANES`] samples in two parts.
-struct Terms {
-    upper: [[i64; LANES]; TERMS],
-    lower: [[i64; LANES]; TERMS],
-    /// Where each lies from the grid's centre in solar angle \[rad\].
-    offsets: Lanes,
-    /// How many are above the critical eccentricity.
-    above: u64,
-}
-
-/// The sums of a sector in two parts.
-#[derive(Clone, Copy)]
-struct Parts {
-    samples: u64,
-    upper: [i64; SECTOR_SUMS],
-    lower: [i64; SECTOR_SUMS],
-}
+/// Most batches that are counted in numbers of 32 bits.
+const MOST: usize = u32::MAX as usize / BATCH;
 
 /// Sums under way.
+#[derive(Debug)]
 pub(super) struct Accumulator {
-    samples: usize,
+    question: Question,
+    /// Batches that have been taken.
+    batches: usize,
     above: u64,
-    /// The terms of the last block.
-    terms: Terms,
-    common: ([[i64; LANES]; COMMON_SUMS], [[i64; LANES]; COMMON_SUMS]),
-    sectors: Vec<Parts>,
+    counts: Vec<u32>,
+    common: [i128; COMMON_SUMS],
+    seen: Seen,
+    gathered: Gathered,
+}
+
+/// What a batch of samples is, beside its [`Samples`].
+#[derive(Debug)]
+struct Seen {
+    /// The bin of each.
+    bins: [usize; BATCH],
+    /// How many are above the critical eccentricity.
+    above: u64,
+    common: [Halves; COMMON_SUMS],
 }
 
 /// What [`nearest`](crate::angle::nearest) to 0 is, bit by bit, of an angle less than one and a half turns from it.
@@ -56,135 +48,90 @@ fn nearest_to_zero(offset: f64) -> f64 {
     if (-PI..PI).contains(&offset) { offset } else { folded }
 }
 
-/// A whole number of less than 2^51 as an integer: next to 1.5 2^52 the last bits of a floating-point number count units. A
-/// conversion by `as` would not be done for many numbers at once.
+/// The sector of an angle from the grid's centre, as [`sector_of`](super::sector_of) finds it.
 #[inline(always)]
-fn whole_number(value: f64) -> i64 {
-    const MAGIC: f64 = 1.5 * (1u64 << 52) as f64;
-    ((value + MAGIC).to_bits() as i64).wrapping_sub(MAGIC.to_bits() as i64)
+fn sector_near(offset: f64) -> u8 {
+    let position = (offset + PI) * SECTORS_PER_RADIAN;
+    whole_number(position.trunc().min(SECTORS as f64 - 1.0)) as u8
 }
 
-#[inline(always)]
-fn product(a: &Lanes, b: &Lanes) -> Lanes {
-    let mut product = [0.0; LANES];
-    for l in 0..LANES {
-        product[l] = a[l] * b[l];
-    }
-    product
-}
-
-/// The terms of a block of samples; false if one of them needs closer attention.
+/// Looks at a batch of samples; false, and what was seen says nothing, if one of them needs closer attention.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
-fn terms_of(frame: &Frame, phi: &Lanes, e: &Lanes, critical_e: f64, terms: &mut Terms) -> bool {
-    let (mut s, mut t, mut is_plain) = ([0.0; LANES], [0.0; LANES], true);
-    for l in 0..LANES {
-        let offset = phi[l] - frame.phi;
-        let from_low = offset + PI;
-        terms.offsets[l] = nearest_to_zero(offset);
-        s[l] = terms.offsets[l] / frame.half_phi;
-        t[l] = (e[l] - frame.e) / frame.half_e;
-        let is_near = s[l].abs() <= REACH && t[l].abs() <= REACH && phi[l].abs() <= LARGEST_ANGLE;
-        is_plain &= is_near && (-TAU..2.0 * TAU).contains(&from_low);
+fn look(question: &Question, phi: &Batch, e: &Batch, samples: &mut Samples, seen: &mut Seen) -> bool {
+    let (frame, grid, critical_e) = (question.frame, question.grid, question.critical_e);
+    let (mut common, mut above, mut are_plain) = ([Halves::NONE; COMMON_SUMS], 0, true);
+    for l in 0..BATCH {
+        let from_centre = phi[l] - frame.phi;
+        let offset = nearest_to_zero(from_centre);
+        let (s, t) = (offset / frame.half_phi, (e[l] - frame.e) / frame.half_e);
+        let is_near = s.abs() <= REACH && t.abs() <= REACH && phi[l].abs() <= LARGEST_ANGLE;
+        let (bin, is_known) = by_batch::bin(&grid, phi[l], e[l]);
+        are_plain &= is_near & is_known & (-TAU..2.0 * TAU).contains(&(from_centre + PI));
+        let ((sin, cos), t2) = (sin_cos(phi[l]), t * t);
+        let terms = [sin, cos, t2 * t, t2 * t2];
+        for k in 0..COMMON_SUMS {
+            common[k].add(terms[k]);
+        }
+        (samples.s[l], samples.t[l], samples.sectors[l]) = (s, t, sector_near(offset));
+        seen.bins[l] = bin;
+        above += u64::from(e[l] > critical_e);
     }
-    if !is_plain {
-        return false;
-    }
-    let (sin, cos) = sin_cos(phi);
-    let (s2, t2) = (product(&s, &s), product(&t, &t));
-    let values: [Lanes; TERMS] = [
-        sin,
-        cos,
-        product(&t2, &t),
-        product(&t2, &t2),
-        s,
-        s2,
-        product(&s2, &s),
-        product(&s2, &s2),
-        t,
-        t2,
-        product(&s, &t),
-        product(&s2, &t),
-        product(&s, &t2),
-        product(&s2, &t2),
-    ];
-    // One loop over all of them, which the compiler turns into vectors.
-    let parts = terms.upper.as_flattened_mut().iter_mut().zip(terms.lower.as_flattened_mut());
-    for ((upper, lower), value) in parts.zip(values.as_flattened()) {
-        let units = value / UNIT;
-        let whole = (units / UPPER).trunc();
-        *upper = whole_number(whole);
-        *lower = whole_number((-whole).mul_add(UPPER, units).trunc());
-    }
-    terms.above = e.iter().map(|&e| u64::from(e > critical_e)).sum();
-    true
+    (seen.common, seen.above) = (common, above);
+    are_plain
 }
 
 impl Accumulator {
-    pub fn new() -> Self {
-        let none = Parts { samples: 0, upper: [0; SECTOR_SUMS], lower: [0; SECTOR_SUMS] };
-        let zeros = [[0; LANES]; COMMON_SUMS];
-        let of_block = [[0; LANES]; TERMS];
-        let terms = Terms { upper: of_block, lower: of_block, offsets: [0.0; LANES], above: 0 };
-        Self { samples: 0, above: 0, terms, common: (zeros, zeros), sectors: vec![none; SECTORS] }
+    pub fn new(question: Question) -> Self {
+        let common = [Halves::NONE; COMMON_SUMS];
+        Self {
+            batches: 0,
+            above: 0,
+            counts: vec![0; question.grid.len()],
+            question,
+            common: [0; COMMON_SUMS],
+            seen: Seen { bins: [0; BATCH], above: 0, common },
+            gathered: Gathered::new(),
+        }
     }
 
-    /// Adds a block of samples to the sums; false, and nothing is added, if one of them needs closer attention.
-    pub fn take(&mut self, frame: &Frame, phi: &Lanes, e: &Lanes, critical_e: f64) -> bool {
-        debug_assert!(self.samples < MOST);
-        if !terms_of(frame, phi, e, critical_e, &mut self.terms) {
+    /// Adds a batch of samples, the sums of sectors to those of `sums`; false, and nothing is added, if one of them needs closer attention.
+    pub fn take(&mut self, phi: &Batch, e: &Batch, sums: &mut SampleSums) -> bool {
+        let seen = &mut self.seen;
+        if !look(&self.question, phi, e, self.gathered.next(), seen) {
             return false;
         }
-        let terms = &self.terms;
-        self.samples += LANES;
-        self.above += terms.above;
-        for k in 0..COMMON_SUMS {
-            for l in 0..LANES {
-                self.common.0[k][l] += terms.upper[k][l];
-                self.common.1[k][l] += terms.lower[k][l];
-            }
-        }
-        for l in 0..LANES {
-            let sector = &mut self.sectors[sector_of(terms.offsets[l])];
-            sector.samples += 1;
-            for k in 0..SECTOR_SUMS {
-                sector.upper[k] += terms.upper[COMMON_SUMS + k][l];
-                sector.lower[k] += terms.lower[COMMON_SUMS + k][l];
-            }
+        self.batches += 1;
+        self.above += seen.above;
+        self.common.iter_mut().zip(&seen.common).for_each(|(sum, halves)| *sum += halves.total(BATCH));
+        by_batch::add(&mut self.counts, &seen.bins);
+        self.gathered.take(&mut sums.sectors);
+        if self.batches == MOST {
+            self.add_to(sums);
         }
         true
     }
 
-    /// Adds the sums to others.
-    pub fn add_to(&self, sums: &mut SampleSums) {
-        let whole = |upper: i64, lower: i64| i128::from(upper) * (UPPER as i128) + i128::from(lower);
-        sums.samples += self.samples as u64;
+    /// Adds all that has not been added yet to the sums.
+    pub fn add_to(&mut self, sums: &mut SampleSums) {
+        sums.samples += (self.batches * BATCH) as u64;
         sums.above += self.above;
-        for (k, sum) in sums.common.iter_mut().enumerate() {
-            *sum += (0..LANES).map(|l| whole(self.common.0[k][l], self.common.1[k][l])).sum::<i128>();
-        }
-        for (sector, parts) in sums.sectors.iter_mut().zip(&self.sectors).filter(|(_, parts)| parts.samples > 0) {
-            sector.samples += parts.samples;
-            for k in 0..SECTOR_SUMS {
-                sector.sums[k] += whole(parts.upper[k], parts.lower[k]);
-            }
-        }
+        sums.counts.iter_mut().zip(&self.counts).for_each(|(sum, count)| *sum += u64::from(*count));
+        sums.common.iter_mut().zip(&self.common).for_each(|(sum, part)| *sum += part);
+        self.gathered.add_up(&mut sums.sectors);
+        (self.batches, self.above, self.common) = (0, 0, [0; COMMON_SUMS]);
+        self.counts.fill(0);
+    }
+
+    pub fn question(&self) -> &Question {
+        &self.question
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::sector_of;
     use super::*;
     use crate::angle::nearest;
-
-    #[test]
-    fn whole_numbers_are_converted_exactly() {
-        for k in 0..50 {
-            for near in [-1, 0, 1] {
-                let number = (1i64 << k) + near;
-                assert_eq!((whole_number(number as f64), whole_number(-number as f64)), (number, -number));
-            }
-        }
-    }
 
     #[test]
     fn an_angle_is_brought_next_to_zero_as_everywhere_else() {
@@ -194,6 +141,17 @@ mod tests {
                     let nearest = if (-PI..PI).contains(&offset) { offset } else { nearest(offset, 0.0) };
                     assert_eq!(nearest_to_zero(offset).to_bits(), nearest.to_bits(), "{offset}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_sector_is_found_as_everywhere_else() {
+        for k in -256..256 {
+            let edge = f64::from(k) * TAU / 512.0;
+            for offset in [edge, edge.next_up(), edge.next_down(), PI.next_down()] {
+                let offset = offset.clamp(-PI, PI);
+                assert_eq!(usize::from(sector_near(offset)), sector_of(offset), "{offset}");
             }
         }
     }
