@@ -21,7 +21,7 @@ pub(super) struct Left<M> {
 impl<M: Model> Left<M> {
     /// The orbits at these places of a set whose first orbit has the number `first`.
     pub fn new<const N: usize>(flow: Flow<M>, first: usize, places: Vec<usize>, draw: &Draw<N>) -> Self {
-        let starts: Vec<[f64; N]> = places.iter().map(|&place| draw(first + place)).collect();
+        let starts: Vec<[f64; N]> = places.iter().flat_map(|&place| draw(first + place..first + place + 1)).collect();
         let columns: [Vec<f64>; N] = std::array::from_fn(|k| starts.iter().map(|start| start[k]).collect());
         let orbits = Orbits::from_variables(flow, &columns.each_ref().map(Vec::as_slice));
         let passages = vec![f64::INFINITY; places.len()];

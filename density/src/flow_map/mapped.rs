@@ -12,7 +12,6 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::FlowMap;
-use super::cell::UNMAPPED;
 use super::chebyshev::evaluate;
 use super::draw::Draw;
 use super::left::Left;
@@ -262,11 +261,11 @@ fn chunk_of(numbers: &Range<usize>, chunk: usize) -> Range<usize> {
 
 /// Draws the starts of a chunk and sorts them by cell; also returns the places of those that lie in none.
 fn sort<M: Model, const N: usize>(map: &FlowMap<M, N>, draw: &Draw<N>, numbers: Range<usize>) -> (Sorted<N>, Vec<u32>) {
-    let located: Vec<(u32, [f64; N])> =
-        numbers.map(|number| map.locate(&draw(number)).unwrap_or((UNMAPPED, [0.0; N]))).collect();
+    let points: Vec<[f64; N]> = draw(numbers).into_iter().map(|start| map.gaussian.standardise(&start)).collect();
+    let cells: Vec<u32> = points.iter().map(|point| map.tree.locate(point)).collect();
     let mut next = vec![0u32; map.cells.len()];
     let mut direct = Vec::new();
-    for (place, (cell, _)) in located.iter().enumerate() {
+    for (place, cell) in cells.iter().enumerate() {
         match next.get_mut(*cell as usize) {
             Some(count) => *count += 1,
             None => direct.push(place as u32),
@@ -282,9 +281,10 @@ fn sort<M: Model, const N: usize>(map: &FlowMap<M, N>, draw: &Draw<N>, numbers: 
     });
     let mut local: [Vec<f64>; N] = std::array::from_fn(|_| vec![0.0; sum as usize]);
     let mut places = vec![0; sum as usize];
-    for (place, (cell, point)) in located.iter().enumerate() {
-        let Some(next) = next.get_mut(*cell as usize) else { continue };
-        (0..N).for_each(|k| local[k][*next as usize] = point[k]);
+    for (place, (&cell, point)) in cells.iter().zip(&points).enumerate() {
+        let Some(next) = next.get_mut(cell as usize) else { continue };
+        let at = map.cells[cell as usize].locals.of(point);
+        (0..N).for_each(|k| local[k][*next as usize] = at[k]);
         places[*next as usize] = place as u32;
         *next += 1;
     }

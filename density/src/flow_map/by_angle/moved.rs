@@ -170,10 +170,5 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
 fn find<M: PlanarHamiltonian>(map: &AngleMap<M>, draw: &Draw<2>, numbers: &Range<usize>, chunk: usize) -> Vec<Found> {
     let first = numbers.start + chunk * CHUNK;
     let numbers = first..numbers.end.min(first + CHUNK);
-    numbers
-        .map(|number| {
-            let [phi, e] = draw(number);
-            map.locate(State::from_polar(phi, e))
-        })
-        .collect()
+    draw(numbers).iter().map(|&[phi, e]| map.locate(State::from_polar(phi, e))).collect()
 }
