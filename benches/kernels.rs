@@ -148,10 +148,9 @@ fn mapped_1e6_all_snapshots(bencher: Bencher, threads: usize) {
     let plan = SamplingPlan { draws: Draws::Independent, seed: 1, replicates: NonZeroUsize::MIN };
     let settings = MapSettings { smallest_share: 1e-3, ..MapSettings::default() };
     on_threads(bencher, threads, || {
-        let polar = plan.polar(&problem.initial);
         let critical = problem.critical_e;
         let map = FlowMap::new(flow(), problem.initial.into(), &problem.times, Some(critical), &settings).unwrap();
-        let mut orbits = MappedOrbits::new(map, 0..MAPPED, Box::new(move |number| polar(number).into()));
+        let mut orbits = MappedOrbits::new(map, 0..MAPPED, Box::new(plan.starts(&problem.initial)));
         let reduced = |(index, grid): (usize, &Grid)| {
             orbits.advance_watching(index, critical).unwrap();
             orbits.reduce(grid, critical).unwrap()

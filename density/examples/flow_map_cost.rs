@@ -84,7 +84,7 @@ fn by_cells(wanted: &Wanted<'_>) -> Result<Cost, Box<dyn Error>> {
     let off = largest_error(problem, &polar, |start, index| map.state(start, index))?;
     let (begun, summary) = (cpu(), *map.summary());
     let (draw_seconds, mut orbits) =
-        seconds(|| MappedOrbits::new(map, 0..*samples, Box::new(move |number| polar(number).into())));
+        seconds(|| MappedOrbits::new(map, 0..*samples, Box::new(plan().starts(&problem.initial))));
     let (move_seconds, reduced) = seconds(|| -> Result<(), Box<dyn Error>> {
         grids.iter().enumerate().try_for_each(|(index, grid)| {
             orbits.advance_watching(index, critical)?;
@@ -110,7 +110,7 @@ fn by_angle(wanted: &Wanted<'_>) -> Result<Cost, Box<dyn Error>> {
     })?;
     let (begun, summary) = (cpu(), *map.summary());
     let (draw_seconds, mut orbits) =
-        seconds(|| AngleOrbits::new(map, 0..*samples, Box::new(move |number| polar(number).into())));
+        seconds(|| AngleOrbits::new(map, 0..*samples, Box::new(plan().starts(&problem.initial))));
     let (move_seconds, reduced) = seconds(|| -> Result<(), Box<dyn Error>> {
         grids.iter().enumerate().try_for_each(|(index, grid)| {
             orbits.advance_watching(index, critical)?;

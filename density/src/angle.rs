@@ -7,6 +7,7 @@
 use std::f64::consts::{PI, TAU};
 
 /// The representative of `phi` in `[low, low + 2π)` \[rad\]; NaN stays NaN.
+#[inline]
 pub fn fold(phi: f64, low: f64) -> f64 {
     let offset = phi - low;
     // The remainder of an angle within the turn is the angle itself, bit by bit.

@@ -3,6 +3,8 @@
 //! There is one grid per snapshot, fixed by the problem alone: the image of the 4-sigma ellipse under the flow bounds
 //! the cloud.
 
+pub(crate) mod by_batch;
+
 use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
@@ -100,16 +102,17 @@ impl Grid {
     pub fn count(&self, phi: &[f64], e: &[f64]) -> Vec<u64> {
         /// Number of samples that a thread counts at a time.
         const CHUNK: usize = 65_536;
-        let add = |mut sum: Vec<u64>, counts: Vec<u64>| {
-            sum.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+        let none = || vec![0; self.len()];
+        let add = |mut sum: Vec<u64>, (phi, e): (&[f64], &[f64])| {
+            let counts = by_batch::count(self, phi, e);
+            sum.iter_mut().zip(counts).for_each(|(sum, count)| *sum += u64::from(count));
             sum
         };
-        let count = |(phi, e): (&[f64], &[f64])| {
-            let mut counts = vec![0; self.len()];
-            phi.iter().zip(e).filter_map(|(&phi, &e)| self.bin(phi, e)).for_each(|bin| counts[bin] += 1);
-            counts
+        let join = |mut sum: Vec<u64>, other: Vec<u64>| {
+            sum.iter_mut().zip(other).for_each(|(sum, count)| *sum += count);
+            sum
         };
-        phi.par_chunks(CHUNK).zip(e.par_chunks(CHUNK)).map(count).reduce(|| vec![0; self.len()], add)
+        phi.par_chunks(CHUNK).zip(e.par_chunks(CHUNK)).fold(none, add).reduce(none, join)
     }
 }
 

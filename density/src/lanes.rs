@@ -66,23 +66,32 @@ fn polynomial<const P: usize>(coefficients: &[f64; P], z: f64) -> f64 {
     sum
 }
 
-/// Sines and cosines of angles up to [`LARGEST_ANGLE`] \[rad\], to about 2e-16.
+/// Number of samples in a batch: enough for a loop over them to be worth its beginning.
+pub const BATCH: usize = 64;
+
+/// One number of each sample of a batch.
+pub type Batch = [f64; BATCH];
+
+/// A whole number of less than 2^51 as an integer: next to 1.5 2^52 the last bits of a floating-point number count units. A
+/// conversion by `as` would not be done for many numbers at once.
 #[inline(always)]
-pub fn sin_cos(angles: &Lanes) -> (Lanes, Lanes) {
-    let (mut sines, mut cosines) = ([0.0; LANES], [0.0; LANES]);
-    for l in 0..LANES {
-        let turns = (angles[l] * FRAC_2_PI).round_ties_even();
-        let rest = (-turns).mul_add(PI_2_REST, (-turns).mul_add(FRAC_PI_2, angles[l]));
-        let z = rest * rest;
-        let sine = (rest * z).mul_add(polynomial(&SINE, z), rest);
-        let cosine = (z * z).mul_add(polynomial(&COSINE, z), 1.0 - 0.5 * z);
-        let quadrant = turns - 4.0 * (0.25 * turns).floor();
-        let is_odd = quadrant == 1.0 || quadrant == 3.0;
-        let (s, c) = if is_odd { (cosine, sine) } else { (sine, cosine) };
-        sines[l] = if quadrant >= 2.0 { -s } else { s };
-        cosines[l] = if quadrant == 1.0 || quadrant == 2.0 { -c } else { c };
-    }
-    (sines, cosines)
+pub fn whole_number(value: f64) -> i64 {
+    const MAGIC: f64 = 1.5 * (1u64 << 52) as f64;
+    ((value + MAGIC).to_bits() as i64).wrapping_sub(MAGIC.to_bits() as i64)
+}
+
+/// Sine and cosine of an angle up to [`LARGEST_ANGLE`] \[rad\], to about 2e-16.
+#[inline(always)]
+pub fn sin_cos(angle: f64) -> (f64, f64) {
+    let turns = (angle * FRAC_2_PI).round_ties_even();
+    let rest = (-turns).mul_add(PI_2_REST, (-turns).mul_add(FRAC_PI_2, angle));
+    let z = rest * rest;
+    let sine = (rest * z).mul_add(polynomial(&SINE, z), rest);
+    let cosine = (z * z).mul_add(polynomial(&COSINE, z), 1.0 - 0.5 * z);
+    let quadrant = turns - 4.0 * (0.25 * turns).floor();
+    let is_odd = quadrant == 1.0 || quadrant == 3.0;
+    let (s, c) = if is_odd { (cosine, sine) } else { (sine, cosine) };
+    (if quadrant >= 2.0 { -s } else { s }, if quadrant == 1.0 || quadrant == 2.0 { -c } else { c })
 }
 
 /// Solar angles in `[0, 2π)` \[rad\] and eccentricities of the states `(x1, x2)`, to about 1e-15.
@@ -112,12 +121,21 @@ mod tests {
     use crate::model::plane::State;
 
     #[test]
+    fn whole_numbers_are_converted_exactly() {
+        for k in 0..50 {
+            for near in [-1, 0, 1] {
+                let number = (1i64 << k) + near;
+                assert_eq!((whole_number(number as f64), whole_number(-number as f64)), (number, -number));
+            }
+        }
+    }
+
+    #[test]
     fn sines_and_cosines_are_those_of_the_library() {
         for k in -20_000..20_000 {
             let angle = f64::from(k) * 0.0137;
-            let (sines, cosines) = sin_cos(&[angle; LANES]);
-            let (sin, cos) = angle.sin_cos();
-            assert!((sines[0] - sin).abs() < 3e-16 && (cosines[0] - cos).abs() < 3e-16, "{angle}");
+            let ((sine, cosine), (sin, cos)) = (sin_cos(angle), angle.sin_cos());
+            assert!((sine - sin).abs() < 3e-16 && (cosine - cos).abs() < 3e-16, "{angle}");
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Draw `i` depends only on the [`SamplingPlan`] and on `i`, not on how many are drawn, so results are the same bytes for any
 //! number of threads, shards or restarts. Each independent draw has its own stream of a ChaCha8 generator
-//! (Bernstein 2008; a counter-based generator whose streams are independent) and is repeated while `e` is outside
+//! (Bernstein 2008; a counter-based generator whose streams are independent), many of which are computed side by side, and is repeated while `e` is outside
 //! `(0, 1)`.
 //!
 //! The other two kinds reduce the error of Monte Carlo for the same number of orbits:
@@ -27,6 +27,7 @@
 mod quantile;
 mod shares;
 mod sobol;
+mod streams;
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -43,6 +44,7 @@ use crate::problem::InitialGaussian;
 
 pub(crate) use quantile::{normal_quantile_of_tail, normal_tail};
 use sobol::Scramble;
+use streams::{STREAMS, Stream, Streams};
 
 /// How draws depend on one another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -94,13 +96,23 @@ impl SamplingPlan {
 
     /// Draws the states `(x1, x2)` of the numbers in `range`, on all threads.
     pub fn draw_range(&self, initial: &InitialGaussian, range: Range<usize>) -> (Vec<f64>, Vec<f64>) {
-        let polar = self.polar(initial);
-        let state = |index| {
-            let (phi, e) = polar(index);
-            let state = State::from_polar(phi, e);
-            (state.x1, state.x2)
+        let starts = self.starts(initial);
+        let states = |numbers| {
+            let state = |[phi, e]: [f64; 2]| State::from_polar(phi, e);
+            starts(numbers).into_iter().map(state).map(|State { x1, x2 }| [x1, x2]).collect()
         };
-        range.into_par_iter().map(state).unzip()
+        columns_of(range, states).into()
+    }
+
+    /// The draws with the numbers in a range as a function of the range: `phi` \[rad\], on the branch of the initial mean, and `e`, as
+    /// [`SamplingPlan::polar`] draws them one by one.
+    pub fn starts(&self, initial: &InitialGaussian) -> impl Fn(Range<usize>) -> Vec<[f64; 2]> + Sync + Send + use<> {
+        let (initial, draws, polar) = (*initial, self.draws, self.polar(initial));
+        let streams = Streams::new(self.seed);
+        move |numbers| match draws {
+            Draws::Independent => in_streams(&streams, numbers, |stream| inside_the_cut(&initial, stream).into()),
+            Draws::Antithetic | Draws::Sobol => numbers.map(|number| polar(number).into()).collect(),
+        }
     }
 
     /// Draw number `i` as a function of `i`: `phi` \[rad\], on the branch of the initial mean, and `e`.
@@ -128,8 +140,14 @@ impl SamplingPlan {
 pub fn draw_one(initial: &InitialGaussian, generator: &ChaCha8Rng, index: u64) -> (f64, f64) {
     let mut stream = generator.clone();
     stream.set_stream(index);
+    inside_the_cut(initial, &mut stream)
+}
+
+/// The first draw from a stream that lies inside the cut.
+#[inline]
+fn inside_the_cut(initial: &InitialGaussian, stream: &mut impl Rng) -> (f64, f64) {
     loop {
-        let (phi, e) = initial.point(StandardNormal.sample(&mut stream), StandardNormal.sample(&mut stream));
+        let (phi, e) = initial.point(StandardNormal.sample(stream), StandardNormal.sample(stream));
         if e > 0.0 && e < 1.0 {
             return (phi, e);
         }
@@ -145,27 +163,55 @@ pub fn draw_variables<const N: usize>(
     seed: u64,
     range: Range<usize>,
 ) -> [Vec<f64>; N] {
-    let points: Vec<[f64; N]> = range.into_par_iter().map(variables_of(initial, variables, seed)).collect();
-    std::array::from_fn(|k| points.iter().map(|point| point[k]).collect())
+    columns_of(range, variables_of(initial, variables, seed))
 }
 
-/// Draw number `i` of [`draw_variables`] as a function of `i`.
+/// The draws of [`draw_variables`] as a function of the range of their numbers.
 pub fn variables_of<const N: usize>(
     initial: &Gaussian<N>,
     variables: &'static [Variable],
     seed: u64,
-) -> impl Fn(usize) -> [f64; N] + Sync + Send + use<N> {
-    let (initial, generator) = (*initial, ChaCha8Rng::seed_from_u64(seed));
-    move |index: usize| {
-        let mut stream = generator.clone();
-        stream.set_stream(index as u64);
-        loop {
-            let point = initial.point(std::array::from_fn(|_| StandardNormal.sample(&mut stream)));
-            if variables.iter().zip(&point).all(|(variable, &value)| variable.allows(value)) {
-                return point;
-            }
+) -> impl Fn(Range<usize>) -> Vec<[f64; N]> + Sync + Send + use<N> {
+    let (initial, streams) = (*initial, Streams::new(seed));
+    let one = move |stream: &mut Stream<'_>| loop {
+        let point = initial.point(std::array::from_fn(|_| StandardNormal.sample(stream)));
+        if variables.iter().zip(&point).all(|(variable, &value)| variable.allows(value)) {
+            return point;
         }
+    };
+    move |numbers| in_streams(&streams, numbers, one)
+}
+
+/// One draw from each of the streams with these numbers.
+fn in_streams<T>(streams: &Streams, numbers: Range<usize>, mut draw: impl FnMut(&mut Stream<'_>) -> T) -> Vec<T> {
+    let mut drawn = Vec::with_capacity(numbers.len());
+    for first in numbers.clone().step_by(STREAMS) {
+        let blocks = streams.blocks(first as u64);
+        drawn.extend((0..STREAMS.min(numbers.end - first)).map(|lane| draw(&mut blocks.stream(lane))));
     }
+    drawn
+}
+
+/// The points with the numbers in a range, drawn on all threads, one column for every coordinate.
+fn columns_of<const N: usize>(
+    range: Range<usize>,
+    draw: impl Fn(Range<usize>) -> Vec<[f64; N]> + Sync,
+) -> [Vec<f64>; N] {
+    /// Number of points that a thread draws at a time.
+    const PIECE: usize = 4096;
+    let mut columns = std::array::from_fn(|_| vec![0.0; range.len()]);
+    let mut pieces: Vec<Vec<&mut [f64]>> = (0..range.len().div_ceil(PIECE)).map(|_| Vec::new()).collect();
+    for column in &mut columns {
+        pieces.iter_mut().zip(column.chunks_mut(PIECE)).for_each(|(piece, rows)| piece.push(rows));
+    }
+    pieces.par_iter_mut().enumerate().for_each(|(piece, columns)| {
+        let first = range.start + piece * PIECE;
+        let points = draw(first..range.end.min(first + PIECE));
+        for (k, column) in columns.iter_mut().enumerate() {
+            column.iter_mut().zip(&points).for_each(|(value, point)| *value = point[k]);
+        }
+    });
+    columns
 }
 
 /// The scramble of a group, from a stream that no draw uses.

@@ -8,6 +8,7 @@ mod space_support;
 
 use density::exact::{Exact, ExactSettings};
 use density::flow::{Accuracy, Flow};
+use density::flow_map::draw::one_by_one;
 use density::flow_map::{FlowMap, MappedOrbits, Settings, Summary};
 use density::gaussian::Gaussian;
 use density::in_space::SpaceProblem;
@@ -66,7 +67,7 @@ impl SpaceTask for ByMap<'_> {
             let Start { variables, radiation, .. } = draw(number);
             std::array::from_fn(|k| variables.get(k).copied().unwrap_or(radiation))
         };
-        let mut orbits = MappedOrbits::new(map, 0..points, Box::new(variables));
+        let mut orbits = MappedOrbits::new(map, 0..points, one_by_one(variables));
         println!("{} of {points} points directly", orbits.direct());
         let at = |index: usize| {
             orbits.advance_watching(index, problem.critical_e).unwrap();

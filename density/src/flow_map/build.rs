@@ -96,7 +96,7 @@ impl<'a, M: Model, const N: usize> Builder<'a, M, N> {
                         summary.passage_error = summary.passage_error.max(passage_error);
                         summary.mapped += cell.probability();
                         summary.coefficients += states.iter().map(Polynomial::len).sum::<usize>();
-                        cells.push(CellMap { cell, states, passing });
+                        cells.push(CellMap { locals: cell.locals(), cell, states, passing });
                     }
                     Fit::Unfitted { axis, years, error } => bent.push(((leaf, cell), axis, (years, error))),
                 }

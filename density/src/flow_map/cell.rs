@@ -20,10 +20,10 @@ impl<const N: usize> Cell<N> {
         std::array::from_fn(|k| self.low[k].midpoint(self.high[k]) + 0.5 * (self.high[k] - self.low[k]) * local[k])
     }
 
-    /// The local coordinates of a point.
-    #[inline(always)]
-    pub fn local(&self, point: &[f64; N]) -> [f64; N] {
-        std::array::from_fn(|k| (point[k] - self.low[k].midpoint(self.high[k])) * (2.0 / (self.high[k] - self.low[k])))
+    /// From points to local coordinates.
+    pub fn locals(&self) -> Locals<N> {
+        let scale = std::array::from_fn(|k| 2.0 / (self.high[k] - self.low[k]));
+        Locals { middle: std::array::from_fn(|k| self.middle(k)), scale }
     }
 
     fn middle(&self, axis: usize) -> f64 {
@@ -53,6 +53,21 @@ impl<const N: usize> Cell<N> {
     }
 }
 
+/// From points to the local coordinates of a box.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Locals<const N: usize> {
+    middle: [f64; N],
+    scale: [f64; N],
+}
+
+impl<const N: usize> Locals<N> {
+    /// The local coordinates of a point.
+    #[inline(always)]
+    pub fn of(&self, point: &[f64; N]) -> [f64; N] {
+        std::array::from_fn(|k| (point[k] - self.middle[k]) * self.scale[k])
+    }
+}
+
 /// The probability that a standard normal variable lies between two numbers.
 fn normal_between(low: f64, high: f64) -> f64 {
     let beyond = |z: f64| 0.5 * libm::erfc(z * FRAC_1_SQRT_2);
@@ -60,18 +75,28 @@ fn normal_between(low: f64, high: f64) -> f64 {
     if low < 0.0 && high <= 0.0 { beyond(-high) - beyond(-low) } else { beyond(low) - beyond(high) }
 }
 
-/// Marks a leaf in [`Node::axis`].
-const LEAF: u32 = u32::MAX;
 /// The number of the cell of a leaf without a map.
 pub(super) const UNMAPPED: u32 = u32::MAX;
 
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    /// The axis along which it is halved, or [`LEAF`].
+    /// The axis along which it is halved.
     axis: u32,
-    /// The first of its two children, or the number of the leaf's cell.
+    /// The first of its two children, or itself if it is a leaf.
     next: u32,
+    /// Where it is halved: beyond all points if it is a leaf.
     middle: f64,
+    /// The number of the leaf's cell.
+    cell: u32,
+    /// How many halvings lead to it.
+    depth: u32,
+}
+
+impl Node {
+    /// A leaf without a map at the place `at`.
+    fn leaf(at: usize, depth: u32) -> Self {
+        Self { axis: 0, next: at as u32, middle: f64::INFINITY, cell: UNMAPPED, depth }
+    }
 }
 
 /// A box that has been halved again and again.
@@ -79,40 +104,46 @@ struct Node {
 pub(super) struct Tree<const N: usize> {
     whole: Cell<N>,
     nodes: Vec<Node>,
+    /// How many halvings lead to the smallest boxes.
+    depth: u32,
 }
 
 impl<const N: usize> Tree<N> {
     /// The whole, without a map.
     pub fn new(whole: Cell<N>) -> Self {
-        Self { whole, nodes: vec![Node { axis: LEAF, next: UNMAPPED, middle: 0.0 }] }
+        Self { whole, nodes: vec![Node::leaf(0, 0)], depth: 0 }
     }
 
     /// Gives a leaf the number of its cell.
     pub fn assign(&mut self, leaf: usize, cell: usize) {
-        self.nodes[leaf].next = cell as u32;
+        self.nodes[leaf].cell = cell as u32;
     }
 
     /// Halves a leaf and returns its halves.
     pub fn halve(&mut self, leaf: usize, cell: &Cell<N>, axis: usize) -> [(usize, Cell<N>); 2] {
         let first = self.nodes.len();
-        self.nodes[leaf] = Node { axis: axis as u32, next: first as u32, middle: cell.middle(axis) };
-        self.nodes.extend([Node { axis: LEAF, next: UNMAPPED, middle: 0.0 }; 2]);
+        let depth = self.nodes[leaf].depth;
+        self.nodes[leaf] =
+            Node { axis: axis as u32, next: first as u32, middle: cell.middle(axis), depth, cell: UNMAPPED };
+        self.nodes.extend([first, first + 1].map(|at| Node::leaf(at, depth + 1)));
+        self.depth = self.depth.max(depth + 1);
         let [lower, upper] = cell.halves(axis);
         [(first, lower), (first + 1, upper)]
     }
 
-    /// The number of the cell that holds a point, [`UNMAPPED`] if there is none.
+    /// The number of the cell that holds a point, [`UNMAPPED`] if there is none. Every point goes down as many steps as lead to the smallest
+    /// boxes, staying in its leaf once it is there: where the way ends cannot be foreseen, and a processor loses more by a wrong guess.
     #[inline]
     pub fn locate(&self, point: &[f64; N]) -> u32 {
         if !self.whole.holds(point) {
             return UNMAPPED;
         }
         let mut node = self.nodes[0];
-        while node.axis != LEAF {
+        for _ in 0..self.depth {
             let upper = point[node.axis as usize] >= node.middle;
             node = self.nodes[node.next as usize + usize::from(upper)];
         }
-        node.next
+        node.cell
     }
 }
 

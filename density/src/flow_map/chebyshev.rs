@@ -99,29 +99,34 @@ pub(super) struct Tail {
 /// A polynomial without the coefficients that do not matter.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Polynomial<const N: usize> {
-    /// Rows of coefficients along the last axis: the degrees along the other axes, and in the last place the length of the row.
+    /// Rows of coefficients along the last axis: the degrees along the other axes, and in the last place the number of pairs in the row.
     rows: Vec<[u8; N]>,
-    coefficients: Vec<f64>,
+    /// The coefficients of all rows; a row of odd length ends with 0.
+    pairs: Vec<[f64; 2]>,
+    /// Number of coefficients that were not left out.
+    count: usize,
 }
 
 impl<const N: usize> Polynomial<N> {
     /// From all coefficients; those at the end of a row that are smaller than `negligible` are left out.
     pub fn new(basis: &Basis, all: &[f64], negligible: f64) -> Self {
-        let (mut rows, mut coefficients) = (Vec::new(), Vec::new());
+        let (mut rows, mut pairs, mut count) = (Vec::new(), Vec::new(), 0);
         for (index, row) in all.chunks_exact(basis.count).enumerate() {
             let length = row.iter().rposition(|c| c.abs() >= negligible).map_or(0, |last| last + 1);
             if length > 0 {
+                let row = &row[..length];
                 let degree = |k: usize| index / basis.count.pow((N - 2 - k) as u32) % basis.count;
-                rows.push(std::array::from_fn(|k| if k + 1 < N { degree(k) as u8 } else { length as u8 }));
-                coefficients.extend_from_slice(&row[..length]);
+                rows.push(std::array::from_fn(|k| if k + 1 < N { degree(k) } else { length.div_ceil(2) } as u8));
+                pairs.extend(row.chunks(2).map(|pair| [pair[0], pair.get(1).copied().unwrap_or(0.0)]));
+                count += length;
             }
         }
-        Self { rows, coefficients }
+        Self { rows, pairs, count }
     }
 
     /// Number of coefficients.
     pub fn len(&self) -> usize {
-        self.coefficients.len()
+        self.count
     }
 
     /// The value at one point.
@@ -144,11 +149,11 @@ impl<const N: usize> Polynomial<N> {
         }
         std::array::from_fn(|by| {
             let of = |axis: usize| if axis == by { &slope_tables[axis] } else { &tables[axis] };
-            let mut coefficients = self.coefficients.as_slice();
+            let mut pairs = self.pairs.as_slice();
             let row = |row: &[u8; N]| {
-                let (these, others) = coefficients.split_at(usize::from(row[N - 1]));
-                coefficients = others;
-                let inner: f64 = these.iter().zip(of(N - 1)).map(|(c, t)| c * t).sum();
+                let (these, others) = pairs.split_at(usize::from(row[N - 1]));
+                pairs = others;
+                let inner: f64 = these.as_flattened().iter().zip(of(N - 1)).map(|(c, t)| c * t).sum();
                 (0..N - 1).fold(inner, |product, axis| product * of(axis)[usize::from(row[axis]) % MOST_NODES])
             };
             self.rows.iter().map(row).sum()
@@ -168,26 +173,19 @@ pub(super) fn evaluate<const N: usize>(polynomials: &[Polynomial<N>], point: &[L
             }
         }
     }
+    let (last_table, _) = tables[N - 1].as_chunks::<2>();
     for (polynomial, value) in polynomials.iter().zip(values) {
-        let mut coefficients = polynomial.coefficients.as_slice();
+        let mut pairs = polynomial.pairs.as_slice();
         let mut sum = [0.0; LANES];
         for row in &polynomial.rows {
-            let (these, others) = coefficients.split_at(usize::from(row[N - 1]));
-            coefficients = others;
+            let (these, others) = pairs.split_at(usize::from(row[N - 1]));
+            pairs = others;
             // Two sums at a time, since one would wait for itself at every step.
             let (mut inner, mut odd) = ([0.0; LANES], [0.0; LANES]);
-            let (pairs, last) = these.as_chunks::<2>();
-            let (table_pairs, _) = tables[N - 1].as_chunks::<2>();
-            for (c, t) in pairs.iter().zip(table_pairs) {
+            for (c, t) in these.iter().zip(last_table) {
                 for l in 0..LANES {
                     inner[l] = c[0].mul_add(t[0][l], inner[l]);
                     odd[l] = c[1].mul_add(t[1][l], odd[l]);
-                }
-            }
-            let next = &tables[N - 1][these.len().saturating_sub(1)];
-            for c in last {
-                for l in 0..LANES {
-                    inner[l] = c.mul_add(next[l], inner[l]);
                 }
             }
             for l in 0..LANES {

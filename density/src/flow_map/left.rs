@@ -21,7 +21,7 @@ pub(super) struct Left<M> {
 impl<M: Model> Left<M> {
     /// The orbits at these places of a set whose first orbit has the number `first`.
     pub fn new<const N: usize>(flow: Flow<M>, first: usize, places: Vec<usize>, draw: &Draw<N>) -> Self {
-        let starts: Vec<[f64; N]> = places.iter().map(|&place| draw(first + place)).collect();
+        let starts: Vec<[f64; N]> = places.iter().flat_map(|&place| draw(first + place..first + place + 1)).collect();
         let columns: [Vec<f64>; N] = std::array::from_fn(|k| starts.iter().map(|start| start[k]).collect());
         let orbits = Orbits::from_variables(flow, &columns.each_ref().map(Vec::as_slice));
         let passages = vec![f64::INFINITY; places.len()];
@@ -41,13 +41,11 @@ impl<M: Model> Left<M> {
         moved.map_err(|lost| LostOrbit { index: self.first + self.places[lost.index], ..lost })
     }
 
-    /// Writes their variables at `time`, where they are, into the columns of the places in `chunk`.
-    pub fn read_out(&self, time: f64, chunk: Range<usize>, columns: &mut [&mut [f64]]) {
+    /// Calls `write` with the row in the chunk and the variables at `time`, where they are, of those in it.
+    pub fn read_out(&self, time: f64, chunk: Range<usize>, mut write: impl FnMut(usize, M::Variables)) {
         for position in self.positions(&chunk) {
             let state = Coordinates::from_fn(|k| self.orbits.columns()[k][position]);
-            let values = self.orbits.flow.model.read_out(time, state);
-            let row = self.places[position] - chunk.start;
-            columns.iter_mut().enumerate().for_each(|(k, column)| column[row] = values.component(k));
+            write(self.places[position] - chunk.start, self.orbits.flow.model.read_out(time, state));
         }
     }
 

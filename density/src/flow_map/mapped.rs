@@ -12,7 +12,6 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::FlowMap;
-use super::cell::UNMAPPED;
 use super::chebyshev::evaluate;
 use super::draw::Draw;
 use super::left::Left;
@@ -22,7 +21,7 @@ use crate::first_passage::empirical::point;
 use crate::grid::Grid;
 use crate::model::{Coordinates, LANES, Lanes, Model};
 use crate::orbits::LostOrbit;
-use crate::sample_sums::{SampleSums, TooFar};
+use crate::sample_sums::{Reducer, SampleSums, TooFar};
 
 /// Number of starts that a thread takes at a time.
 const CHUNK: usize = 32_768;
@@ -118,11 +117,31 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
 
     /// Writes the variables of the orbits of one chunk.
     fn read_out_chunk(&self, chunk: usize, columns: &mut [&mut [f64]]) {
-        self.with_sorted(chunk, |sorted| match self.index {
-            0 => self.at_start(sorted, columns),
-            index => self.evaluate(sorted, index, columns),
+        self.with_sorted(chunk, |sorted| {
+            self.evaluate(sorted, |range, variables| {
+                for (column, values) in columns.iter_mut().zip(variables) {
+                    let places = &sorted.places[range.clone()];
+                    places.iter().zip(values).for_each(|(&place, &value)| column[place as usize] = value);
+                }
+            });
         });
-        self.left.read_out(self.map.times[self.index], self.places_of(chunk), columns);
+        self.left.read_out(self.map.times[self.index], self.places_of(chunk), |row, variables| {
+            columns.iter_mut().enumerate().for_each(|(k, column)| column[row] = variables.component(k));
+        });
+    }
+
+    /// Makes `columns` the variables of the orbits of one chunk, sorted by cell.
+    fn read_out_sorted(&self, chunk: usize, columns: &mut [Vec<f64>; N]) {
+        columns.iter_mut().for_each(Vec::clear);
+        self.with_sorted(chunk, |sorted| {
+            self.evaluate(sorted, |range, variables| {
+                let pairs = columns.iter_mut().zip(variables);
+                pairs.for_each(|(column, values)| column.extend_from_slice(&values[..range.len()]));
+            });
+        });
+        self.left.read_out(self.map.times[self.index], self.places_of(chunk), |_, variables| {
+            columns.iter_mut().enumerate().for_each(|(k, column)| column.push(variables.component(k)));
+        });
     }
 
     /// The places of a chunk, counted from the first orbit.
@@ -138,34 +157,32 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
         }
     }
 
-    /// The variables at the start.
-    fn at_start(&self, sorted: &Sorted<N>, columns: &mut [&mut [f64]]) {
-        let mut next = 0;
-        for &(cell, count) in &sorted.runs {
-            for i in next..next + count as usize {
-                let local = std::array::from_fn(|k| sorted.local[k][i]);
-                let values = self.map.gaussian.point(self.map.cells[cell as usize].cell.point(&local));
-                for (k, variable) in M::VARIABLES.iter().enumerate() {
-                    let value = if variable.is_circle() { fold(values[k], 0.0) } else { values[k] };
-                    columns[k][sorted.places[i] as usize] = value;
-                }
-            }
-            next += count as usize;
-        }
-    }
-
-    /// The variables at a later snapshot.
-    fn evaluate(&self, sorted: &Sorted<N>, index: usize, columns: &mut [&mut [f64]]) {
+    /// Calls `write` with the variables of up to [`LANES`] orbits at the snapshot that has been reached, and where they are among the
+    /// sorted ones.
+    fn evaluate(&self, sorted: &Sorted<N>, mut write: impl FnMut(Range<usize>, &[Lanes; N])) {
         let mut states = vec![[0.0; LANES]; M::State::<f64>::COUNT];
         let mut variables = [[0.0; LANES]; N];
-        let time = self.map.times[index];
-        sorted.for_lanes(|cell, point, places| {
-            evaluate(self.map.states(cell, index), point, &mut states);
-            self.map.flow.model.read_out_lanes(time, &states, &mut variables);
-            for (column, values) in columns.iter_mut().zip(&variables) {
-                places.iter().zip(values).for_each(|(&place, &value)| column[place as usize] = value);
+        let (index, time) = (self.index, self.map.times[self.index]);
+        sorted.for_lanes(|cell, point, range| {
+            if index == 0 {
+                self.at_start(cell, point, &mut variables);
+            } else {
+                evaluate(self.map.states(cell, index), point, &mut states);
+                self.map.flow.model.read_out_lanes(time, &states, &mut variables);
             }
+            write(range, &variables);
         });
+    }
+
+    /// The variables at the start.
+    fn at_start(&self, cell: u32, point: &[Lanes; N], variables: &mut [Lanes; N]) {
+        for l in 0..LANES {
+            let local = std::array::from_fn(|k| point[k][l]);
+            let values = self.map.gaussian.point(self.map.cells[cell as usize].cell.point(&local));
+            for (k, variable) in M::VARIABLES.iter().enumerate() {
+                variables[k][l] = if variable.is_circle() { fold(values[k], 0.0) } else { values[k] };
+            }
+        }
     }
 
     /// How many orbits have first reached the critical value by each of `times` and not by the one before; for the orbits that
@@ -190,10 +207,10 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
     fn passages_in(&self, chunk: usize, mut note: impl FnMut(usize, f64)) {
         self.with_sorted(chunk, |sorted| {
             let mut value = [[0.0; LANES]];
-            sorted.for_lanes(|cell, at, places| {
+            sorted.for_lanes(|cell, at, range| {
                 let Passing::At(polynomial) = &self.map.cells[cell as usize].passing else { return };
                 evaluate(std::slice::from_ref(polynomial), at, &mut value);
-                places.iter().zip(&value[0]).for_each(|(&place, &time)| note(place as usize, time));
+                sorted.places[range].iter().zip(&value[0]).for_each(|(&place, &time)| note(place as usize, time));
             });
         });
         self.left.passages_in(self.places_of(chunk), note);
@@ -206,24 +223,20 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
     /// # Errors
     /// [`TooFar`] names an orbit that cannot be summed.
     pub fn reduce(&self, grid: &Grid, critical: f64) -> Result<SampleSums, TooFar> {
-        let reduced = |chunk: usize| {
-            let rows = chunk_of(&self.numbers, chunk).len();
-            let mut columns = vec![vec![0.0; rows]; N];
-            self.read_out_chunk(chunk, &mut columns.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
-            SampleSums::reduce(&columns[0], &columns[1], grid, critical)
+        let begun = || (Reducer::new(grid, critical), std::array::from_fn(|_| Vec::new()));
+        let reduced = |(mut reducer, mut columns): (Reducer, [Vec<f64>; N]), chunk| {
+            self.read_out_sorted(chunk, &mut columns);
+            reducer.take(&columns[0], &columns[1])?;
+            Ok((reducer, columns))
         };
-        let add = |mut sums: SampleSums, part: SampleSums| {
-            sums.add(&part);
-            Ok(sums)
-        };
-        let chunks = (0..self.len().div_ceil(CHUNK)).into_par_iter();
-        chunks.map(reduced).try_reduce(|| SampleSums::empty(grid.len()), add)
+        let parts = (0..self.len().div_ceil(CHUNK)).into_par_iter().try_fold(begun, reduced);
+        parts.map(|part| Ok(part?.0.finish())).try_reduce(|| SampleSums::empty(grid.len()), SampleSums::plus)
     }
 }
 
 impl<const N: usize> Sorted<N> {
-    /// Calls `work` with each cell, the local coordinates of up to [`LANES`] starts in it, and their places.
-    fn for_lanes(&self, mut work: impl FnMut(u32, &[Lanes; N], &[u32])) {
+    /// Calls `work` with each cell, the local coordinates of up to [`LANES`] starts in it, and where they are among the sorted ones.
+    fn for_lanes(&self, mut work: impl FnMut(u32, &[Lanes; N], Range<usize>)) {
         let mut next = 0;
         for &(cell, count) in &self.runs {
             let end = next + count as usize;
@@ -233,8 +246,8 @@ impl<const N: usize> Sorted<N> {
                 for (lanes, local) in point.iter_mut().zip(&self.local) {
                     lanes[..several.len()].copy_from_slice(&local[several.clone()]);
                 }
-                work(cell, &point, &self.places[several.clone()]);
                 next = several.end;
+                work(cell, &point, several);
             }
         }
     }
@@ -248,11 +261,11 @@ fn chunk_of(numbers: &Range<usize>, chunk: usize) -> Range<usize> {
 
 /// Draws the starts of a chunk and sorts them by cell; also returns the places of those that lie in none.
 fn sort<M: Model, const N: usize>(map: &FlowMap<M, N>, draw: &Draw<N>, numbers: Range<usize>) -> (Sorted<N>, Vec<u32>) {
-    let located: Vec<(u32, [f64; N])> =
-        numbers.map(|number| map.locate(&draw(number)).unwrap_or((UNMAPPED, [0.0; N]))).collect();
+    let points: Vec<[f64; N]> = draw(numbers).into_iter().map(|start| map.gaussian.standardise(&start)).collect();
+    let cells: Vec<u32> = points.iter().map(|point| map.tree.locate(point)).collect();
     let mut next = vec![0u32; map.cells.len()];
     let mut direct = Vec::new();
-    for (place, (cell, _)) in located.iter().enumerate() {
+    for (place, cell) in cells.iter().enumerate() {
         match next.get_mut(*cell as usize) {
             Some(count) => *count += 1,
             None => direct.push(place as u32),
@@ -268,9 +281,10 @@ fn sort<M: Model, const N: usize>(map: &FlowMap<M, N>, draw: &Draw<N>, numbers: 
     });
     let mut local: [Vec<f64>; N] = std::array::from_fn(|_| vec![0.0; sum as usize]);
     let mut places = vec![0; sum as usize];
-    for (place, (cell, point)) in located.iter().enumerate() {
-        let Some(next) = next.get_mut(*cell as usize) else { continue };
-        (0..N).for_each(|k| local[k][*next as usize] = point[k]);
+    for (place, (&cell, point)) in cells.iter().zip(&points).enumerate() {
+        let Some(next) = next.get_mut(cell as usize) else { continue };
+        let at = map.cells[cell as usize].locals.of(point);
+        (0..N).for_each(|k| local[k][*next as usize] = at[k]);
         places[*next as usize] = place as u32;
         *next += 1;
     }

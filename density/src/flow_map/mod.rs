@@ -44,7 +44,7 @@ use crate::gaussian::Gaussian;
 use crate::model::Model;
 use crate::model::variable::Place;
 
-use cell::{Cell, Tree, UNMAPPED};
+use cell::{Cell, Locals, Tree, UNMAPPED};
 use chebyshev::Polynomial;
 use passing::Passing;
 
@@ -158,6 +158,7 @@ pub struct Summary {
 #[derive(Debug, Clone)]
 struct CellMap<const N: usize> {
     cell: Cell<N>,
+    locals: Locals<N>,
     /// The coordinates of the state at each snapshot after the first time, one snapshot after the other.
     states: Vec<Polynomial<N>>,
     passing: Passing<N>,
@@ -208,12 +209,11 @@ impl<M: Model, const N: usize> FlowMap<M, N> {
     }
 
     /// The cell of the start with these variables, and its local coordinates; `None` if it has to be propagated directly.
-    #[inline]
     fn locate(&self, variables: &[f64; N]) -> Option<(u32, [f64; N])> {
         let point = self.gaussian.standardise(variables);
         match self.tree.locate(&point) {
             UNMAPPED => None,
-            cell => Some((cell, self.cells[cell as usize].cell.local(&point))),
+            cell => Some((cell, self.cells[cell as usize].locals.of(&point))),
         }
     }
 

@@ -129,8 +129,7 @@ fn mapped(number: usize, critical: f64, count: usize) -> MappedOrbits<Force, 2> 
     let problem = scenario(number);
     let settings = Settings { smallest_share: 1e-4, ..Settings::default() };
     let map = map_of(problem.initial, &problem.times, Some(critical), &settings);
-    let polar = plan().polar(&problem.initial);
-    MappedOrbits::new(map, 0..count, Box::new(move |number| polar(number).into()))
+    MappedOrbits::new(map, 0..count, Box::new(plan().starts(&problem.initial)))
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Reduces samples, in any number of parts, to the sums from which their density and moments follow.
 //!
 //! A part of the samples becomes counts and sums of powers; parts are added, and only the whole becomes an estimate.
-//! Each term is cut to a whole number of [`UNIT`]s, and adding whole numbers is exact. So the estimate is the same
+//! Each term is rounded to a whole number of [`UNIT`]s, and adding whole numbers is exact. So the estimate is the same
 //! bytes whatever the parts, threads or order of the samples.
 //!
 //! With the comparison grid's centre as origin and its half widths as units,
@@ -14,8 +14,11 @@
 //! (`μ_20 = a_20 - a_10²` and so on, `a_jk = S_jk/n`; Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Chapter 3).
 
 mod branch;
-mod by_lanes;
+mod by_batch;
+mod by_sector;
 mod finish;
+mod halves;
+mod reducer;
 #[cfg(test)]
 mod tests;
 
@@ -26,14 +29,14 @@ use rayon::prelude::*;
 use crate::angle::nearest;
 use crate::grid::{Axis, Grid};
 use crate::lanes::{LARGEST_ANGLE, sin_cos};
-use crate::model::{LANES, Lanes};
-
-use by_lanes::Accumulator;
 
 pub use finish::estimate;
+pub use reducer::Reducer;
 
 /// Number of sectors of the circle.
 pub const SECTORS: usize = 256;
+/// Sectors per radian.
+const SECTORS_PER_RADIAN: f64 = SECTORS as f64 / TAU;
 /// Number of sums of a sector: `s, s², s³, s⁴, t, t², st, s²t, st², s²t²`.
 pub const SECTOR_SUMS: usize = 10;
 /// Number of sums over all samples: `sin(phi), cos(phi), t³, t⁴`.
@@ -45,6 +48,7 @@ const UNIT: f64 = 1.0 / (1u64 << 60) as f64;
 const REACH: f64 = 16.0;
 /// Number of samples that a thread takes at a time.
 const CHUNK: usize = 65_536;
+const _: () = assert!(SECTORS <= 1 << u8::BITS, "the number of a sector is a byte");
 
 /// Samples reduced to counts and sums.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -101,12 +105,21 @@ impl Frame {
     }
 }
 
-/// A value in whole units; the rest is cut off.
+/// How samples are reduced.
+#[derive(Debug, Clone, Copy)]
+struct Question {
+    frame: Frame,
+    grid: Grid,
+    critical_e: f64,
+}
+
+/// A value, rounded to whole units.
 fn units(value: f64) -> i128 {
-    let scaled = value / UNIT;
+    let scaled = (value / UNIT).round_ties_even();
     // This is the common case, and much the quicker one.
     if scaled.abs() < i64::MAX as f64 { i128::from(scaled as i64) } else { scaled as i128 }
 }
+
 impl SampleSums {
     /// The sums of no samples, on a grid of `bins` bins.
     pub fn empty(bins: usize) -> Self {
@@ -132,37 +145,24 @@ impl SampleSums {
 
     fn reduce_in(frame: Frame, phi: &[f64], e: &[f64], grid: &Grid, critical_e: f64) -> Result<Self, TooFar> {
         assert_eq!(phi.len(), e.len(), "one phi for every e");
-        let chunks = phi.par_chunks(CHUNK).zip(e.par_chunks(CHUNK));
-        chunks
-            .map(|(phi, e)| {
-                let (mut sums, mut accumulator) = (Self::empty(0), Accumulator::new());
-                let ((phi, last_phi), (e, last_e)) = (phi.as_chunks::<LANES>(), e.as_chunks::<LANES>());
-                for (phi, e) in phi.iter().zip(e) {
-                    if !accumulator.take(&frame, phi, e, critical_e) {
-                        sums.take_each(&frame, phi, e, critical_e)?;
-                    }
-                }
-                sums.take_each(&frame, last_phi, last_e, critical_e)?;
-                accumulator.add_to(&mut sums);
-                Ok(sums)
-            })
-            .try_reduce(
-                || Self::empty(0),
-                |mut sum, part| {
-                    sum.add(&part);
-                    Ok(sum)
-                },
-            )
-            .map(|sums| Self { counts: grid.count(phi, e), ..sums })
+        let begun = || Reducer::in_frame(frame, grid, critical_e);
+        let reduced = |mut reducer: Reducer, (phi, e): (&[f64], &[f64])| {
+            reducer.take(phi, e)?;
+            Ok(reducer)
+        };
+        let parts = phi.par_chunks(CHUNK).zip(e.par_chunks(CHUNK)).try_fold(begun, reduced);
+        parts.map(|part| Ok(part?.finish())).try_reduce(|| Self::empty(grid.len()), Self::plus)
     }
 
-    /// Adds samples one by one to all but the counts of the bins.
-    fn take_each(&mut self, frame: &Frame, phi: &[f64], e: &[f64], critical_e: f64) -> Result<(), TooFar> {
-        phi.iter().zip(e).try_for_each(|(&phi, &e)| self.take(frame, phi, e, critical_e))
+    /// With the sums of another part on the same grid.
+    pub(crate) fn plus(mut self, other: Self) -> Result<Self, TooFar> {
+        self.add(&other);
+        Ok(self)
     }
 
-    /// Adds a sample to all but the counts of the bins.
-    fn take(&mut self, frame: &Frame, phi: f64, e: f64, critical_e: f64) -> Result<(), TooFar> {
+    /// Adds a sample.
+    fn take(&mut self, question: &Question, phi: f64, e: f64) -> Result<(), TooFar> {
+        let Question { frame, grid, critical_e } = question;
         let offset = phi - frame.phi;
         let offset = if (-PI..PI).contains(&offset) { offset } else { nearest(offset, 0.0) };
         let (s, t) = (offset / frame.half_phi, (e - frame.e) / frame.half_e);
@@ -170,10 +170,11 @@ impl SampleSums {
             return Err(TooFar { phi, e });
         }
         self.samples += 1;
-        self.above += u64::from(e > critical_e);
+        grid.bin(phi, e).into_iter().for_each(|bin| self.counts[bin] += 1);
+        self.above += u64::from(e > *critical_e);
         // The same sine and cosine as of many samples side by side.
         let is_usual = phi.abs() <= LARGEST_ANGLE;
-        let (sin, cos) = if is_usual { of_one(sin_cos(&[phi; LANES])) } else { phi.sin_cos() };
+        let (sin, cos) = if is_usual { sin_cos(phi) } else { phi.sin_cos() };
         let (s2, t2) = (s * s, t * t);
         let add = |sums: &mut [i128], terms: &[f64]| {
             sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += units(*term));
@@ -202,11 +203,7 @@ impl Sector {
     }
 }
 
-fn of_one((sines, cosines): (Lanes, Lanes)) -> (f64, f64) {
-    (sines[0], cosines[0])
-}
-
 /// The sector of an angle in `[-π, π)` from the grid's centre.
 fn sector_of(offset: f64) -> usize {
-    (((offset + PI) / TAU * SECTORS as f64) as usize).min(SECTORS - 1)
+    (((offset + PI) * SECTORS_PER_RADIAN) as usize).min(SECTORS - 1)
 }

@@ -167,6 +167,19 @@ fn any_parts_in_any_order_give_the_same_bytes() {
 }
 
 #[test]
+fn batches_are_summed_and_counted_as_single_samples_are() {
+    for (phi, e, grid) in clouds(1, 20_000) {
+        let whole = SampleSums::reduce(&phi, &e, &grid, 0.6).unwrap();
+        assert_eq!(whole.samples, 20_000);
+        for size in [1, 100, 777, 20_000] {
+            let mut reducer = Reducer::new(&grid, 0.6);
+            phi.chunks(size).zip(e.chunks(size)).for_each(|(phi, e)| reducer.take(phi, e).unwrap());
+            assert_eq!(reducer.finish(), whole, "{size} at a time");
+        }
+    }
+}
+
+#[test]
 fn the_branch_is_that_of_the_circular_mean_wherever_the_grid_lies() {
     // A cloud of 2 rad; the grid's centre is up to half a turn away, so that its branch cuts the cloud.
     let phi: Vec<f64> = (0..2001).map(|i| (5.5 + 0.001 * f64::from(i)).rem_euclid(TAU)).collect();

@@ -29,6 +29,18 @@ fn a_draw_depends_on_seed_and_index_alone() {
 }
 
 #[test]
+fn draws_of_a_range_are_those_of_its_numbers() {
+    for initial in [scenario(1).initial, HALVED] {
+        for draws in ALL {
+            let (plan, numbers) = (plan(draws, 7, 3), 13..1000);
+            let polar = plan.polar(&initial);
+            let starts: Vec<[f64; 2]> = numbers.clone().map(|number| polar(number).into()).collect();
+            assert_eq!(plan.starts(&initial)(numbers), starts, "{draws:?}");
+        }
+    }
+}
+
+#[test]
 fn draws_over_a_models_variables_are_the_planes_where_the_gaussian_is() {
     for initial in [scenario(1).initial, HALVED] {
         let [phi, e] = draw_variables(&Gaussian::from(initial), &crate::model::plane::VARIABLES, 7, 0..1000);

@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use density::flow::Flow;
-use density::flow_map::draw::Draw;
+use density::flow_map::draw::one_by_one;
 use density::flow_map::{AngleMap, AngleOrbits, FlowMap, MappedOrbits};
 use density::mesh::Points;
 use density::model::plane::State;
@@ -49,7 +49,7 @@ impl MappedCharacteristics {
         let flow = Flow { model: problem.model, accuracy: case.accuracy };
         let start = Arc::new(start);
         let points = Arc::clone(&start);
-        let draw: Draw<2> = Box::new(move |number| [points.phi[number], points.e[number]]);
+        let draw = one_by_one(move |number| [points.phi[number], points.e[number]]);
         let numbers = range.clone();
         let moved = match case.by {
             By::Cells => FlowMap::new(flow, problem.initial.into(), &problem.times, None, &case.map)

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_counts};
 use density::flow::{Accuracy, Flow};
+use density::flow_map::draw::one_by_one;
 use density::flow_map::{AngleMap, AngleOrbits, FlowMap, MappedOrbits, Refused, Settings as MapSettings};
 use density::gaussian::Gaussian;
 use density::grid::Grid;
@@ -222,8 +223,7 @@ impl MappedSamples {
                 let problem = &assignment.plane()?.problem;
                 let flow = Flow { model: problem.model, accuracy: case.accuracy };
                 let critical = case.passages.then_some(critical);
-                let polar = case.plan.polar(&problem.initial);
-                let draw = Box::new(move |number| polar(number).into());
+                let draw = Box::new(case.plan.starts(&problem.initial));
                 let Case { by, numbers, map: settings, .. } = case;
                 match by {
                     By::Cells => FlowMap::new(flow, problem.initial.into(), &problem.times, critical, &settings)
@@ -319,6 +319,6 @@ impl<D: Fn(usize) -> Start + Send + Sync + 'static> SpaceTask for InSpaceTask<'_
             let Start { variables, radiation, .. } = draw(number);
             std::array::from_fn(|k| variables.get(k).copied().unwrap_or(radiation))
         };
-        Ok(Box::new(InSpaceCloud(MappedOrbits::new(map, case.numbers, Box::new(variables)))))
+        Ok(Box::new(InSpaceCloud(MappedOrbits::new(map, case.numbers, one_by_one(variables)))))
     }
 }

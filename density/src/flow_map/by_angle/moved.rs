@@ -16,7 +16,7 @@ use crate::flow_map::left::Left;
 use crate::grid::Grid;
 use crate::model::plane::{PlanarHamiltonian, State};
 use crate::orbits::LostOrbit;
-use crate::sample_sums::{SampleSums, TooFar};
+use crate::sample_sums::{Reducer, SampleSums, TooFar};
 
 /// Number of starts that a thread takes at a time.
 const CHUNK: usize = 8192;
@@ -106,7 +106,7 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
             let state: State = panel.state(panel.later(spot, time));
             (phi[row], e[row]) = (state.solar_angle(), state.eccentricity());
         });
-        self.left.read_out(time, self.places_of(chunk), &mut [phi, e]);
+        self.left.read_out(time, self.places_of(chunk), |row, variables| [phi[row], e[row]] = variables);
     }
 
     /// Calls `work` with the row and the spot of every start of a chunk.
@@ -128,18 +128,16 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
     /// # Errors
     /// [`TooFar`] names an orbit that cannot be summed.
     pub fn reduce(&self, grid: &Grid, critical: f64) -> Result<SampleSums, TooFar> {
-        let reduced = |chunk: usize| {
+        let begun = || (Reducer::new(grid, critical), [vec![0.0; CHUNK], vec![0.0; CHUNK]]);
+        let reduced = |(mut reducer, mut columns): (Reducer, [Vec<f64>; 2]), chunk| {
             let rows = self.places_of(chunk).len();
-            let (mut phi, mut e) = (vec![0.0; rows], vec![0.0; rows]);
-            self.read_out_chunk(chunk, &mut phi, &mut e);
-            SampleSums::reduce(&phi, &e, grid, critical)
+            let [phi, e] = columns.each_mut().map(|column| &mut column[..rows]);
+            self.read_out_chunk(chunk, phi, e);
+            reducer.take(phi, e)?;
+            Ok((reducer, columns))
         };
-        let add = |mut sums: SampleSums, part: SampleSums| {
-            sums.add(&part);
-            Ok(sums)
-        };
-        let chunks = (0..self.len().div_ceil(CHUNK)).into_par_iter();
-        chunks.map(reduced).try_reduce(|| SampleSums::empty(grid.len()), add)
+        let parts = (0..self.len().div_ceil(CHUNK)).into_par_iter().try_fold(begun, reduced);
+        parts.map(|part| Ok(part?.0.finish())).try_reduce(|| SampleSums::empty(grid.len()), SampleSums::plus)
     }
 
     /// How many orbits have first reached the critical eccentricity, with which the map was made, by each of `times` and not by the one
@@ -172,10 +170,5 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
 fn find<M: PlanarHamiltonian>(map: &AngleMap<M>, draw: &Draw<2>, numbers: &Range<usize>, chunk: usize) -> Vec<Found> {
     let first = numbers.start + chunk * CHUNK;
     let numbers = first..numbers.end.min(first + CHUNK);
-    numbers
-        .map(|number| {
-            let [phi, e] = draw(number);
-            map.locate(State::from_polar(phi, e))
-        })
-        .collect()
+    draw(numbers).iter().map(|&[phi, e]| map.locate(State::from_polar(phi, e))).collect()
 }

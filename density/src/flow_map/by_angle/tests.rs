@@ -127,8 +127,7 @@ fn orbits_are_where_direct_propagation_takes_them_and_pass_when_they_do() {
     for (number, critical) in [(1, 0.6), (1, 0.8), (1, 0.15), (2, 0.3), (3, 0.4)] {
         let problem = scenario(number);
         let map = map_of(problem.initial, &problem.times, Some(critical), &Settings::default());
-        let polar = plan().polar(&problem.initial);
-        let mut orbits = AngleOrbits::new(map, 0..COUNT, Box::new(move |number| polar(number).into()));
+        let mut orbits = AngleOrbits::new(map, 0..COUNT, Box::new(plan().starts(&problem.initial)));
         let (x1, x2) = plan().draw(&problem.initial, COUNT);
         let mut direct = Orbits::new(Flow::new(problem.model), x1.clone(), x2.clone());
         let (mut phi, mut e) = (vec![0.0; COUNT], vec![0.0; COUNT]);
@@ -163,8 +162,7 @@ fn orbits_are_the_same_bytes_for_any_number_of_threads_and_kept_or_found_again()
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let map = map_of(problem.initial, &problem.times, Some(0.6), &Settings::default());
-            let polar = plan().polar(&problem.initial);
-            let mut orbits = AngleOrbits::new(map, 0..COUNT, Box::new(move |number| polar(number).into()));
+            let mut orbits = AngleOrbits::new(map, 0..COUNT, Box::new(plan().starts(&problem.initial)));
             if !keeps {
                 orbits.kept = None;
             }
