@@ -21,13 +21,15 @@ struct Carry<'a> {
     problem: &'a UncertainProblem,
     layers: &'a Layers,
     grids: Vec<Grid>,
+    /// How much later the estimator believes that it is \[yr\].
+    late: f64,
 }
 
 impl UncertainTask for Carry<'_> {
     type Output = Vec<StackEstimate>;
 
     fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output {
-        let Self { problem, layers, grids } = self;
+        let Self { problem, layers, grids, late } = self;
         let points: Vec<[f64; 3]> = (0..layers.len()).map(|row| layers.point(row)).collect();
         let columns = [0, 1, 2].map(|k| points.iter().map(|point| point[k]).collect::<Vec<f64>>());
         let columns = columns.each_ref().map(Vec::as_slice);
@@ -39,7 +41,7 @@ impl UncertainTask for Carry<'_> {
             orbits.advance_to(time).unwrap();
             let mut found = [0, 1, 2].map(|_| vec![0.0; layers.len()]);
             orbits.read_out_columns(&mut found.each_mut().map(Vec::as_mut_slice));
-            stack.estimate(&found[0], &found[1], grid).unwrap()
+            stack.estimate(&found[0], &found[1], grid, time + late).unwrap()
         };
         problem.plane.times.iter().zip(&grids).map(at).collect()
     }
@@ -54,12 +56,23 @@ fn scenario(name: &str, years: f64) -> (UncertainProblem, Vec<Snapshot>) {
     (UncertainProblem::new(plane, spread).unwrap(), snapshots)
 }
 
+/// How far the reference may be off: 1e-5 in most; in `uncertain-3` too few values of the parameter make it worse from 1.5 years on, see
+/// `uncertain.rs`.
+fn reference_error(name: &str, years: f64) -> f64 {
+    match (name, years) {
+        ("uncertain-3", 2.0) => 8.4e-4,
+        ("uncertain-3", 1.5) => 1e-4,
+        ("cliff", _) => 9e-5,
+        _ => 1e-5,
+    }
+}
+
 /// `PHASECLOUD_POINTS=1000000` takes so many points, to two years (six on the cliff), and prints how far the moments are off; with
 /// `PHASECLOUD_SIDES=60x120` these are 120 layers of 60 by 60 points.
 #[test]
 fn the_stack_has_the_moments_of_the_reference_as_far_as_its_defect_says() {
     let wanted = std::env::var("PHASECLOUD_POINTS").ok().map(|text| text.parse::<usize>().unwrap());
-    let cases = [("uncertain-1", 1.0), ("uncertain-3", 0.5)];
+    let cases = [("uncertain-1", 2.0), ("uncertain-3", 0.5)];
     let all = [("uncertain-1", 2.0), ("uncertain-3", 2.0), ("cliff", 6.0)];
     for (name, years) in if wanted.is_some() { all.to_vec() } else { cases.to_vec() } {
         let (problem, snapshots) = scenario(name, years);
@@ -69,7 +82,7 @@ fn the_stack_has_the_moments_of_the_reference_as_far_as_its_defect_says() {
             None => cubic_lattice(&problem, wanted.unwrap_or(30_000)).unwrap(),
         };
         let grids = grids_over_leaves(&problem, BINS, BINS).unwrap();
-        let found = problem.perform(Carry { problem: &problem, layers: &layers, grids });
+        let found = problem.perform(Carry { problem: &problem, layers: &layers, grids, late: 0.0 });
         for (snapshot, found) in snapshots.iter().zip(&found) {
             let m = found.plane.moments;
             let difference = apart([m.mean_phi, m.std_phi, m.mean_e, m.std_e, m.cov_phi_e], snapshot.moments);
@@ -80,7 +93,16 @@ fn the_stack_has_the_moments_of_the_reference_as_far_as_its_defect_says() {
                  {misplaced_mass:.1e}, left out {truncated_mass:.1e}",
                 snapshot.years
             );
-            assert!(difference < 1e-4 + measure_defect + truncated_mass, "{name} at {} yr", snapshot.years);
+            let of_reference = reference_error(name, snapshot.years);
+            assert!(difference < of_reference + measure_defect + truncated_mass, "{name} at {} yr", snapshot.years);
+            let is_goal = name == "uncertain-1" && sides.is_none();
+            assert!(!is_goal || difference < 5e-4, "{name} at {} yr: {difference:e}", snapshot.years);
+            // Whatever the cloud, 1 % or a warning.
+            assert!(
+                difference < 0.01 || !found.diagnostics.is_resolved(),
+                "{name} at {} yr: {difference:e}",
+                snapshot.years
+            );
             // No event's probability is off by more than the density.
             assert!(above.abs() < 1e-5 + misplaced_mass + measure_defect, "{name} at {} yr", snapshot.years);
             if snapshot.years == 0.0 {
@@ -103,6 +125,25 @@ fn the_stack_has_the_moments_of_the_reference_as_far_as_its_defect_says() {
             assert!((0.99..1.0 + 1e-9).contains(&marginal), "{name} at {} yr: {marginal}", snapshot.years);
         }
     }
+}
+
+/// Orbits of the problem's model tell at the points of the lattice whether that model has carried it. Here it has done so for a shorter time.
+#[test]
+fn orbits_replace_polynomials_only_in_a_stack_that_the_model_has_carried() {
+    let (problem, snapshots) = scenario("uncertain-1", 2.0);
+    let layers = cubic_lattice(&problem, 30_000).unwrap();
+    let grids = grids_over_leaves(&problem, BINS, BINS).unwrap();
+    let [right, other] = [0.0, 0.1].map(|late| {
+        let found = problem.perform(Carry { problem: &problem, layers: &layers, grids: grids.clone(), late });
+        let StackEstimate { plane, diagnostics, .. } = found.last().unwrap().clone();
+        let m = plane.moments;
+        let expected = snapshots.last().unwrap().moments;
+        let difference = apart([m.mean_phi, m.std_phi, m.mean_e, m.std_e, m.cov_phi_e], expected);
+        println!("off by {difference:.1e}, defect {:.1e}", diagnostics.measure_defect);
+        (difference, diagnostics.measure_defect)
+    });
+    assert!(right.0 < 5e-4 && right.1 < 5e-3, "{right:?}");
+    assert!(other.1 > 10.0 * right.1 && other.0 < other.1, "polynomials alone, as they say themselves: {other:?}");
 }
 
 /// The reference is good to 1e-5, and to 9e-5 on the cliff.

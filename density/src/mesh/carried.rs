@@ -162,7 +162,8 @@ impl CarriedMesh {
                 (elements, nodes, (moments, circular), diagnostics)
             }
             Scheme::Lattice { lines, degree, quadrature, fine, finer } => {
-                let mut diagnostics = judge_cells(&self.initial, [&lines[0], &lines[1]], &fine.refinement, [&x1, &x2]);
+                let mut diagnostics =
+                    judge_cells(&self.initial, [&lines[0], &lines[1]], &fine.refinement, [&x1, &x2], &[]);
                 let (mut fine, mut states) = (fine, fine.refine(&x1, &x2));
                 let mut by_chords = fine.misplaced_by_chords(&states, grid);
                 let by_interpolation = fine.misplaced_by_interpolation([&x1, &x2], &states, grid);
@@ -197,19 +198,22 @@ fn finer_needed(misplaced: f64, cells: usize) -> Option<usize> {
     (misplaced > MISPLACED && cells < FINER_CELLS[last]).then_some(finer).filter(|&finer| FINER_CELLS[finer] > cells)
 }
 
-/// How far the interpolated flow of a lattice keeps the invariant measure, cell by cell.
+/// How far the interpolated flow of a lattice keeps the invariant measure, cell by cell; in cells that are marked as `direct` it is not
+/// interpolated and keeps it.
 pub(super) fn judge_cells(
     initial: &InitialGaussian,
     lines: [&[f64]; 2],
     refinement: &Refinement,
     states: [&[f64]; 2],
+    direct: &[bool],
 ) -> MeshDiagnostics {
     let cells = lines[0].len() - 1;
     let [x1, x2] = states.map(|values| refinement.middles(values));
     let ratio = |k: usize| {
         let [i, j] = [k / cells, k % cells];
         let at = [lines[0][i].midpoint(lines[0][i + 1]), lines[1][j].midpoint(lines[1][j + 1])];
-        cell_ratio(initial, at, [&x1, &x2].map(|all| all.each_ref().map(|values| values[k])))
+        let (ratio, mass) = cell_ratio(initial, at, [&x1, &x2].map(|all| all.each_ref().map(|values| values[k])));
+        (if direct.get(k) == Some(&true) { 1.0 } else { ratio }, mass)
     };
     let ratios: Vec<(f64, f64)> = (0..cells * cells).into_par_iter().map(ratio).collect();
     MeshDiagnostics::from_ratios(ratios.into_iter())

@@ -159,7 +159,7 @@ fn curve_of<M: PlanarHamiltonian>(
             for lattice in [Some(&mut fine), rough.as_mut()].into_iter().flatten() {
                 lattice.see(problem, step, &walk.x1, &walk.x2);
             }
-            let judged = judge_cells(initial, [&lines[0], &lines[1]], &fine.refinement, [&walk.x1, &walk.x2]);
+            let judged = judge_cells(initial, [&lines[0], &lines[1]], &fine.refinement, [&walk.x1, &walk.x2], &[]);
             lost = lost.max(judged.measure_defect);
         }
         let within = step - (walk.now - time);

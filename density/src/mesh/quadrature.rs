@@ -6,6 +6,8 @@
 //! weights. A cell whose image reaches `e = 0` or the cut is divided until its parts do not reach it or no longer
 //! matter. All weights are positive.
 
+mod direct;
+mod samples;
 mod spread;
 
 use std::f64::consts::PI;
@@ -15,8 +17,12 @@ use rayon::prelude::*;
 use super::gaussian::standard_density;
 use super::lattice::{Stencil, stencil};
 use crate::angle::{Circular, nearest};
-use crate::estimate::{Moments, ordered_sum, weighted_moments};
+use crate::estimate::{Moments, ordered_sum};
 use crate::model::plane::State;
+
+pub(super) use direct::Sparse;
+use samples::Samples;
+pub(super) use samples::Whole;
 
 /// Gauss-Legendre points and weights on `(-1, 1)` (Abramowitz & Stegun, Table 25.4), the positive half.
 const GAUSS_2: [(f64, f64); 1] = [(0.577_350_269_189_625_8, 1.0)];
@@ -107,39 +113,6 @@ impl Disc {
     }
 }
 
-/// The points of all cells, and the disc of each cell.
-#[derive(Debug, Clone)]
-pub(super) struct Whole {
-    samples: Samples,
-    discs: Vec<Disc>,
-}
-
-/// Weighted points of a cloud.
-#[derive(Debug, Clone, Default)]
-struct Samples {
-    phi: Vec<f64>,
-    e: Vec<f64>,
-    weights: Vec<f64>,
-}
-
-impl Samples {
-    fn push(&mut self, state: State, weight: f64) {
-        self.phi.push(state.x1.atan2(state.x2));
-        self.e.push(state.eccentricity());
-        self.weights.push(weight);
-    }
-
-    fn append(&mut self, mut other: Self) {
-        self.phi.append(&mut other.phi);
-        self.e.append(&mut other.e);
-        self.weights.append(&mut other.weights);
-    }
-
-    fn moments(&self, critical_e: f64) -> (Moments, Circular) {
-        weighted_moments(&self.phi, &self.e, Some(&self.weights), critical_e)
-    }
-}
-
 /// Quadrature points of `rule` between `low` and `high`: position and width.
 fn gauss(rule: &[(f64, f64)], low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> {
     let (middle, half) = (low.midpoint(high), 0.5 * (high - low));
@@ -195,8 +168,8 @@ impl Quadrature {
     }
 
     /// The probability inside the lattice, and the sums of sine and cosine of the solar angle and of the eccentricity.
-    pub(super) fn mean_vector(&self, [x1, x2]: [&[f64]; 2]) -> [f64; 4] {
-        let Samples { phi, e, weights } = self.whole_cells(x1, x2).samples;
+    pub(super) fn mean_vector(whole: &Whole) -> [f64; 4] {
+        let Samples { phi, e, weights } = &whole.samples;
         ordered_sum(phi.len(), |i| [1.0, phi[i].sin(), phi[i].cos(), e[i]].map(|term| weights[i] * term))
     }
 
@@ -216,9 +189,11 @@ impl Quadrature {
         (powers, vector)
     }
 
-    /// The points of all cells, where those of cells in which `phi` and `e` are not smooth are replaced by the points of their parts.
-    fn cut_open(&self, Whole { mut samples, discs }: Whole, [x1, x2]: [&[f64]; 2], cut: f64) -> Samples {
-        let irregular = (0..discs.len()).filter(|&cell| !discs[cell].is_regular(cut)).collect::<Vec<_>>();
+    /// The points of all cells, where those of polynomials in which `phi` and `e` are not smooth are replaced by the points of the cells' parts.
+    fn cut_open(&self, whole: Whole, [x1, x2]: [&[f64]; 2], cut: f64) -> Samples {
+        let is_irregular = |&cell: &usize| !whole.is_direct(cell) && !whole.discs[cell].is_regular(cut);
+        let irregular = (0..whole.discs.len()).filter(is_irregular).collect::<Vec<_>>();
+        let mut samples = whole.samples;
         let points = self.points_a_cell * self.points_a_cell;
         irregular.iter().for_each(|cell| samples.weights[cell * points..(cell + 1) * points].fill(0.0));
         let cells = self.lines[0].len() - 1;
@@ -238,7 +213,7 @@ impl Quadrature {
             samples.append(row);
             discs.append(&mut of_row);
         }
-        Whole { samples, discs }
+        Whole { samples, discs, direct: Vec::new() }
     }
 
     /// The points of parts of cells; irregular parts are divided.
@@ -352,37 +327,4 @@ impl Part {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn lines(count: u32, reach: f64) -> Vec<f64> {
-        (0..count).map(|i| reach * (2.0 * f64::from(i) / f64::from(count - 1) - 1.0)).collect()
-    }
-
-    /// Moments of a round cloud of standard deviation `sigma` about `(x1, x2)`, by a lattice of 21 points per side.
-    fn round_cloud(x1: f64, x2: f64, sigma: f64) -> (Moments, Circular) {
-        let nodes = lines(21, 5.0);
-        let quadrature = Quadrature::new([nodes.clone(), nodes.clone()], 7);
-        let all = || nodes.iter().flat_map(|&u| nodes.iter().map(move |&v| (u, v)));
-        let (a, b): (Vec<f64>, Vec<f64>) = all().map(|(u, v)| (x1 + sigma * u, x2 + sigma * v)).unzip();
-        quadrature.moments(&a, &b, 0.5)
-    }
-
-    #[test]
-    fn a_round_cloud_over_the_origin_has_the_moments_of_rayleighs_distribution() {
-        // A hair off the origin, so that its circular mean is defined.
-        let (moments, circular) = round_cloud(0.0, 1e-4, 0.02);
-        assert!((moments.mean_e / (0.02 * (PI / 2.0).sqrt()) - 1.0).abs() < 1e-4, "{moments:?}");
-        assert!((moments.std_e / (0.02 * (2.0 - PI / 2.0).sqrt()) - 1.0).abs() < 1e-4, "{moments:?}");
-        // Even round the circle, except for the effect of the small offset.
-        assert!((moments.std_phi / (PI / 3f64.sqrt()) - 1.0).abs() < 0.01, "{moments:?} {circular:?}");
-    }
-
-    #[test]
-    fn a_cloud_far_from_the_origin_is_read_out_as_a_smooth_one() {
-        let (moments, _) = round_cloud(0.0, 0.4, 0.002);
-        // e = r + (dx)²/(2 r), phi = dx/r to leading orders.
-        assert!((moments.mean_e - (0.4 + 0.5 * 0.002f64.powi(2) / 0.4)).abs() < 1e-9, "{moments:?}");
-        assert!((moments.std_phi / (0.002 / 0.4) - 1.0).abs() < 1e-4, "{moments:?}");
-    }
-}
+mod tests;

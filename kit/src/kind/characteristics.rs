@@ -104,7 +104,7 @@ fn layers(
     };
     let RememberedStack { stack, start, third } = memory.stack.insert(remembered);
     let StackEstimate { plane, third: of_third, diagnostics } =
-        stack.estimate(phi, e, &at.grid()?).map_err(|e| e.to_string())?;
+        stack.estimate(phi, e, &at.grid()?, problem.plane.times[at.index]).map_err(|e| e.to_string())?;
     let values = with_third(&plane, of_third);
     let MeshDiagnostics { measure_defect, flipped_mass, truncated_mass, misplaced_mass, .. } = diagnostics;
     Ok(Estimated {

@@ -6,7 +6,7 @@ use crate::model::plane::State;
 impl Quadrature {
     /// Calls `visit` with a state for each point and its weight: not the point itself, but the place at `share` of the part of its cell that
     /// it stands for, by the slopes between the cell's points. Lattices of which a mean is taken have different shares, so that their points
-    /// fill the plane also where their clouds lie on one another.
+    /// fill the plane also where their clouds lie on one another. Points that orbits reach stay where they are.
     pub(in crate::mesh) fn spread(&self, whole: &Whole, share: [f64; 2], mut visit: impl FnMut(State, f64)) {
         let (n, cells) = (self.points_a_cell, self.lines[0].len() - 1);
         // How far the place is from each point along a direction, and the distance to the point's neighbour in the cell.
@@ -29,6 +29,10 @@ impl Quadrature {
             let state = |i: usize, j: usize| State::from_polar(phi[first + i * n + j], e[first + i * n + j]);
             let other = |k: usize| if k + 1 < n { k + 1 } else { k - 1 };
             for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                if whole.is_direct(cell) {
+                    visit(state(i, j), weights[first + i * n + j]);
+                    continue;
+                }
                 let (here, ahead, aside) = (state(i, j), state(other(i), j), state(i, other(j)));
                 let (by, of) = outer[cell / cells * n + i];
                 let (across, width) = inner[cell % cells * n + j];

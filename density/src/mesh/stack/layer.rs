@@ -3,9 +3,9 @@
 use crate::angle::nearest;
 use crate::grid::Grid;
 use crate::mesh::carried::judge_cells;
-use crate::mesh::gaussian::standard_density;
+use crate::mesh::gaussian::{Standard, standard_density};
 use crate::mesh::lattice::Refinement;
-use crate::mesh::quadrature::Quadrature;
+use crate::mesh::quadrature::{Quadrature, Whole};
 use crate::mesh::{MeshDiagnostics, MeshError};
 use crate::model::plane::State;
 use crate::problem::InitialGaussian;
@@ -19,6 +19,15 @@ pub(super) struct LayerMesh {
     /// The polynomials in the middle of each cell, and those two degrees lower.
     middles: Refinement,
     rougher: Option<Refinement>,
+}
+
+/// The states in the middle of each cell.
+#[derive(Debug, Clone)]
+pub(super) struct Middles {
+    /// By the polynomials.
+    pub states: [Vec<f64>; 2],
+    /// By polynomials of a lower degree, in the layer and between the layers.
+    pub others: Vec<[Vec<f64>; 2]>,
 }
 
 /// Sums over clouds.
@@ -70,23 +79,46 @@ impl LayerMesh {
         Ok(Self { initial: *initial, lines, quadrature, middles, rougher })
     }
 
-    /// The probability, and the sums of sine and cosine of the solar angle and of the eccentricity.
-    pub(super) fn mean_vector(&self, [x1, x2]: [Vec<f64>; 2]) -> [f64; 4] {
-        self.quadrature.mean_vector([&x1, &x2])
+    /// The points of the layer with these states.
+    pub(super) fn whole(&self, [x1, x2]: &[Vec<f64>; 2]) -> Whole {
+        self.quadrature.whole_cells(x1, x2)
     }
 
-    /// The sums over the cloud with these states; `third` is the distance of its third variable from the mean, and `share` where in the
+    /// The points of a layer.
+    pub(super) fn quadrature(&self) -> &Quadrature {
+        &self.quadrature
+    }
+
+    /// The probability of a cell, by the density in its middle.
+    pub(super) fn cell_mass(&self, cell: usize) -> f64 {
+        let cells = self.lines[1].len() - 1;
+        let width = |axis: usize, k: usize| self.lines[axis][k + 1] - self.lines[axis][k];
+        standard_density(self.middle(cell)) * width(0, cell / cells) * width(1, cell % cells)
+    }
+
+    fn middle(&self, cell: usize) -> Standard {
+        let cells = self.lines[1].len() - 1;
+        let middle = |lines: &[f64], k: usize| lines[k].midpoint(lines[k + 1]);
+        [middle(&self.lines[0], cell / cells), middle(&self.lines[1], cell % cells)]
+    }
+
+    /// Where a point of the lattice starts.
+    pub(super) fn node(&self, k: usize) -> Standard {
+        let side = self.lines[1].len();
+        [self.lines[0][k / side], self.lines[1][k % side]]
+    }
+
+    /// The sums over the cloud with these states, whose points are `whole`; `third` is the distance of its third variable from the mean, and `share` where in the
     /// part of the cloud that each point stands for it is counted.
     pub(super) fn sums(
         &self,
-        [x1, x2]: &[Vec<f64>; 2],
+        ([x1, x2], whole): (&[Vec<f64>; 2], Whole),
         grid: &Grid,
         centre: [f64; 2],
         critical_e: f64,
         (third, share): (f64, [f64; 2]),
     ) -> Sums {
         let mut sums = Sums::zero(grid);
-        let whole = self.quadrature.whole_cells(x1, x2);
         let mut counted = 0.0;
         self.quadrature.spread(&whole, share, |state, weight| {
             let e = state.eccentricity();
@@ -107,27 +139,38 @@ impl LayerMesh {
         sums
     }
 
-    /// How well the polynomials resolve the flow; `rough` has the states by polynomials of a lower degree in the third variable.
-    pub(super) fn judge(&self, states: &[Vec<f64>; 2], rough: Option<[Vec<f64>; 2]>, grid: &Grid) -> MeshDiagnostics {
-        let [x1, x2] = [states[0].as_slice(), &states[1]];
+    /// The states in the middles of the cells; `rough` has the states by polynomials of a lower degree in the third variable.
+    pub(super) fn middles(&self, states: &[Vec<f64>; 2], rough: Option<&[Vec<f64>; 2]>) -> Middles {
+        let by = |refinement: &Refinement, states: &[Vec<f64>; 2]| {
+            states.each_ref().map(|values| {
+                let [values, ..] = refinement.middles(values);
+                values
+            })
+        };
+        let in_layer = self.rougher.as_ref().map(|rougher| by(rougher, states));
+        let between = rough.map(|rough| by(&self.middles, rough));
+        Middles { states: by(&self.middles, states), others: in_layer.into_iter().chain(between).collect() }
+    }
+
+    /// How well the polynomials resolve the flow where they are used: not in the cells that are marked as `direct`.
+    pub(super) fn judge(
+        &self,
+        states: &[Vec<f64>; 2],
+        rough: Option<&[Vec<f64>; 2]>,
+        grid: &Grid,
+        direct: &[bool],
+    ) -> MeshDiagnostics {
         let lines = [self.lines[0].as_slice(), &self.lines[1]];
-        let judged = judge_cells(&self.initial, lines, &self.middles, [x1, x2]);
-        let middles = |refinement: &Refinement| [x1, x2].map(|values| refinement.middles(values)[0].clone());
-        let in_layer = self.rougher.as_ref().map_or(0.0, |rougher| {
-            let middle = |lines: &[f64], k: usize| lines[k].midpoint(lines[k + 1]);
-            let cells = self.lines[1].len() - 1;
-            let at = |k: usize| [middle(&self.lines[0], k / cells), middle(&self.lines[1], k % cells)];
-            moved(&middles(&self.middles), &middles(rougher), at, grid)
-        });
-        let side = self.lines[1].len();
-        let at = |k: usize| [self.lines[0][k / side], self.lines[1][k % side]];
-        let between = rough.map_or(0.0, |rough| moved(states, &rough, at, grid));
-        MeshDiagnostics { misplaced_mass: in_layer + between, ..judged }
+        let judged = judge_cells(&self.initial, lines, &self.middles, [&states[0], &states[1]], direct);
+        let Middles { states, others } = self.middles(states, rough);
+        let cell = |cell: usize| (direct.get(cell) != Some(&true), standard_density(self.middle(cell)));
+        let misplaced_mass = others.iter().map(|other| moved(&states, other, cell, grid)).sum();
+        MeshDiagnostics { misplaced_mass, ..judged }
     }
 }
 
-/// Mean distance of states from others, in bins and at most one, where state `k` started `at(k)` in standard deviations.
-fn moved(states: &[Vec<f64>; 2], others: &[Vec<f64>; 2], at: impl Fn(usize) -> [f64; 2], grid: &Grid) -> f64 {
+/// Mean distance of states from others, in bins and at most one, where `cell` says whether a state is used and how dense the cloud was there.
+fn moved(states: &[Vec<f64>; 2], others: &[Vec<f64>; 2], cell: impl Fn(usize) -> (bool, f64), grid: &Grid) -> f64 {
     let polar = |[x1, x2]: &[Vec<f64>; 2], k: usize| {
         let state = State { x1: x1[k], x2: x2[k] };
         (state.x1.atan2(state.x2), state.eccentricity())
@@ -135,8 +178,8 @@ fn moved(states: &[Vec<f64>; 2], others: &[Vec<f64>; 2], at: impl Fn(usize) -> [
     let one = |k: usize| {
         let ((phi, e), (other_phi, other_e)) = (polar(states, k), polar(others, k));
         let bins = nearest(phi - other_phi, 0.0).abs() / grid.phi.width() + (e - other_e).abs() / grid.e.width();
-        let density = standard_density(at(k));
-        (density * bins.min(1.0), density)
+        let (is_used, density) = cell(k);
+        (if is_used { density * bins.min(1.0) } else { 0.0 }, density)
     };
     let (moved, total) = (0..states[0].len()).map(one).fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
     moved / total

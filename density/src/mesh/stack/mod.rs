@@ -11,21 +11,29 @@
 //! converges faster than any power of the step: Trefethen & Weideman, SIAM Review 56, 2014). The step is halved until moments and joint
 //! density stand; where the Gaussian is cut at `C = 0`, the last two sums are combined to Simpson's rule.
 //!
+//! In cells that the polynomials do not resolve, the points are propagated one by one ([`unresolved`]).
+//!
 //! Diagnostics are those of a carried mesh: the defect of the measure is taken in the layers halfway between two of the lattice,
-//! which are farthest from all points. To it is added what the last halving changed the moments by, in standard deviations, and to the misplaced
-//! mass what it changed the joint density by.
+//! which are farthest from all points, in the cells where polynomials are used. To it is added twice what the last halving changed the moments by, in
+//! standard deviations, and to the misplaced mass what it changed the joint density by. (Where both halves of the layers are off independently of each other,
+//! as among orbits that have come apart, the change is about as large as the error of their mean.)
 
+mod figures;
 mod layer;
 mod points;
+mod unresolved;
 
 use rayon::prelude::*;
 
-use self::layer::{LayerMesh, Sums};
+use self::figures::{Changed, read};
+use self::layer::{LayerMesh, Middles, Sums};
+use self::unresolved::Unresolved;
 use super::lattice::{check_degree, lattice_lines, stencil};
 use super::points::unfold;
+use super::quadrature::{Quadrature, Whole};
 use super::{MeshDiagnostics, MeshError, check_points};
 use crate::angle::Circular;
-use crate::estimate::{Estimate, Moments};
+use crate::estimate::Estimate;
 use crate::exact::measure::normal_density;
 use crate::grid::Grid;
 use crate::model::plane::State;
@@ -87,11 +95,11 @@ impl Stack {
         Ok(Self { problem: problem.clone(), side, degree, levels, layer })
     }
 
-    /// The density at a snapshot, from the points' present solar angles \[rad\] and eccentricities.
+    /// The density at a snapshot at `time` \[yr\], from the points' present solar angles \[rad\] and eccentricities.
     ///
     /// # Errors
     /// [`MeshError`] if the columns are not those of the stack's points.
-    pub fn estimate(&self, phi: &[f64], e: &[f64], grid: &Grid) -> Result<StackEstimate, MeshError> {
+    pub fn estimate(&self, phi: &[f64], e: &[f64], grid: &Grid, time: f64) -> Result<StackEstimate, MeshError> {
         check_points(phi, e, self.levels.len() * self.side.pow(2))?;
         let state = |(&phi, &e): (&f64, &f64)| State::from_polar(phi, e);
         let states: Vec<State> = phi.iter().zip(e).map(state).collect();
@@ -100,12 +108,18 @@ impl Stack {
             x1: states.iter().map(|s| s.x1).collect(),
             x2: states.iter().map(|s| s.x2).collect(),
         };
-        Ok(carried.estimate(grid))
+        let direct = Unresolved::find(&carried, time);
+        Ok(carried.estimate(grid, &direct))
     }
 
     /// The weight of a layer at `z` in a sum of step 1.
     fn density(&self, z: f64) -> f64 {
         normal_density(z) / self.problem.mass_inside()
+    }
+
+    /// The third variable in standard deviations at a position, counted in layers.
+    fn z_at(&self, position: f64) -> f64 {
+        self.levels[0] + position * (self.levels[1] - self.levels[0])
     }
 
     /// Whether the distribution is cut at the lowest layer.
@@ -121,6 +135,14 @@ struct Carried<'a> {
     x2: Vec<f64>,
 }
 
+/// What the sums over all layers have in common.
+struct Common<'a> {
+    grid: &'a Grid,
+    centre: [f64; 2],
+    start: &'a ThirdMoments,
+    direct: &'a Unresolved,
+}
+
 /// The sum over all layers of some evenly spaced ones.
 #[derive(Debug, Clone)]
 struct Total {
@@ -131,27 +153,30 @@ struct Total {
 }
 
 impl Carried<'_> {
-    fn estimate(&self, grid: &Grid) -> StackEstimate {
+    fn estimate(&self, grid: &Grid, direct: &Unresolved) -> StackEstimate {
         let Stack { levels, problem, .. } = self.stack;
         let start = ThirdMoments::at_start(problem);
-        let centre = self.centre();
         let gaps = levels.len() - 1;
+        let wholes: Vec<Whole> = (0..=gaps).into_par_iter().map(|k| self.whole(k as f64, direct).1).collect();
+        let centre = self.centre(&wholes);
+        let common = Common { grid, centre, start: &start, direct };
         let step = (levels[gaps] - levels[0]) / gaps as f64;
         let ends = |k: usize| if k == 0 || k == gaps { 0.5 } else { 1.0 };
         let at_layers: Vec<(f64, f64)> = (0..=gaps).map(|k| (k as f64, ends(k))).collect();
-        let mut sum = self.total(&at_layers, grid, centre, &start, false).sums;
-        let mut last = self.read(&sum, step, None, centre, grid);
+        let mut sum = self.total(&at_layers, &wholes, &common, false).sums;
+        drop(wholes);
+        let mut last = read(&sum, step, None, centre, grid);
         let mut judged: Option<MeshDiagnostics> = None;
         let (mut parts, mut changed) = (1usize, Changed::default());
         for halving in 0..MOST_HALVINGS {
             let between: Vec<(f64, f64)> = (0..gaps * parts).map(|k| ((k as f64 + 0.5) / parts as f64, 1.0)).collect();
-            let fresh = self.total(&between, grid, centre, &start, halving == 0);
+            let fresh = self.total(&between, &[], &common, halving == 0);
             judged.get_or_insert_with(|| fresh.mean_diagnostics());
             let before = sum.clone();
             sum.add(&fresh.sums, 1.0);
             parts *= 2;
             let finer = step / parts as f64;
-            let now = self.read(&sum, finer, self.stack.is_cut().then_some((&before, 2.0 * finer)), centre, grid);
+            let now = read(&sum, finer, self.stack.is_cut().then_some((&before, 2.0 * finer)), centre, grid);
             changed = Changed::between(&last, &now, &start);
             last = now;
             if changed.moments < MOMENTS && changed.joint < JOINT {
@@ -160,7 +185,7 @@ impl Carried<'_> {
         }
         let diagnostics = judged.unwrap_or_default();
         let diagnostics = MeshDiagnostics {
-            measure_defect: diagnostics.measure_defect + changed.moments,
+            measure_defect: diagnostics.measure_defect + 2.0 * changed.moments,
             misplaced_mass: diagnostics.misplaced_mass + changed.joint,
             truncated_mass: (1.0 - last.mass / problem.plane.initial.mass_inside()).max(0.0),
             ..diagnostics
@@ -173,16 +198,33 @@ impl Carried<'_> {
     }
 
     /// Circular mean of the solar angle and mean eccentricity, from the layers of the lattice.
-    fn centre(&self) -> [f64; 2] {
-        let Stack { levels, layer, .. } = self.stack;
-        let vectors: Vec<[f64; 4]> =
-            (0..levels.len()).into_par_iter().map(|k| layer.mean_vector(self.states(k as f64))).collect();
+    fn centre(&self, wholes: &[Whole]) -> [f64; 2] {
         let mut sum = [0.0; 4];
-        for (vector, &z) in vectors.iter().zip(levels) {
+        for (whole, &z) in wholes.iter().zip(&self.stack.levels) {
+            let vector = Quadrature::mean_vector(whole);
             sum.iter_mut().zip(vector).for_each(|(sum, term)| *sum += self.stack.density(z) * term);
         }
         let [total, sin, cos, e] = sum;
         [Circular::from_mean_vector(sin / total, cos / total).mean, e / total]
+    }
+
+    /// The states of the layer at a position, and its points, of which some are reached by orbits.
+    fn whole(&self, position: f64, direct: &Unresolved) -> ([Vec<f64>; 2], Whole) {
+        let Stack { layer, problem, .. } = self.stack;
+        let (states, cells) = (self.states(position), direct.at(position));
+        let mut whole = layer.whole(&states);
+        if !cells.is_empty() {
+            let sparse = direct.sparse(place_of(position)[0]);
+            let carry = |starts: &[_]| direct.carry(problem, self.stack.z_at(position), starts);
+            layer.quadrature().replace(&mut whole, &cells, sparse, carry);
+        }
+        (states, whole)
+    }
+
+    /// The states in the middle of the gap after layer `gap`.
+    fn middles(&self, gap: usize) -> Middles {
+        let position = gap as f64 + 0.5;
+        self.stack.layer.middles(&self.states(position), self.rough_states(position).as_ref())
     }
 
     /// The states of the layer at a position, counted in layers of the lattice.
@@ -210,27 +252,28 @@ impl Carried<'_> {
         [of(&self.x1), of(&self.x2)]
     }
 
-    /// The weighted sum over layers at these positions, and their diagnostics if they are wanted.
-    fn total(
-        &self,
-        positions: &[(f64, f64)],
-        grid: &Grid,
-        centre: [f64; 2],
-        start: &ThirdMoments,
-        is_judged: bool,
-    ) -> Total {
-        let Stack { levels, layer, problem, .. } = self.stack;
+    /// The weighted sum over layers at these positions, and their diagnostics if they are wanted. The layers of the lattice have their points
+    /// already.
+    fn total(&self, positions: &[(f64, f64)], wholes: &[Whole], common: &Common<'_>, is_judged: bool) -> Total {
+        let Stack { layer, problem, .. } = self.stack;
+        let Common { grid, centre, start, direct } = *common;
         let (mean, sigma) = problem.third();
-        let z_at = |position: f64| levels[0] + position * (levels[1] - levels[0]);
         let one = |&(position, share): &(f64, f64)| {
-            let (z, states) = (z_at(position), self.states(position));
+            let z = self.stack.z_at(position);
+            let (states, whole) = match wholes.get(position as usize) {
+                Some(whole) => (self.states(position), whole.clone()),
+                None => self.whole(position, direct),
+            };
             let weight = share * self.stack.density(z);
-            let third = mean + sigma * z - start.mean;
-            let sums = layer.sums(&states, grid, centre, problem.plane.critical_e, (third, place_of(position)));
+            let third = (mean + sigma * z - start.mean, place_of(position));
             let diagnostics = match is_judged {
-                true => layer.judge(&states, self.rough_states(position), grid),
+                true => {
+                    let rough = self.rough_states(position);
+                    layer.judge(&states, rough.as_ref(), grid, direct.of_gap(position as usize))
+                }
                 false => MeshDiagnostics::default(),
             };
+            let sums = layer.sums((&states, whole), grid, centre, problem.plane.critical_e, third);
             (weight, sums, diagnostics)
         };
         let mut total = Total { sums: Sums::zero(grid), diagnostics: MeshDiagnostics::default(), weight: 0.0 };
@@ -240,35 +283,6 @@ impl Carried<'_> {
         }
         total
     }
-
-    /// The figures of sums with a step; `coarser` has the sums with the double step, for Simpson's rule.
-    fn read(&self, sums: &Sums, step: f64, coarser: Option<(&Sums, f64)>, centre: [f64; 2], grid: &Grid) -> Read {
-        let mut integral = sums.clone();
-        integral.scale(step);
-        if let Some((before, double)) = coarser {
-            integral.scale(4.0 / 3.0);
-            integral.add(before, -double / 3.0);
-        }
-        let Sums { powers, with_third, vector, above, mut joint } = integral;
-        let [mass, phi, e, phi_phi, phi_e, e_e] = powers;
-        let [phi, e, phi_phi, phi_e, e_e] = [phi, e, phi_phi, phi_e, e_e].map(|sum| sum / mass);
-        joint.iter_mut().for_each(|bin| *bin /= mass * grid.bin_area());
-        let moments = Moments {
-            mean_phi: centre[0] + phi,
-            std_phi: (phi_phi - phi * phi).max(0.0).sqrt(),
-            mean_e: centre[1] + e,
-            std_e: (e_e - e * e).max(0.0).sqrt(),
-            cov_phi_e: phi_e - phi * e,
-            prob_above_critical_e: (above / mass).clamp(0.0, 1.0),
-        };
-        let circular = Circular::from_mean_vector(vector[0] / mass, vector[1] / mass);
-        let [third, with_phi, with_e] = with_third.map(|sum| sum / mass);
-        Read {
-            plane: Estimate::from_joint(*grid, joint, moments, circular),
-            with_third: [with_phi - third * phi, with_e - third * e],
-            mass,
-        }
-    }
 }
 
 /// Where the points of a layer at this position are counted in the part of the cloud that each stands for: the shares of all layers fill the unit
@@ -276,44 +290,6 @@ impl Carried<'_> {
 fn place_of(position: f64) -> [f64; 2] {
     const PLASTIC: f64 = 1.324_717_957_244_746;
     [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)].map(|step| (0.5 + position * step).fract())
-}
-
-/// The figures of a stack with a step.
-struct Read {
-    plane: Estimate,
-    /// Covariances of the third variable with solar angle and eccentricity.
-    with_third: [f64; 2],
-    mass: f64,
-}
-
-/// What a halving of the step changed.
-#[derive(Debug, Clone, Copy, Default)]
-struct Changed {
-    /// The largest change of a moment, in standard deviations or products of them.
-    moments: f64,
-    /// The change of the joint density, in total variation.
-    joint: f64,
-}
-
-impl Changed {
-    fn between(before: &Read, now: &Read, third: &ThirdMoments) -> Self {
-        let (a, b) = (before.plane.moments, now.plane.moments);
-        let (phi, e, c) = (b.std_phi, b.std_e, third.deviation);
-        let of = |a: f64, b: f64, scale: f64| (a - b).abs() / scale;
-        let moments = [
-            of(a.mean_phi, b.mean_phi, phi),
-            of(a.std_phi, b.std_phi, phi),
-            of(a.mean_e, b.mean_e, e),
-            of(a.std_e, b.std_e, e),
-            of(a.cov_phi_e, b.cov_phi_e, phi * e),
-            of(a.prob_above_critical_e, b.prob_above_critical_e, 1.0),
-            of(before.with_third[0], now.with_third[0], phi * c),
-            of(before.with_third[1], now.with_third[1], e * c),
-        ];
-        let bins = before.plane.joint.iter().zip(&now.plane.joint);
-        let joint = 0.5 * bins.map(|(a, b)| (a - b).abs()).sum::<f64>() * now.plane.grid.bin_area();
-        Self { moments: moments.into_iter().fold(0.0, f64::max), joint }
-    }
 }
 
 impl Total {
