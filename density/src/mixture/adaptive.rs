@@ -19,7 +19,7 @@
 use rayon::prelude::*;
 
 use super::MixtureError;
-use super::any_model::{MixturePropagator, SigmaPoints};
+use super::any_model::{MixturePropagator, SigmaPointRule};
 use super::component::Component;
 use super::curvature::Curvature;
 use super::differences::{places, points};
@@ -102,20 +102,20 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
         }
         let mean = |of: &dyn Fn(&Part<N>) -> f64| parts.iter().map(|p| p.piece.weight * of(p)).sum::<f64>() / total;
         let rule = match N <= fifth_degree::MOST_VARIABLES {
-            true => SigmaPoints::FifthDegree,
-            false => SigmaPoints::Unscented(unscented),
+            true => SigmaPointRule::FifthDegree,
+            false => SigmaPointRule::Unscented(unscented),
         };
         let of_transform = |k: usize| match rule {
-            SigmaPoints::FifthDegree => 0.0,
-            SigmaPoints::Unscented(_) => DISAGREEMENT_PER_ERROR * mean(&|part| part.moment_errors[k]),
+            SigmaPointRule::FifthDegree => 0.0,
+            SigmaPointRule::Unscented(_) => DISAGREEMENT_PER_ERROR * mean(&|part| part.moment_errors[k]),
         };
         let share = |weight: f64| weight / (total + plan.left_out);
         // What is left out moves a mean by at most about as many deviations.
         let least = DISAGREEMENT_PER_ERROR * share(plan.left_out);
         let disagreement = |k: usize| mean(&|part| part.disagreements[k]).max(of_transform(k)).max(least);
         let places = match rule {
-            SigmaPoints::FifthDegree => fifth_degree::places(),
-            SigmaPoints::Unscented(_) => plan.places[..rule.count(N)].to_vec(),
+            SigmaPointRule::FifthDegree => fifth_degree::places(),
+            SigmaPointRule::Unscented(_) => plan.places[..rule.count(N)].to_vec(),
         };
         let sigma_points = |part: &Part<N>| -> Vec<[f64; N]> {
             places.iter().map(|&place| part.piece.point(initial, place)).collect()
