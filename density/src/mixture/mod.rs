@@ -27,6 +27,7 @@
 //! | [`moments`], [`bins`] | the results of a mixture: moments, and bin averages of its density |
 //! | [`any_model`] | the transform and the mixture over the variables of a model that is not planar |
 //! | [`adaptive`] | the same, split where the flow is not linear |
+//! | `splitting` | where and how it is split |
 //! | `fifth_degree` | its sigma points, and how far its moments are off |
 //! | `differences`, `triangular` | derivatives of the flow by differences, and square roots of covariances |
 //! | `pieces`, `curvature`, `part` | its parts, how far the flow over a part is from linear and in which direction, and how far it may be |
@@ -85,6 +86,7 @@ pub mod plan;
 pub mod planar_component;
 pub mod propagator;
 pub mod split;
+mod splitting;
 mod triangular;
 pub mod unscented;
 
@@ -97,7 +99,7 @@ pub use moments::{estimate, mass_below_zero};
 pub use planar_component::PlanarComponent;
 pub use propagator::{Mixture, PlanarMixturePropagator};
 
-/// MixtureSettings of a mixture method.
+/// Settings of a mixture method.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MixtureSettings {
     /// How the initial Gaussian is split.
