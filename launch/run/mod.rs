@@ -24,7 +24,7 @@ use crate::crew::member::Member;
 use crate::crew::processes::Processes;
 use crate::crew::supervisor::{Ended, Supervisor};
 use crate::live::View;
-use crate::live::model::{Model, Stage};
+use crate::live::progress::{Progress, Stage};
 use crate::plan::cases::Case;
 use crate::plan::launch_file::{Launch, Restart, ScenarioInput};
 use crate::shown::Shown;
@@ -119,8 +119,8 @@ impl<'a> Run<'a> {
             (name, member)
         };
         let members = names.map(member).collect();
-        let model = Model::new(propagators, stages(commands.launch, in_all)).with_hosts(away);
-        let view = View::new(model, shown);
+        let progress = Progress::new(propagators, stages(commands.launch, in_all)).with_hosts(away);
+        let view = View::new(progress, shown);
         log.print_with(view.printer());
         let restarts = commands.launch.restart == Restart::OnFailure;
         let run = Self {

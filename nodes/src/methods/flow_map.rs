@@ -16,7 +16,7 @@ use crate::files::input::{natural_option, positive, positive_option};
 use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::mapped_characteristics::MappedCharacteristics;
-use crate::methods::mapped_samples::{By, Case, MappedSamples, map_for};
+use crate::methods::mapped_samples::{By, MappedSamples, Mapping, map_for};
 use crate::methods::{Method, Misfit};
 use kit::assignment::{Assignment, Plane};
 use kit::failure::Failure;
@@ -221,19 +221,20 @@ impl Propagator for ByMap {
         let (by, plan) = (self.settings.by(), self.settings.plan());
         self.work = None;
         let accuracy = accuracy.unwrap_or_default().0;
-        let case = Case { by, plan, numbers: 0..samples, accuracy, map: map_for(samples, map_error), passages: true };
+        let mapping =
+            Mapping { by, plan, numbers: 0..samples, accuracy, map: map_for(samples, map_error), passages: true };
         match sends {
             SendsChoice::Samples => {
                 let numbers = self.shard.part(samples)?;
                 let form = Form { content: Samples::INDEPENDENT.into(), most_rows: numbers.len(), total_rows: samples };
-                self.work = Some(Work::Samples(MappedSamples::new(Case { numbers, ..case }, assignment)?));
+                self.work = Some(Work::Samples(MappedSamples::new(Mapping { numbers, ..mapping }, assignment)?));
                 Ok(form)
             }
             SendsChoice::Characteristics => {
                 let plane = plane(assignment)?;
                 let start = density::mesh::initial_points(&plane.problem, samples, Placement::Lattice, 1)?;
                 let range = self.shard.part(start.phi.len())?;
-                let work = MappedCharacteristics::new(&plane.problem, start, range, case)?;
+                let work = MappedCharacteristics::new(&plane.problem, start, range, mapping)?;
                 let form = work.form(self.settings.degree());
                 self.work = Some(Work::Characteristics(Box::new(work)));
                 Ok(form)

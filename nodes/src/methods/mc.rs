@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::drawing::{Drawing, check_forces};
-use crate::methods::mapped_samples::{By, Case, MappedSamples, map_for};
+use crate::methods::mapped_samples::{By, MappedSamples, Mapping, map_for};
 use crate::methods::radiation::Radiation;
 use crate::methods::sampling_settings::sampling_settings;
 use crate::methods::{Method, Misfit};
@@ -235,7 +235,7 @@ impl MonteCarlo {
     fn map(&self, assignment: &Assignment, numbers: Range<usize>) -> Result<MappedSamples, Failure> {
         let Settings { samples, accuracy, map_error, .. } = self.settings;
         let (accuracy, map_error) = (accuracy.unwrap_or_default().0, map_error.unwrap_or(MAP_ERROR));
-        let case = Case {
+        let mapping = Mapping {
             by: By::Cells,
             plan: self.settings.plan(),
             numbers,
@@ -243,7 +243,7 @@ impl MonteCarlo {
             map: map_for(samples, map_error),
             passages: true,
         };
-        MappedSamples::new(case, assignment)
+        MappedSamples::new(mapping, assignment)
     }
 
     /// The curve of the samples and their number.
