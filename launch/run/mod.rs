@@ -26,7 +26,8 @@ use crate::crew::supervisor::{Ended, Supervisor};
 use crate::live::View;
 use crate::live::progress::{Progress, Stage};
 use crate::plan::cases::Case;
-use crate::plan::launch_file::{Launch, Restart, ScenarioInput};
+use crate::plan::launch_file::{Launch, Restart};
+use crate::plan::scenario_inputs::ScenarioInput;
 use crate::shown::Shown;
 
 use arrivals::Arrivals;
