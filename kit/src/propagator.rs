@@ -24,7 +24,7 @@ pub trait Propagator {
     /// A method that cannot be split refuses; without this function it does.
     fn take_shard(&mut self, shard: Shard) -> Result<(), Failure> {
         let _ = shard;
-        Err(Failure::Refused("this propagator cannot be split into shards; leave out `shards`".into()))
+        Err(Failure::no_shards())
     }
 
     /// Prepares for a scenario.

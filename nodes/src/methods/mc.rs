@@ -82,6 +82,9 @@ impl MonteCarlo {
 
 impl Propagator for MonteCarlo {
     fn take_shard(&mut self, shard: Shard) -> Result<(), Failure> {
+        if self.interval_of_replicates {
+            return Err(Failure::no_shards());
+        }
         self.shard = shard;
         Ok(())
     }
