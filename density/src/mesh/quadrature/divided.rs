@@ -26,7 +26,7 @@ pub(super) const COARSELY: Divided = Divided { narrow: 0.04, light: 1e-6 };
 const MOST_PARTS: usize = 30_000;
 /// A cell or a part of one.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+struct CellPart {
     cell: [usize; 2],
     low: [f64; 2],
     high: [f64; 2],
@@ -45,11 +45,11 @@ impl Quadrature {
     }
 
     /// The points of parts of cells; irregular parts are divided.
-    fn divided(&self, mut parts: Vec<Part>, x1: &[f64], x2: &[f64], cut: f64) -> Samples {
+    fn divided(&self, mut parts: Vec<CellPart>, x1: &[f64], x2: &[f64], cut: f64) -> Samples {
         let mut samples = Samples::default();
         while !parts.is_empty() {
             let last = parts.len() > MOST_PARTS;
-            let done: Vec<(Samples, Option<[Part; 4]>)> = parts
+            let done: Vec<(Samples, Option<[CellPart; 4]>)> = parts
                 .par_iter()
                 .map(|part| match last || self.is_small(part) || self.disc(part, x1, x2).is_regular(cut) {
                     true => (self.part_samples(part, x1, x2), None),
@@ -66,7 +66,7 @@ impl Quadrature {
     }
 
     /// Points of a part of a cell.
-    fn part_samples(&self, part: &Part, x1: &[f64], x2: &[f64]) -> Samples {
+    fn part_samples(&self, part: &CellPart, x1: &[f64], x2: &[f64]) -> Samples {
         let points = |axis: usize| -> Vec<Point> {
             let lines = &self.lines[axis];
             gauss(&GAUSS_4, part.low[axis], part.high[axis])
@@ -91,19 +91,19 @@ impl Quadrature {
         State { x1, x2 }
     }
 
-    fn whole(&self, cell: [usize; 2]) -> Part {
+    fn whole(&self, cell: [usize; 2]) -> CellPart {
         let edge = |k: usize| [0, 1].map(|axis| self.lines[axis][cell[axis] + k]);
-        Part { cell, low: edge(0), high: edge(1) }
+        CellPart { cell, low: edge(0), high: edge(1) }
     }
 
-    fn is_small(&self, part: &Part) -> bool {
+    fn is_small(&self, part: &CellPart) -> bool {
         let width = [0, 1].map(|axis| part.high[axis] - part.low[axis]);
         let nearest = [0, 1].map(|axis| 0f64.clamp(part.low[axis], part.high[axis]));
         let Divided { narrow, light } = self.divided;
         width[0].max(width[1]) < narrow || width[0] * width[1] * standard_density(nearest) < light
     }
 
-    fn disc(&self, part: &Part, x1: &[f64], x2: &[f64]) -> Disc {
+    fn disc(&self, part: &CellPart, x1: &[f64], x2: &[f64]) -> Disc {
         let thirds = [0, 1].map(|axis| {
             let (low, high) = (part.low[axis], part.high[axis]);
             [low, low.midpoint(high), high].map(|at| stencil(&self.lines[axis], part.cell[axis], self.degree, at))
@@ -113,7 +113,7 @@ impl Quadrature {
     }
 }
 
-impl Part {
+impl CellPart {
     fn quarters(&self) -> [Self; 4] {
         let middle = [0, 1].map(|axis| self.low[axis].midpoint(self.high[axis]));
         [0, 1, 2, 3].map(|k| {
