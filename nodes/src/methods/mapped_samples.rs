@@ -25,6 +25,8 @@ use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::problem_key::by_key;
 
+use crate::methods::Misfit;
+
 /// A cell of a map is not halved again if fewer than so many samples lie in it: its halves would take about as many orbits.
 const LEAST_SAMPLES: f64 = 1000.0;
 /// A map is made of at most so many orbits, and of no more than a quarter of the samples.
@@ -33,6 +35,17 @@ const MOST_ORBITS: usize = 1_000_000;
 const LEAST_ORBITS: usize = 20_000;
 /// Least share of the samples that a map must move.
 const LEAST_MAPPED: f64 = 0.5;
+
+/// The error of a map unless it is set.
+pub(super) const MAP_ERROR: f64 = 1e-9;
+
+/// Whether a map may be off by so much at most.
+pub(super) fn check_map_error(error: f64) -> Result<(), Misfit> {
+    if (1e-11..=1e-3).contains(&error) {
+        return Ok(());
+    }
+    Err(Misfit::new("map_error", format!("{error} is not allowed, it must be between 1e-11 and 1e-3")))
+}
 
 /// The samples of a case on their way by a map.
 #[derive(Debug)]

@@ -18,8 +18,7 @@ use messages::content::Samples;
 use messages::layout::GIVEN_COLUMNS;
 
 use self::direct_samples::{DirectSamples, PENDING};
-use self::settings::MAP_ERROR;
-use crate::methods::mapped_samples::{By, MappedSamples, Mapping, map_for};
+use crate::methods::mapped_samples::{By, MAP_ERROR, MappedSamples, Mapping, map_for};
 use crate::methods::radiation::Radiation;
 
 pub use self::settings::{DrawsChoice, Settings, Through};
@@ -40,6 +39,11 @@ impl MonteCarlo {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
         Self { settings, shard: Shard::WHOLE, direct: None, mapped: None, interval_of_replicates: false }
+    }
+
+    /// The same, whose passages have an interval from the spread of the replicates. It takes no shards, since an interval needs all replicates.
+    pub(super) fn with_interval_of_replicates(settings: Settings) -> Self {
+        Self { interval_of_replicates: true, ..Self::new(settings) }
     }
 
     /// The samples of these numbers, which move by a flow map.
@@ -72,11 +76,6 @@ impl MonteCarlo {
             false => curve_of_points(points, times),
         };
         Ok((curve, direct.points.len()))
-    }
-
-    /// The same, whose passages have an interval from the spread of the replicates.
-    pub(super) fn with_interval_of_replicates(settings: Settings) -> Self {
-        Self { interval_of_replicates: true, ..Self::new(settings) }
     }
 }
 

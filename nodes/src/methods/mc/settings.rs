@@ -14,7 +14,7 @@ use super::MonteCarlo;
 use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::drawing::{Drawing, check_forces};
-use crate::methods::mapped_samples::{By, MappedSamples};
+use crate::methods::mapped_samples::{By, MAP_ERROR, MappedSamples, check_map_error};
 use crate::methods::sampling_settings::sampling_settings;
 use crate::methods::{Method, Misfit};
 
@@ -40,9 +40,6 @@ pub enum Through {
     /// By a flow map, interpolated from a lattice of orbits.
     FlowMap,
 }
-
-/// The error of a flow map unless it is set.
-pub(super) const MAP_ERROR: f64 = 1e-9;
 
 sampling_settings! {
     /// Settings of a Monte Carlo case. Independent draws need no replicates: 1 is allowed only for them.
@@ -123,18 +120,19 @@ impl Method for Settings {
             return Err(Misfit::new("samples", problem));
         }
         check_forces(self.forces.as_ref())?;
-        let is_own = self.model.is_some() || self.forces.is_some();
-        match (self.through, self.map_error, is_own) {
-            (Through::Orbits, Some(_), _) => Err(Misfit::no_effect("map_error", "unless through = \"flow-map\"")),
-            (_, Some(error), _) if !(1e-11..=1e-3).contains(&error) => {
-                Err(Misfit::new("map_error", format!("{error} is not allowed, it must be between 1e-11 and 1e-3")))
+        match (self.through, self.map_error) {
+            (Through::Orbits, Some(_)) => {
+                return Err(Misfit::no_effect("map_error", "unless through = \"flow-map\""));
             }
-            (Through::FlowMap, _, true) => Err(Misfit::no_effect(
-                if self.model.is_some() { "model" } else { "forces" },
-                "beside through = \"flow-map\", which is for scenarios in their own model",
-            )),
-            _ => Ok(()),
+            (Through::FlowMap, Some(error)) => check_map_error(error)?,
+            (_, None) => {}
         }
+        if self.through == Through::FlowMap && (self.model.is_some() || self.forces.is_some()) {
+            let key = if self.model.is_some() { "model" } else { "forces" };
+            let because = "beside through = \"flow-map\", which is for scenarios in their own model";
+            return Err(Misfit::no_effect(key, because));
+        }
+        Ok(())
     }
 
     fn check_scenario(&self, assignment: &Assignment, _: Shard) -> Result<(), Failure> {
