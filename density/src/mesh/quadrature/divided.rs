@@ -18,12 +18,13 @@ pub(super) struct Divided {
     light: f64,
 }
 
-/// Of a single lattice.
+/// How far they are divided in a single lattice.
 pub(super) const FULLY: Divided = Divided { narrow: 0.006, light: 1e-9 };
-/// Of one of many lattices of which a mean is taken, in which the cut passes elsewhere each time.
+/// The same in one of many lattices of which a mean is taken: the cut passes elsewhere in each.
 pub(super) const COARSELY: Divided = Divided { narrow: 0.04, light: 1e-6 };
 /// Number of parts treated at a time; if more are irregular, the flow is not resolved and dividing does not help.
 const MOST_PARTS: usize = 30_000;
+
 /// A cell or a part of one.
 #[derive(Debug, Clone, Copy)]
 struct CellPart {
