@@ -14,7 +14,7 @@ use density::grid::{Grid, comparison_grids};
 use density::mesh::delaunay::triangulate;
 use density::mesh::raster::PointGrid;
 use density::mesh::{Branch, CarriedMesh, Placement, characteristic_densities, hull_estimate, initial_points};
-use density::mixture::{self, MixturePropagator};
+use density::mixture::{self, PlanarMixturePropagator};
 use density::model::planar::Force;
 use density::model::plane::State;
 use density::model::sun_moon::SunMoon;
@@ -261,7 +261,8 @@ fn estimate_carried_1e5_all_snapshots(bencher: Bencher, threads: usize) {
 fn plan_and_propagate_mixture(bencher: Bencher, threads: usize) {
     let problem = problem();
     on_threads(bencher, threads, || {
-        let mut propagator = MixturePropagator::new(&problem, &flow(), &mixture::MixtureSettings::default()).unwrap();
+        let mut propagator =
+            PlanarMixturePropagator::new(&problem, &flow(), &mixture::MixtureSettings::default()).unwrap();
         problem.times.iter().for_each(|&time| propagator.advance_to(time).unwrap());
         propagator.mixture()
     });
@@ -270,7 +271,7 @@ fn plan_and_propagate_mixture(bencher: Bencher, threads: usize) {
 #[divan::bench(args = THREADS)]
 fn estimate_mixture_all_snapshots(bencher: Bencher, threads: usize) {
     let problem = problem();
-    let mut propagator = MixturePropagator::new(&problem, &flow(), &mixture::MixtureSettings::default()).unwrap();
+    let mut propagator = PlanarMixturePropagator::new(&problem, &flow(), &mixture::MixtureSettings::default()).unwrap();
     let mixtures: Vec<_> = (problem.times.iter())
         .map(|&time| {
             propagator.advance_to(time).unwrap();

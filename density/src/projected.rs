@@ -80,9 +80,9 @@ pub struct Errors {
     pub above: f64,
 }
 
-/// A Gaussian of a mixture in any number of variables.
+/// A Gaussian of a mixture in a number of variables that is known only when the program runs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Component {
+pub struct AnyComponent {
     /// Share of the probability.
     pub weight: f64,
     /// Mean.
@@ -96,31 +96,31 @@ const PIECE: usize = 2048;
 
 /// Reads out a Gaussian mixture. Weights need not sum to 1. The mean vector of an angle is that of normals wrapped round the circle (Mardia
 /// & Jupp, *Directional Statistics*, 2000, Eq. 3.5.60), and what lies beyond the cut of its circle counts at the other end. Components are not cut at the bounds of their variables.
-pub fn of_mixture(components: &[Component], question: &Question<'_>) -> Cloud {
+pub fn of_mixture(components: &[AnyComponent], question: &Question<'_>) -> Cloud {
     let count = question.circles.len();
     let total: f64 = components.iter().map(|component| component.weight).sum();
-    let weighted = |term: &dyn Fn(&Component) -> f64| -> f64 {
+    let weighted = |term: &dyn Fn(&AnyComponent) -> f64| -> f64 {
         components.iter().map(|component| component.weight * term(component)).sum::<f64>() / total
     };
     let circular: Vec<Option<Circular>> = (0..count)
         .map(|k| {
-            let length = |component: &Component| (-0.5 * component.covariance[k][k]).exp();
+            let length = |component: &AnyComponent| (-0.5 * component.covariance[k][k]).exp();
             let sin = weighted(&|component| length(component) * component.mean[k].sin());
             let cos = weighted(&|component| length(component) * component.mean[k].cos());
             question.circles[k].then(|| Circular::from_mean_vector(sin, cos))
         })
         .collect();
     let on_branch = |k: usize, value: f64| circular[k].map_or(value, |circular| nearest(value, circular.mean));
-    let beyond = |k: usize, component: &Component| -> Option<BeyondCut> {
+    let beyond = |k: usize, component: &AnyComponent| -> Option<BeyondCut> {
         let middle = circular[k]?.mean;
         Some(BeyondCut::new(on_branch(k, component.mean[k]) - middle, component.covariance[k][k].sqrt()))
     };
-    let mean_of = |k: usize, component: &Component| {
+    let mean_of = |k: usize, component: &AnyComponent| {
         on_branch(k, component.mean[k]) + beyond(k, component).map_or(0.0, |beyond| beyond.mean())
     };
     let mean: Vec<f64> = (0..count).map(|k| weighted(&|component| mean_of(k, component))).collect();
-    let off = |k: usize, component: &Component| on_branch(k, component.mean[k]) - mean[k];
-    let product = |a: usize, b: usize, component: &Component| {
+    let off = |k: usize, component: &AnyComponent| on_branch(k, component.mean[k]) - mean[k];
+    let product = |a: usize, b: usize, component: &AnyComponent| {
         wrapped::product([a, b], |i, j| component.covariance[i][j], |k| off(k, component), |k| beyond(k, component))
     };
     let covariance =
@@ -130,7 +130,7 @@ pub fn of_mixture(components: &[Component], question: &Question<'_>) -> Cloud {
     let on = |projection: &Projection| {
         let scale = 1.0 / (total * projection.cell());
         // The pieces and the order of their sums are fixed, so that the numbers are the same bytes whatever the threads.
-        let piece = |components: &[Component]| {
+        let piece = |components: &[AnyComponent]| {
             let mut density = vec![0.0; projection.len()];
             for component in components {
                 add(&mut density, component, projection, question.circles, component.weight * scale);
@@ -172,7 +172,7 @@ fn images(mean: f64, deviation: f64, is_circle: bool, axis: Axis) -> Vec<f64> {
 }
 
 /// Adds the probability of a component in each bin of a projection, times `scale`.
-fn add(density: &mut [f64], component: &Component, projection: &Projection, circles: &[bool], scale: f64) {
+fn add(density: &mut [f64], component: &AnyComponent, projection: &Projection, circles: &[bool], scale: f64) {
     let of = |(variable, axis): (usize, Axis)| {
         let deviation = component.covariance[variable][variable].sqrt();
         (deviation, images(component.mean[variable], deviation, circles[variable], axis))
@@ -233,9 +233,9 @@ mod tests {
         vec![Projection { axes: vec![axis(0), axis(1)] }, Projection { axes: vec![axis(2)] }]
     }
 
-    fn component() -> Component {
+    fn component() -> AnyComponent {
         let covariance = COVARIANCE.iter().map(|row| row.to_vec()).collect();
-        Component { weight: 2.0, mean: MEAN.to_vec(), covariance }
+        AnyComponent { weight: 2.0, mean: MEAN.to_vec(), covariance }
     }
 
     #[test]

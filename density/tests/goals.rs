@@ -9,7 +9,7 @@ use density::exact::{Exact, ExactSettings};
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
 use density::mesh::{CarriedMesh, MeshDiagnostics, Placement, initial_points};
-use density::mixture::{self, MixturePropagator};
+use density::mixture::{self, PlanarMixturePropagator};
 use density::orbits::Orbits;
 use density::problem::Problem;
 
@@ -37,7 +37,7 @@ fn carried(problem: &Problem, grids: &[Grid], count: usize, degree: usize) -> Ve
 
 fn adaptive_mixture(problem: &Problem, grids: &[Grid]) -> (Course, usize) {
     let settings = mixture::MixtureSettings::default();
-    let mut propagator = MixturePropagator::new(problem, &Flow::new(problem.model), &settings).unwrap();
+    let mut propagator = PlanarMixturePropagator::new(problem, &Flow::new(problem.model), &settings).unwrap();
     let points = propagator.sigma_points() + propagator.pilot_points();
     let estimate = |(&time, grid): (&f64, &Grid)| {
         propagator.advance_to(time).unwrap();

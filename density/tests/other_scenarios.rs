@@ -10,7 +10,7 @@ use density::flow::Flow;
 use density::grid::comparison_grids;
 use density::mesh::passage::passage_curve;
 use density::mesh::{CarriedMesh, Placement, initial_points, unfold};
-use density::mixture::{self, MixturePropagator, mass_below_zero};
+use density::mixture::{self, PlanarMixturePropagator, mass_below_zero};
 use density::model::planar::Force;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
@@ -148,7 +148,7 @@ fn a_mixture_over_zero_eccentricity_has_the_moments_of_the_cut_gaussian_at_the_s
     // A normal distribution cut at two deviations below its mean: Φ(2), and mean and variance of the part above.
     let problem = problem(PAPER, [2.2069, 0.02, 0.4, 0.02], &[0.0, 0.1], 0.6);
     let settings = mixture::MixtureSettings::default();
-    let propagator = MixturePropagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
+    let propagator = PlanarMixturePropagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
     let components = propagator.mixture().components;
     let (moments, _) = mixture::moments::moments(&components, 0.6).unwrap();
     let hazard = (-2f64).exp() / (2.0 * std::f64::consts::PI).sqrt() / 0.977_249_868_051_820_8;

@@ -8,7 +8,7 @@ use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
 use density::mesh::passage::passage_curve;
 use density::mesh::{CarriedMesh, Placement, initial_points};
-use density::mixture::{self, MixturePropagator, MixtureSettings};
+use density::mixture::{self, MixtureSettings, PlanarMixturePropagator};
 use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::Problem;
@@ -49,7 +49,7 @@ fn the_adaptive_mixture_has_every_moment_to_a_two_thousandth() {
     for name in SCENARIOS {
         let (problem, snapshots) = scenario(name);
         let flow = Flow::new(problem.model);
-        let mut propagator = MixturePropagator::new(&problem, &flow, &MixtureSettings::default()).unwrap();
+        let mut propagator = PlanarMixturePropagator::new(&problem, &flow, &MixtureSettings::default()).unwrap();
         for (snapshot, grid) in snapshots.iter().zip(grids(&problem)) {
             propagator.advance_to(snapshot.years).unwrap();
             let mixture = propagator.mixture();

@@ -38,12 +38,12 @@ impl SpaceTask for ByMixture<'_> {
         println!("{} components, {} orbits", mixture.components(), mixture.trajectories());
         let at = |(index, &time): (usize, &f64)| {
             mixture.advance_to(time).unwrap();
-            let component = |c: &density::mixture::component::Component<N>| projected::Component {
+            let component = |c: &density::mixture::component::Component<N>| projected::AnyComponent {
                 weight: c.weight,
                 mean: c.mean.to_vec(),
                 covariance: c.covariance.iter().map(|row| row.to_vec()).collect(),
             };
-            let components: Vec<projected::Component> = mixture.mixture().iter().map(component).collect();
+            let components: Vec<projected::AnyComponent> = mixture.mixture().iter().map(component).collect();
             (asked(problem, |question| of_mixture(&components, question)), mixture.disagreement(index))
         };
         problem.times.iter().enumerate().map(at).collect()

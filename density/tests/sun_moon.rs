@@ -12,7 +12,7 @@ use density::first_passage::passage_times;
 use density::flow::{Accuracy, Flow};
 use density::grid::comparison_grids;
 use density::mesh::{CarriedMesh, Placement, initial_points};
-use density::mixture::{self, MixturePropagator};
+use density::mixture::{self, PlanarMixturePropagator};
 use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
@@ -89,7 +89,8 @@ fn the_carried_mesh_and_the_mixture_have_the_moments_of_the_reference() {
         let start = initial_points(&problem, 961, Placement::Lattice, 0).unwrap();
         let mesh = CarriedMesh::new(&problem.initial, &start.phi, &start.e, start.lattice, 7).unwrap();
         let mut orbits = Orbits::from_polar(flow, &start.phi, &start.e);
-        let mut propagator = MixturePropagator::new(&problem, &flow, &mixture::MixtureSettings::default()).unwrap();
+        let mut propagator =
+            PlanarMixturePropagator::new(&problem, &flow, &mixture::MixtureSettings::default()).unwrap();
         for (snapshot, grid) in snapshots.iter().zip(&grids) {
             orbits.advance_to(snapshot.years).unwrap();
             let (mut phi, mut e) = (start.phi.clone(), start.e.clone());

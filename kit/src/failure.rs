@@ -11,10 +11,10 @@ pub enum Failure {
     /// The transport refused something.
     #[error(transparent)]
     Port(#[from] PortError),
-    /// A trajectory left the domain of the equations of motion.
+    /// A trajectory left the range in which the equations of motion hold.
     #[error(transparent)]
     LostOrbit(#[from] density::orbits::LostOrbit),
-    /// A trajectory left the domain of the equations of motion, in a computation that follows states of its own.
+    /// A trajectory left the range in which the equations of motion hold, in a computation that follows states of its own.
     #[error(transparent)]
     Escaped(#[from] density::flow::Escaped),
     /// The exact density cannot be computed.
@@ -46,6 +46,11 @@ impl Failure {
     /// A propagator was asked for a snapshot before it had a scenario.
     pub fn no_scenario() -> Self {
         Self::Refused("a snapshot was asked for before any scenario".into())
+    }
+
+    /// A propagator that cannot be split was to take a shard.
+    pub fn no_shards() -> Self {
+        Self::Refused("this propagator cannot be split into shards; leave out `shards`".into())
     }
 
     /// The same failure with `what` in front of its text, unless it must end the node.

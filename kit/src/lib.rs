@@ -42,7 +42,7 @@
 //! }
 //! ```
 //!
-//! - [`propagator`]: the trait, and the loop that serves scenario after scenario;
+//! - [`propagator`]: the trait, what it says of first passages, and the loop that serves scenario after scenario;
 //! - [`assignment`]: a scenario as a propagator gets it; [`planar_problem`], [`space_problem`]: the problem that it states; [`space`]: its variables, and what
 //!   is said of a cloud in them;
 //! - [`kind`]: what is known of each kind of snapshot; [`snapshot_rules`]: what every snapshot must be;
@@ -59,6 +59,7 @@ pub mod breach;
 mod carried_density;
 pub mod clock;
 pub mod diagnosis;
+mod drafting;
 pub mod environment;
 pub mod example;
 pub mod failure;
@@ -66,6 +67,7 @@ pub mod kind;
 pub mod limits;
 pub mod log;
 pub mod newest;
+mod passage;
 pub mod planar_problem;
 pub mod problem_key;
 pub mod propagator;
@@ -73,6 +75,7 @@ pub mod reduced;
 pub mod refusals;
 pub mod screen;
 pub mod sender;
+mod serving;
 pub mod session;
 pub mod shard;
 pub mod snapshot_rules;

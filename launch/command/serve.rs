@@ -20,8 +20,9 @@ use crate::crew::shares;
 use crate::domain::{self, OwnDomain, attach};
 use crate::exit::{BAD_INPUT, INTERRUPTED};
 use crate::live::json;
-use crate::plan::launch_file::{Launch, ScenarioInput};
+use crate::plan::launch_file::Launch;
 use crate::plan::preflight;
+use crate::plan::scenario_inputs::ScenarioInput;
 use crate::record::folder::ResultsFolder;
 use crate::record::manifest;
 use crate::run::{Abort, Failures, Run};
@@ -88,9 +89,8 @@ pub fn run(arguments: &ServeArguments) -> ExitCode {
 
 fn carry_out(arguments: &ServeArguments) -> ExitCode {
     let run_id = domain::fresh_run_id();
-    let prepared = prepare(arguments, run_id);
-    let (service, own) = match prepared {
-        Ok(prepared) => prepared,
+    let (prepared, own) = match prepare(arguments, run_id) {
+        Ok(both) => both,
         Err(problem) => {
             remark!("error: {problem}");
             return ExitCode::from(BAD_INPUT);
@@ -98,19 +98,19 @@ fn carry_out(arguments: &ServeArguments) -> ExitCode {
     };
     let mut tally = Tally::default();
     let (started, begun) = (clock::seconds(), Instant::now());
-    let served = serve(arguments, &service, own, run_id, &mut tally);
-    let is_sweep = service.sweep.is_some();
+    let served = serve(arguments, &prepared, own, run_id, &mut tally);
+    let is_sweep = prepared.sweep.is_some();
     let outcome = match served {
         // A sweep that was stopped gets tables of what has been done.
         Ok(()) | Err(Abort::Stopped | Abort::Interrupted) => {
-            write_sweep(&service, &tally).map_err(Abort::Unpublished).and(served)
+            write_sweep(&prepared, &tally).map_err(Abort::Unpublished).and(served)
         }
         fatal => fatal,
     };
-    let folder = &service.folder;
+    let folder = &prepared.folder;
     folder.discard();
-    let incomplete = incompleteness(&service, &tally);
-    let sealed = seal(&service, &tally, run_id, &started, incomplete.as_deref()).map_err(Abort::Unpublished);
+    let incomplete = incompleteness(&prepared, &tally);
+    let sealed = seal(&prepared, &tally, run_id, &started, incomplete.as_deref()).map_err(Abort::Unpublished);
     let outcome = match outcome {
         Err(Abort::Fatal(_) | Abort::Unpublished(_)) => outcome, // the first problem is the one that is printed
         other => sealed.and(other),
@@ -157,15 +157,21 @@ fn summarise(shown: Shown, path: &Path, served: usize, begun: Instant) {
 }
 
 /// Why a sweep is not whole, if it is not.
-fn incompleteness(service: &Service, tally: &Tally) -> Option<String> {
-    let sweep = service.sweep.as_ref()?;
+fn incompleteness(prepared: &Prepared, tally: &Tally) -> Option<String> {
+    let sweep = prepared.sweep.as_ref()?;
     let missing = sweep.len().saturating_sub(tally.done.len() + tally.refused.len());
     (missing > 0).then(|| format!("the sweep was stopped; {missing} of its {} combinations were not done", sweep.len()))
 }
 
 /// Writes the manifest of the whole folder.
-fn seal(service: &Service, tally: &Tally, run_id: u64, started: &str, incomplete: Option<&str>) -> Result<(), String> {
-    let Service { launch, sweep_text, folder, .. } = service;
+fn seal(
+    prepared: &Prepared,
+    tally: &Tally,
+    run_id: u64,
+    started: &str,
+    incomplete: Option<&str>,
+) -> Result<(), String> {
+    let Prepared { launch, sweep_text, folder, .. } = prepared;
     let name = |path: &PathBuf| Some(path.file_name()?.to_string_lossy().into_owned());
     let folders: Vec<String> = tally.folders.iter().filter_map(name).collect();
     let (sweep, refused) = (sweep_text.as_deref(), &tally.refused);
@@ -173,8 +179,8 @@ fn seal(service: &Service, tally: &Tally, run_id: u64, started: &str, incomplete
     manifest::write_collection(&folder.path, launch, &collection)
 }
 
-/// What a service needs before it starts.
-struct Service {
+/// What is needed before the first scenario is served.
+struct Prepared {
     launch: Launch,
     sweep: Option<Sweep>,
     sweep_text: Option<String>,
@@ -191,7 +197,7 @@ fn load_sweep(path: &Path) -> Result<Sweep, InputError> {
     Sweep::check(&file)
 }
 
-fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Service, OwnDomain), String> {
+fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Prepared, OwnDomain), String> {
     let mut launch = Launch::load_to_start(arguments.launch_file.as_deref(), None).map_err(|e| e.to_string())?;
     launch.open_to_hosts(arguments.insecure)?;
     let path = |path| preflight::check_path("--sweep", path);
@@ -209,18 +215,18 @@ fn prepare(arguments: &ServeArguments, run_id: u64) -> Result<(Service, OwnDomai
     let own = OwnDomain::claim(run_id)?;
     let folder = ResultsFolder::prepare(arguments.out.as_deref(), &launch.name, run_id)?;
     std::fs::create_dir_all(&folder.path).map_err(|e| format!("{}: {e}", folder.path.display()))?;
-    Ok((Service { launch, sweep, sweep_text, folder, most_snapshots }, own))
+    Ok((Prepared { launch, sweep, sweep_text, folder, most_snapshots }, own))
 }
 
 /// Conducts the scenarios in their own domain, and publishes the folder of each.
 fn serve(
     arguments: &ServeArguments,
-    service: &Service,
+    prepared: &Prepared,
     own: OwnDomain,
     run_id: u64,
     tally: &mut Tally,
 ) -> Result<(), Abort> {
-    let Service { launch, folder, most_snapshots, .. } = service;
+    let Prepared { launch, folder, most_snapshots, .. } = prepared;
     let log = start_log(&folder.path, run_id, arguments.shown, arguments.logged).map_err(Abort::Fatal)?;
     attach::announce(&own.place, launch, &folder.path, arguments.sweep.is_none()).map_err(Abort::Fatal)?;
     let mut scenarios = match &arguments.sweep {
@@ -235,7 +241,7 @@ fn serve(
     let now = Instant::now();
     let mut run = Run::begin(commands, *most_snapshots, None, arguments.shown, &log, || now)?;
     own.keep();
-    if service.sweep.is_none() {
+    if prepared.sweep.is_none() {
         match arguments.shown {
             Shown { json: true, .. } => json::serving(run_id),
             Shown { quiet: true, .. } => {}
@@ -244,7 +250,7 @@ fn serve(
     }
     let completed = run.conduct(|scenario, failures| {
         let failures = of_scenario(failures, scenario);
-        publish(service, run_id, scenario, failures, tally)
+        publish(prepared, run_id, scenario, failures, tally)
     });
     tally.refused.clone_from(run.strangers());
     run.end();
@@ -254,8 +260,8 @@ fn serve(
 }
 
 /// Writes the tables and the page of a sweep, as far as it has come.
-fn write_sweep(service: &Service, tally: &Tally) -> Result<(), String> {
-    let Service { launch, sweep: Some(sweep), folder, .. } = service else { return Ok(()) };
+fn write_sweep(prepared: &Prepared, tally: &Tally) -> Result<(), String> {
+    let Prepared { launch, sweep: Some(sweep), folder, .. } = prepared else { return Ok(()) };
     join::join_all_tables(&tally.folders, &folder.path).map_err(|e| e.to_string())?;
     let cases: Vec<String> = launch.cases.iter().map(|case| case.label.clone()).collect();
     sweep::write(sweep, &tally.done, &tally.refused, &cases, &folder.path)
@@ -274,13 +280,13 @@ pub fn folder_name(position: u32, name: &str) -> String {
 
 /// Turns what the recorder has written about a scenario into a results folder of its own.
 fn publish(
-    service: &Service,
+    prepared: &Prepared,
     run_id: u64,
     scenario: u32,
     failures: BTreeMap<String, String>,
     tally: &mut Tally,
 ) -> Result<(), String> {
-    let Service { launch, folder, .. } = service;
+    let Prepared { launch, folder, .. } = prepared;
     let draft = part(&folder.draft, scenario);
     let file = draft.join(SCENARIO);
     let content = scenario_file::load_cloud(&file).map_err(|e| e.to_string())?;
@@ -289,7 +295,7 @@ fn publish(
     let kept = draft.join(SCENARIOS);
     let moved = std::fs::create_dir(&kept).and_then(|()| std::fs::rename(&file, kept.join(format!("{name}.toml"))));
     moved.map_err(|e| format!("{}: {e}", kept.display()))?;
-    let combination = service.sweep.as_ref().and_then(|sweep| Some((sweep, sweep.index_of(&name)?)));
+    let combination = prepared.sweep.as_ref().and_then(|sweep| Some((sweep, sweep.index_of(&name)?)));
     if let Some((sweep, index)) = combination {
         sweep::write_varied(sweep, index, &name, &draft)?;
     }

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use serde_json::{Map, Value, json};
 
-use super::model::NodeState;
+use super::progress::NodeState;
 
 /// Writes an object as one line. The run goes on even if nobody reads it any more.
 pub fn line(object: &Value) {

@@ -3,7 +3,7 @@
 //! `phasecloud run` and `phasecloud watch` show the same: both feed a [`View`] with what arrives on the status topic.
 
 pub mod json;
-pub mod model;
+pub mod progress;
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -14,14 +14,14 @@ use messages::report::Report;
 
 use crate::crew::log_sink::Printer;
 use crate::shown::Shown;
-use model::{Model, NodeState, Phase};
+use progress::{NodeState, Phase, Progress};
 
 /// Shortest time between two lines about the progress of one node, if there is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Shows how far a run is.
 pub struct View {
-    model: Model,
+    progress: Progress,
     face: Face,
 }
 
@@ -35,7 +35,7 @@ enum Face {
 
 impl Face {
     /// One line per node where lines can be rewritten, else plain lines.
-    fn for_people(model: &Model) -> Self {
+    fn for_people(progress: &Progress) -> Self {
         let terminal = MultiProgress::new();
         if terminal.is_hidden() || !can_move_its_cursor(std::env::var_os("TERM").as_deref()) {
             return Self::Lines(BTreeMap::new());
@@ -47,20 +47,20 @@ impl Face {
                 Err(_) => bar,
             }
         };
-        let bars = model.nodes().iter().map(bar).collect();
+        let bars = progress.nodes().iter().map(bar).collect();
         Self::Terminal(terminal, bars)
     }
 }
 
 impl View {
-    /// Shows `model` on standard error, or as JSON on standard output.
-    pub fn new(model: Model, shown: Shown) -> Self {
+    /// Shows `progress` on standard error, or as JSON on standard output.
+    pub fn new(progress: Progress, shown: Shown) -> Self {
         let face = match shown {
             Shown { quiet: true, .. } => Face::Quiet,
             Shown { json: true, .. } => Face::Json,
-            _ => Face::for_people(&model),
+            _ => Face::for_people(&progress),
         };
-        let mut view = Self { model, face };
+        let mut view = Self { progress, face };
         view.refresh();
         view
     }
@@ -77,22 +77,22 @@ impl View {
     }
 
     /// What is shown.
-    pub fn model(&self) -> &Model {
-        &self.model
+    pub fn progress(&self) -> &Progress {
+        &self.progress
     }
 
     /// What is shown, to be changed.
-    pub fn model_mut(&mut self) -> &mut Model {
-        &mut self.model
+    pub fn progress_mut(&mut self) -> &mut Progress {
+        &mut self.progress
     }
 
-    /// Takes in a report; see [`Model::report`] for `history`.
+    /// Takes in a report; see [`Progress::report`] for `history`.
     pub fn report(&mut self, report: &Report, history: bool) {
         let now = Instant::now();
-        if let Some(node) = self.model.report(report, history, now).cloned() {
+        if let Some(node) = self.progress.report(report, history, now).cloned() {
             self.show(&node, now);
         }
-        for node in self.model.end_scenario(report) {
+        for node in self.progress.end_scenario(report) {
             self.show(&node, now);
         }
         self.refresh();
@@ -100,7 +100,7 @@ impl View {
 
     /// Shows that a case has failed, even when quiet.
     pub fn fail(&mut self, name: &str, why: &str) {
-        self.model.fail(name);
+        self.progress.fail(name);
         match &self.face {
             Face::Json => json::failure(name, why),
             Face::Terminal(terminal, _) => above(terminal, &format!("error: {name}: {why}")),
@@ -134,7 +134,7 @@ impl View {
     }
 
     fn show(&mut self, node: &NodeState, now: Instant) {
-        let scenario = self.model.stage_name(node.scenario);
+        let scenario = self.progress.stage_name(node.scenario);
         match &mut self.face {
             Face::Json => json::progress(node, scenario, now),
             Face::Lines(last) if matches!(node.phase, Phase::Working | Phase::Done) => {
@@ -154,10 +154,10 @@ impl View {
     pub fn refresh(&mut self) {
         let Face::Terminal(_, bars) = &self.face else { return };
         let now = Instant::now();
-        for (node, bar) in self.model.nodes().iter().zip(bars) {
+        for (node, bar) in self.progress.nodes().iter().zip(bars) {
             bar.set_length(node.of.max(1));
             bar.set_position(node.done);
-            bar.set_message(describe(node, self.model.stage_name(node.scenario), now));
+            bar.set_message(describe(node, self.progress.stage_name(node.scenario), now));
         }
     }
 }

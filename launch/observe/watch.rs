@@ -19,7 +19,7 @@ use super::web::{self, Feed, Server};
 use super::{End, INTERRUPTED, TICK};
 use crate::domain::attach::{self, LiveRun, Target};
 use crate::domain::{self};
-use crate::live::model::{Model, Stage};
+use crate::live::progress::{Progress, Stage};
 use crate::live::{View, json as lines};
 use crate::record::manifest::{self, Recorded};
 use crate::report;
@@ -98,7 +98,7 @@ fn watch(run: &LiveRun, shown: Shown, server: Option<&Server>) -> Result<End, Po
             let header = message.header();
             stages.push(Stage { name: unpack(&header.name), snapshots: header.snapshots.into() });
             if let Some(view) = &mut view {
-                view.model_mut().stages.clone_from(&stages);
+                view.progress_mut().stages.clone_from(&stages);
             }
         }
         while let Some(message) = rosters.receive()? {
@@ -108,9 +108,9 @@ fn watch(run: &LiveRun, shown: Shown, server: Option<&Server>) -> Result<End, Po
                 Shard::all(entry.shards.min(MOST_SHARDS)).map(move |shard| shard.member(&label))
             };
             let propagators = || cases.iter().flat_map(members).collect();
-            let view = view.get_or_insert_with(|| View::new(Model::new(propagators(), stages.clone()), shown));
+            let view = view.get_or_insert_with(|| View::new(Progress::new(propagators(), stages.clone()), shown));
             for entry in cases.iter().filter(|entry| entry.failed != 0) {
-                view.model_mut().fail(&unpack(&entry.label));
+                view.progress_mut().fail(&unpack(&entry.label));
             }
         }
         // Reports wait in their buffer until a roster has said which cases there are.
@@ -125,7 +125,7 @@ fn watch(run: &LiveRun, shown: Shown, server: Option<&Server>) -> Result<End, Po
             view.refresh();
         }
         if let Some(feed) = &mut feed {
-            feed.update(view.as_ref().map(View::model))?;
+            feed.update(view.as_ref().map(View::progress))?;
         }
         if signals.stop_requested() {
             return Ok(End::Stopped);

@@ -1,6 +1,6 @@
 //! Launch files: which cases are run on which scenarios, and with which references they are compared.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use bridge::plan::HOME;
@@ -10,7 +10,6 @@ use nodes::files::file_kind::FileKind;
 use nodes::files::hosts_table::HostsTable;
 use nodes::files::input::{InputError, InputFile};
 use nodes::files::plain_number::plain;
-use nodes::files::scenario_file::{self, AnyScenario};
 use nodes::files::toml_words::choice;
 use nodes::methods::accuracy::AccuracySetting;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -23,7 +22,8 @@ use super::baseline;
 use super::built_in;
 use super::checks::{check_name, checked_seconds};
 use super::programs;
-use super::references::References;
+use super::references::{References, checked_label, checked_references};
+use super::scenario_inputs::{ScenarioInput, named_scenarios};
 use crate::plan::cases::{self, Case, Runs};
 use crate::plan::hosts::Hosts;
 
@@ -71,15 +71,6 @@ pub enum Restart {
 /// The schema of a launch file without its cases.
 pub(super) fn top_schema(generator: &mut SchemaGenerator) -> Schema {
     Raw::json_schema(generator)
-}
-
-/// A scenario with the file it came from.
-#[derive(Debug, Clone)]
-pub struct ScenarioInput {
-    /// The text of the file.
-    pub text: String,
-    /// What it says.
-    pub content: AnyScenario,
 }
 
 /// The file's top level, without the propagators.
@@ -181,13 +172,14 @@ impl Launch {
     /// # Errors
     /// [`InputError`] with file, line and key.
     pub fn check(file: &InputFile, path: Option<&Path>, scenario: Option<&Path>) -> Result<Self, InputError> {
-        Self::check_with(file, |raw| scenarios(file, path, raw, scenario))
+        Self::check_with(file, |raw| named_scenarios(file, path, &raw.scenarios, scenario))
     }
 
     /// Reads a launch file and its scenarios, each a name and a text, as they were recorded.
     pub fn from_record(text: &str, recorded: &[(String, String)]) -> Result<Self, InputError> {
         let file = InputFile::from_text(Path::new("the recorded launch file"), text);
-        let input = |(name, text): &(String, String)| scenario(InputFile::from_text(Path::new(name), text));
+        let input =
+            |(name, text): &(String, String)| ScenarioInput::check(&InputFile::from_text(Path::new(name), text));
         Self::check_with(&file, |_| recorded.iter().map(input).collect())
     }
 
@@ -233,31 +225,6 @@ impl Launch {
             hosts,
         })
     }
-}
-
-fn checked_references(
-    file: &InputFile,
-    reference: &Spanned<References>,
-    cases: &[Case],
-) -> Result<Vec<String>, InputError> {
-    let References(labels) = reference.get_ref();
-    if labels.is_empty() {
-        return Err(file.error(reference, "names no case; it must name at least one"));
-    }
-    if labels.iter().collect::<BTreeSet<_>>().len() < labels.len() {
-        return Err(file.error(reference, &format!("\"{}\" names a case twice", labels.join("\", \""))));
-    }
-    labels.iter().map(|label| checked_label(file, reference, label, cases)).collect()
-}
-
-/// A label that a case has.
-fn checked_label<T>(file: &InputFile, place: &Spanned<T>, label: &str, cases: &[Case]) -> Result<String, InputError> {
-    if cases.iter().any(|case| case.label == label) {
-        return Ok(label.into());
-    }
-    let there: Vec<_> = cases.iter().map(|case| case.label.as_str()).collect();
-    let problem = format!("no propagator has the label \"{label}\"; there are {}", there.join(", "));
-    Err(file.error(place, &problem))
 }
 
 fn checked_tolerance(file: &InputFile, tolerance: &Spanned<f64>) -> Result<f64, InputError> {
@@ -309,42 +276,6 @@ fn set_accuracy(
         }
         _ => Ok(()),
     }
-}
-
-/// The scenarios that a launch file names, relative to its folder, or the one that replaces them.
-fn scenarios(
-    file: &InputFile,
-    path: Option<&Path>,
-    raw: &Raw,
-    replacement: Option<&Path>,
-) -> Result<Vec<ScenarioInput>, InputError> {
-    if let Some(replacement) = replacement {
-        return Ok(vec![scenario(InputFile::read(replacement)?)?]);
-    }
-    let read = |relative: &Path| match path {
-        Some(path) => InputFile::read(&path.parent().unwrap_or(Path::new(".")).join(relative)),
-        None => built_in::scenario(relative),
-    };
-    let named = raw.scenarios.get_ref();
-    if named.is_empty() {
-        return Err(file.error(&raw.scenarios, "names no scenario; it must name at least one file"));
-    }
-    let mut names = BTreeSet::new();
-    let mut inputs = Vec::new();
-    for relative in named {
-        let content = read(relative.get_ref()).map_err(|e| file.error(relative, &e.to_string()))?;
-        let input = scenario(content)?;
-        if !names.insert(input.content.name().to_owned()) {
-            let problem = format!("a second scenario with the name \"{}\"; names must differ", input.content.name());
-            return Err(file.error(relative, &problem));
-        }
-        inputs.push(input);
-    }
-    Ok(inputs)
-}
-
-fn scenario(file: InputFile) -> Result<ScenarioInput, InputError> {
-    Ok(ScenarioInput { content: scenario_file::check_cloud(&file)?, text: file.text().into() })
 }
 
 #[cfg(test)]

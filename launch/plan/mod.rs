@@ -10,4 +10,5 @@ pub(crate) mod preflight;
 pub(crate) mod programs;
 mod references;
 pub(crate) mod refusals;
+pub mod scenario_inputs;
 pub(crate) mod schema;

@@ -11,8 +11,9 @@ use std::path::{Path, PathBuf};
 use kit::clock;
 use results::files::{MANIFEST, SCENARIOS, is_part};
 
-use crate::plan::launch_file::{Launch, ScenarioInput};
+use crate::plan::launch_file::Launch;
 use crate::plan::preflight::check_path;
+use crate::plan::scenario_inputs::ScenarioInput;
 use crate::record::checksums::LOST_AND_FOUND;
 
 /// A results folder in the making.

@@ -10,7 +10,7 @@ use messages::service::Service;
 use messages::text::unpack;
 
 use super::{Abort, Run};
-use crate::live::model::Stage;
+use crate::live::progress::Stage;
 
 /// Most reports about the next scenario that are kept.
 const MOST_EARLY: usize = 4096;
@@ -99,7 +99,7 @@ impl Run<'_> {
             let (scenario, snapshots) = (header.scenario, header.snapshots);
             if self.course.under_way.as_ref().is_none_or(|known| known.scenario < scenario) {
                 let name = unpack(&header.name);
-                self.view.model_mut().set_stage(scenario, Stage { name: name.clone(), snapshots: snapshots.into() });
+                self.view.progress_mut().set_stage(scenario, Stage { name: name.clone(), snapshots: snapshots.into() });
                 self.course.under_way = Some(UnderWay { scenario, name, snapshots, since: Instant::now() });
                 // A service may have been idle for long, which is no silence of its processes.
                 self.processes.forget_silence();

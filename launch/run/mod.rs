@@ -24,9 +24,10 @@ use crate::crew::member::Member;
 use crate::crew::processes::Processes;
 use crate::crew::supervisor::{Ended, Supervisor};
 use crate::live::View;
-use crate::live::model::{Model, Stage};
+use crate::live::progress::{Progress, Stage};
 use crate::plan::cases::Case;
-use crate::plan::launch_file::{Launch, Restart, ScenarioInput};
+use crate::plan::launch_file::{Launch, Restart};
+use crate::plan::scenario_inputs::ScenarioInput;
 use crate::shown::Shown;
 
 use arrivals::Arrivals;
@@ -119,8 +120,8 @@ impl<'a> Run<'a> {
             (name, member)
         };
         let members = names.map(member).collect();
-        let model = Model::new(propagators, stages(commands.launch, in_all)).with_hosts(away);
-        let view = View::new(model, shown);
+        let progress = Progress::new(propagators, stages(commands.launch, in_all)).with_hosts(away);
+        let view = View::new(progress, shown);
         log.print_with(view.printer());
         let restarts = commands.launch.restart == Restart::OnFailure;
         let run = Self {

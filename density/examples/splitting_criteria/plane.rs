@@ -14,7 +14,7 @@ use density::mixture::library::Variance;
 use density::mixture::plan::Adaptive;
 use density::mixture::split::Direction;
 use density::mixture::unscented::Unscented;
-use density::mixture::{self, Component, MixturePropagator, MixtureSettings, Split};
+use density::mixture::{self, MixtureSettings, PlanarComponent, PlanarMixturePropagator, Split};
 use density::problem::Problem;
 
 use crate::common::paper;
@@ -41,7 +41,7 @@ pub struct Told {
     /// Angle of the direction from `phi` towards `e` in standardised coordinates \[rad\].
     pub angle: f64,
     /// For each number of components, the components at the end and the L1 error.
-    pub splits: Vec<(Vec<Component>, f64)>,
+    pub splits: Vec<(Vec<PlanarComponent>, f64)>,
 }
 
 /// All that was computed.
@@ -60,17 +60,17 @@ impl Case {
     }
 
     /// The components of a split at the end, and their L1 error.
-    fn carried(&self, split: Split) -> (Vec<Component>, f64) {
+    fn carried(&self, split: Split) -> (Vec<PlanarComponent>, f64) {
         let flow = Flow::new(self.problem.model);
         let settings = MixtureSettings { split, ..MixtureSettings::default() };
-        let mut propagator = MixturePropagator::new(&self.problem, &flow, &settings).expect("a split");
+        let mut propagator = PlanarMixturePropagator::new(&self.problem, &flow, &settings).expect("a split");
         propagator.advance_to(self.time).expect("no orbit is lost");
         let components = propagator.mixture().components;
         let l1 = self.l1(&components);
         (components, l1)
     }
 
-    fn along(&self, along: Direction, components: usize) -> (Vec<Component>, f64) {
+    fn along(&self, along: Direction, components: usize) -> (Vec<PlanarComponent>, f64) {
         self.carried(Split::Library { along, components, across: 1, variance: Variance::Kept })
     }
 
@@ -82,7 +82,7 @@ impl Case {
         let mut mixture =
             AdaptiveMixture::new(flow, &initial, &[self.time], Unscented::default(), fineness).expect("a tree");
         mixture.advance_to(self.time).expect("no orbit is lost");
-        let planar = |c: &mixture::component::Component<2>| Component {
+        let planar = |c: &mixture::component::Component<2>| PlanarComponent {
             weight: c.weight,
             mean_phi: c.mean[0],
             mean_e: c.mean[1],
@@ -90,11 +90,11 @@ impl Case {
             cov_phi_e: c.covariance[0][1],
             var_e: c.covariance[1][1],
         };
-        let components: Vec<Component> = mixture.mixture().iter().map(planar).collect();
+        let components: Vec<PlanarComponent> = mixture.mixture().iter().map(planar).collect();
         (components.len(), self.l1(&components))
     }
 
-    fn l1(&self, components: &[Component]) -> f64 {
+    fn l1(&self, components: &[PlanarComponent]) -> f64 {
         let estimate = mixture::estimate(components, &self.grid, self.problem.critical_e).expect("Gaussians");
         2.0 * between(&estimate.joint, &self.exact.joint, self.grid.bin_area()).total_variation
     }
@@ -157,7 +157,7 @@ fn every_snapshot(scenario: usize) {
         ("adaptive", Split::Adaptive(Adaptive::default())),
     ] {
         let settings = MixtureSettings { split, ..MixtureSettings::default() };
-        let mut propagator = MixturePropagator::new(&problem, &flow, &settings).expect("a split");
+        let mut propagator = PlanarMixturePropagator::new(&problem, &flow, &settings).expect("a split");
         let mut cells = vec![format!("`{name}`"), propagator.components().to_string()];
         for case in &cases {
             propagator.advance_to(case.time).expect("no orbit is lost");

@@ -15,7 +15,7 @@ pub fn written(All { cases, told }: &All, libraries: &[Library]) -> String {
     let library =
         |Library { sigma, weights, means, .. }: &Library| json!({"sigma": sigma, "weights": weights, "means": means});
     let split = |Told { case, criterion, angle, splits }: &Told| {
-        let of = |(count, (components, l1)): (&usize, &(Vec<density::mixture::Component>, f64))| -> Value {
+        let of = |(count, (components, l1)): (&usize, &(Vec<density::mixture::PlanarComponent>, f64))| -> Value {
             let rows: Vec<[f64; 6]> = components.iter().map(|component| component.to_array()).collect();
             json!({"count": count, "components": rows, "l1": l1})
         };

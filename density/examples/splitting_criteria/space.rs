@@ -52,12 +52,12 @@ impl Reference {
 
     /// L1 error of a mixture at time number `index`.
     fn error<const N: usize>(&self, index: usize, components: &[Component<N>]) -> f64 {
-        let component = |c: &Component<N>| projected::Component {
+        let component = |c: &Component<N>| projected::AnyComponent {
             weight: c.weight,
             mean: c.mean.to_vec(),
             covariance: c.covariance.iter().map(|row| row.to_vec()).collect(),
         };
-        let components: Vec<projected::Component> = components.iter().map(component).collect();
+        let components: Vec<projected::AnyComponent> = components.iter().map(component).collect();
         let projection = &self.projections[index];
         let cloud = asked(&self.problem, projection, |question| of_mixture(&components, question));
         l1(&cloud.densities[0], &self.densities[index], projection)

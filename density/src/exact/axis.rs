@@ -16,7 +16,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::model::plane::{PlanarHamiltonian, State};
 
-use super::hamiltonian_range::Interval;
+use super::hamiltonian_range::HamiltonianRange;
 
 /// Number of steps in which the axis is searched for stationary points, equal in the arc sine of `q`.
 const STEPS: u32 = 20_000;
@@ -55,7 +55,7 @@ impl<M: PlanarHamiltonian> Axis<M> {
     }
 
     /// The parts of the rising parts on which `h(q)` lies in the interval `h`.
-    pub(crate) fn within(&self, h: Interval) -> Vec<(f64, f64)> {
+    pub(crate) fn within(&self, h: HamiltonianRange) -> Vec<(f64, f64)> {
         let part = |&(low, high): &(f64, f64)| {
             let from = if self.hamiltonian(low) >= h.low { low } else { self.point_of(h.low, low, high)? };
             let to = if self.hamiltonian(high) <= h.high { high } else { self.point_of(h.high, low, high)? };

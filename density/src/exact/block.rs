@@ -1,12 +1,12 @@
 //! A block: a rectangle of the `(phi, e)` plane at time `t` on which the backward flow is one polynomial.
 //!
 //! The backward map to `t = 0` is a product of Chebyshev polynomials through `N x N` backward orbits. On every grid line
-//! inside the block it reduces to a [`Panel`]; circulation along the four edges of a bin is the bin's probability.
+//! inside the block it reduces to a [`ChebyshevCurve`]; circulation along the four edges of a bin is the bin's probability.
 
 use crate::grid::Axis;
 
+use super::chebyshev_curve::{ChebyshevCurve, Resolution, chebyshev_nodes};
 use super::measure::Measure;
-use super::panel::{Panel, Resolution, chebyshev_nodes};
 
 /// Number of Chebyshev nodes in each direction.
 pub(super) const N: usize = 12;
@@ -92,7 +92,7 @@ impl BackwardMap {
     }
 
     /// The image of the line `phi` = constant; the parameter runs along `e`.
-    fn at_phi(&self, xi: f64) -> Panel<N> {
+    fn at_phi(&self, xi: f64) -> ChebyshevCurve<N> {
         let t = chebyshev_values(xi);
         let contract = |c: &[[f64; N]; N]| {
             let mut sum = [0.0; N];
@@ -101,14 +101,14 @@ impl BackwardMap {
             }
             sum
         };
-        Panel { x1: contract(&self.x1), x2: contract(&self.x2) }
+        ChebyshevCurve { x1: contract(&self.x1), x2: contract(&self.x2) }
     }
 
     /// The image of the line `e` = constant; the parameter runs along `phi`.
-    fn at_e(&self, xi: f64) -> Panel<N> {
+    fn at_e(&self, xi: f64) -> ChebyshevCurve<N> {
         let t = chebyshev_values(xi);
         let contract = |c: &[[f64; N]; N]| c.map(|row| row.iter().zip(&t).map(|(c, t)| c * t).sum());
-        Panel { x1: contract(&self.x1), x2: contract(&self.x2) }
+        ChebyshevCurve { x1: contract(&self.x1), x2: contract(&self.x2) }
     }
 }
 
@@ -133,8 +133,8 @@ impl Block {
     /// The probabilities of the block's bins.
     pub(super) fn masses(&self, map: &BackwardMap, measure: &Measure, axes: (&Axis, &Axis)) -> Vec<BinMass> {
         let (phi, e) = (self.phi.edges(axes.0), self.e.edges(axes.1));
-        let along = |panel: Panel<N>, edges: &[f64]| -> Vec<[f64; 2]> {
-            let form = |resolution, w: &[f64]| panel.circulation(measure, resolution, (w[0], w[1]));
+        let along = |curve: ChebyshevCurve<N>, edges: &[f64]| -> Vec<[f64; 2]> {
+            let form = |resolution, w: &[f64]| curve.circulation(measure, resolution, (w[0], w[1]));
             edges.windows(2).map(|w| [Resolution::FINE, Resolution::COARSE].map(|r| form(r, w))).collect()
         };
         let upright: Vec<Vec<[f64; 2]>> = phi.iter().map(|&x| along(map.at_phi(x), &e)).collect();

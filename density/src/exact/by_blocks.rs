@@ -16,10 +16,10 @@ use crate::grid::Grid;
 use crate::model::plane::{PlanarHamiltonian, State};
 
 use super::block::{BackwardMap, BinMass, Block, N, Range};
-use super::hamiltonian_range::{Interval, cloud_range, distance_from_cloud, hamiltonian_range};
+use super::chebyshev_curve::chebyshev_transform;
+use super::hamiltonian_range::{HamiltonianRange, cloud_range, distance_from_cloud, hamiltonian_range};
 use super::joint::Joint;
 use super::measure::Measure;
-use super::panel::chebyshev_transform;
 
 /// Share of the tolerated L1 error that the polynomials may cause, as a shift of the cloud in units of its smallest
 /// scale.
@@ -97,7 +97,7 @@ fn first_blocks(grid: &Grid) -> Vec<Block> {
     phi.iter().flat_map(|&phi| e.iter().map(move |&e| Block { phi, e })).collect()
 }
 
-fn may_hold(block: &Block, flow: &Flow<impl PlanarHamiltonian>, cloud: Interval) -> bool {
+fn may_hold(block: &Block, flow: &Flow<impl PlanarHamiltonian>, cloud: HamiltonianRange) -> bool {
     hamiltonian_range(&flow.model, (block.phi.low, block.phi.high), (block.e.low, block.e.high)).meets(cloud)
 }
 

@@ -11,14 +11,15 @@ use rayon::prelude::*;
 use crate::grid::Grid;
 use crate::model::plane::PlanarHamiltonian;
 
+use super::adaptive::{Interval, kronrod_error, remove, worst};
 use super::contour::angle_of;
 use super::crossings::{Piece, pieces};
-use super::family::{Family, Interval, Orbit, worst};
+use super::family::{Family, Orbit};
 use super::joint::Joint;
 use super::rules::POINTS;
 
 /// An interval of orbits with its contribution to each bin.
-struct Leaf {
+struct BinPanel {
     interval: Interval,
     /// Bin (the number of bins stands for everything outside the grid) and its probability by the Kronrod rule.
     masses: Vec<(u32, f64)>,
@@ -35,31 +36,28 @@ pub(super) fn joint(
     most_orbits: usize,
 ) -> Joint {
     let t = angle_of(years);
-    let mut leaves: Vec<Leaf> = Vec::new();
+    let mut panels: Vec<BinPanel> = Vec::new();
     let mut pending = family.first_intervals();
     let mut orbits = 0;
     loop {
         orbits += pending.len() * POINTS;
-        leaves.extend(pending.par_iter().map(|&interval| leaf(family, grid, t, interval)).collect::<Vec<_>>());
-        leaves.sort_by(|a, b| a.interval.low.total_cmp(&b.interval.low));
-        let error: f64 = leaves.iter().map(|leaf| leaf.error).sum();
+        panels.extend(pending.par_iter().map(|&interval| panel(family, grid, t, interval)).collect::<Vec<_>>());
+        panels.sort_by(|a, b| a.interval.low.total_cmp(&b.interval.low));
+        let error: f64 = panels.iter().map(|panel| panel.error).sum();
         let most = most_orbits.saturating_sub(orbits) / (2 * POINTS);
-        let shares: Vec<f64> = leaves.iter().map(|leaf| leaf.error / tolerance).collect();
-        let worst = worst(&shares, most, |i| leaves[i].interval.can_be_halved());
+        let shares: Vec<f64> = panels.iter().map(|panel| panel.error / tolerance).collect();
+        let worst = worst(&shares, most, |i| panels[i].interval.can_be_halved());
         if error <= tolerance || worst.is_empty() {
-            return finish(grid, &leaves, error, orbits);
+            return finish(grid, &panels, error, orbits);
         }
-        pending = worst.iter().flat_map(|&i| leaves[i].interval.halves()).collect();
-        let mut keep = vec![true; leaves.len()];
-        worst.iter().for_each(|&i| keep[i] = false);
-        let mut keep = keep.into_iter();
-        leaves.retain(|_| keep.next().unwrap_or(true));
+        pending = worst.iter().flat_map(|&i| panels[i].interval.halves()).collect();
+        remove(&mut panels, &worst);
     }
 }
 
-fn finish(grid: &Grid, leaves: &[Leaf], error: f64, orbits: usize) -> Joint {
+fn finish(grid: &Grid, panels: &[BinPanel], error: f64, orbits: usize) -> Joint {
     let mut masses = vec![0.0; grid.len() + 1];
-    for &(bin, mass) in leaves.iter().flat_map(|leaf| &leaf.masses) {
+    for &(bin, mass) in panels.iter().flat_map(|panel| &panel.masses) {
         masses[bin as usize] += mass;
     }
     let missing = (1.0 - masses.iter().sum::<f64>()).abs();
@@ -68,7 +66,7 @@ fn finish(grid: &Grid, leaves: &[Leaf], error: f64, orbits: usize) -> Joint {
     Joint { density, error: error + missing, mass_outside, orbits }
 }
 
-fn leaf(family: &Family<impl PlanarHamiltonian>, grid: &Grid, t: f64, interval: Interval) -> Leaf {
+fn panel(family: &Family<impl PlanarHamiltonian>, grid: &Grid, t: f64, interval: Interval) -> BinPanel {
     let mut entries: Vec<(u32, f64, f64)> = Vec::new();
     for ((_, kronrod, gauss), orbit) in interval.nodes().iter().zip(family.orbits(interval)) {
         if let Some(orbit) = orbit.filter(|orbit| orbit.share.total() > 0.0) {
@@ -82,9 +80,9 @@ fn leaf(family: &Family<impl PlanarHamiltonian>, grid: &Grid, t: f64, interval: 
     for bin in entries.chunk_by(|a, b| a.0 == b.0) {
         let (kronrod, gauss) = bin.iter().fold((0.0, 0.0), |sum, &(_, k, g)| (sum.0 + k, sum.1 + g));
         masses.push((bin[0].0, kronrod));
-        error += super::family::kronrod_error(kronrod - gauss, kronrod);
+        error += kronrod_error(kronrod - gauss, kronrod);
     }
-    Leaf { interval, masses, error }
+    BinPanel { interval, masses, error }
 }
 
 /// Passes to `take` the bin of every piece of an orbit and the probability in it after the time `t`, per unit of `H`.

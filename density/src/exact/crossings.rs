@@ -7,7 +7,7 @@ use crate::grid::Grid;
 use crate::model::PlanarHamiltonian;
 
 use super::contour::Contour;
-use super::trail::{Point, Trail};
+use super::trail::{OrbitPoint, Trail};
 
 /// A piece of an orbit between two grid lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,8 +88,8 @@ pub(super) fn pieces(
         let length = b.theta - a.theta;
         // Coordinates in units of bins; `phi` is continued from the grid's branch at the first point.
         let folded = grid.fold(a.phi);
-        let x = |point: Point| (folded + (point.phi - a.phi) - low) / width;
-        let y = |point: Point| (point.e - grid.e.low) / height;
+        let x = |point: OrbitPoint| (folded + (point.phi - a.phi) - low) / width;
+        let y = |point: OrbitPoint| (point.e - grid.e.low) / height;
         let ((phi_a, e_a), (phi_b, e_b)) = (a.rates(model), b.rates(model));
         // Where e is nearly 0 the rate of the angle says little about what lies between two points.
         let steep = (b.phi - a.phi).abs() * 3.0;
@@ -98,7 +98,7 @@ pub(super) fn pieces(
         let ys = Cubic::new(y(a), y(b), e_a * length / height, e_b * length / height);
         let exactly = |part: f64| {
             let state = contour.at(a.theta + part * length);
-            Point { theta: 0.0, phi: nearest(state.solar_angle(), a.phi), e: state.eccentricity() }
+            OrbitPoint { theta: 0.0, phi: nearest(state.solar_angle(), a.phi), e: state.eccentricity() }
         };
         cuts.clear();
         for shift in [-turn, 0.0, turn] {

@@ -19,12 +19,13 @@ use rayon::prelude::*;
 use crate::flow::Flow;
 use crate::model::plane::{PlanarHamiltonian, State};
 
+use super::adaptive::{Interval, kronrod_error, remove, worst};
 use super::axis::Axis;
 use super::contour::Contour;
 use super::detail::Detail;
 use super::hamiltonian_range::range_within;
 use super::measure::Measure;
-use super::rules::{POINTS, kronrod};
+use super::rules::POINTS;
 use super::share::Share;
 use super::trail::Trail;
 
@@ -127,36 +128,33 @@ impl<M: PlanarHamiltonian> Family<M> {
         tolerances: impl Fn(&[f64], &[f64]) -> Vec<f64>,
         most_orbits: usize,
     ) -> Integrals {
-        let mut leaves: Vec<Leaf> = Vec::new();
+        let mut panels: Vec<OrbitPanel> = Vec::new();
         let mut pending = intervals;
         let mut orbits = 0;
         loop {
             orbits += pending.len() * POINTS;
-            let fresh = pending.par_iter().map(|&interval| self.leaf(interval, count, &function));
-            leaves.extend(fresh.collect::<Vec<_>>());
-            leaves.sort_by(|a, b| a.interval.low.total_cmp(&b.interval.low));
-            let sum = |of: fn(&Leaf) -> &Vec<f64>| -> Vec<f64> {
-                (0..count).map(|f| leaves.iter().map(|leaf| of(leaf)[f]).sum()).collect()
+            let fresh = pending.par_iter().map(|&interval| self.panel(interval, count, &function));
+            panels.extend(fresh.collect::<Vec<_>>());
+            panels.sort_by(|a, b| a.interval.low.total_cmp(&b.interval.low));
+            let sum = |of: fn(&OrbitPanel) -> &Vec<f64>| -> Vec<f64> {
+                (0..count).map(|f| panels.iter().map(|panel| of(panel)[f]).sum()).collect()
             };
-            let (values, errors) = (sum(|leaf| &leaf.values), sum(|leaf| &leaf.errors));
+            let (values, errors) = (sum(|panel| &panel.values), sum(|panel| &panel.errors));
             let tolerances = tolerances(&values, &errors);
-            let shares: Vec<f64> = leaves.iter().map(|leaf| leaf.share_of_error(&errors, &tolerances)).collect();
+            let shares: Vec<f64> = panels.iter().map(|panel| panel.share_of_error(&errors, &tolerances)).collect();
             let most = most_orbits.saturating_sub(orbits) / (2 * POINTS);
-            let worst = worst(&shares, most, |i| leaves[i].interval.can_be_halved());
+            let worst = worst(&shares, most, |i| panels[i].interval.can_be_halved());
             if worst.is_empty() {
-                let intervals = leaves.iter().map(|leaf| leaf.interval).collect();
-                let lost = leaves.iter().map(|leaf| leaf.lost).sum();
+                let intervals = panels.iter().map(|panel| panel.interval).collect();
+                let lost = panels.iter().map(|panel| panel.lost).sum();
                 return Integrals { values, errors, lost, orbits, intervals };
             }
-            pending = worst.iter().flat_map(|&i| leaves[i].interval.halves()).collect();
-            let mut keep = vec![true; leaves.len()];
-            worst.iter().for_each(|&i| keep[i] = false);
-            let mut keep = keep.into_iter();
-            leaves.retain(|_| keep.next().unwrap_or(true));
+            pending = worst.iter().flat_map(|&i| panels[i].interval.halves()).collect();
+            remove(&mut panels, &worst);
         }
     }
 
-    fn leaf(&self, interval: Interval, count: usize, function: &(impl Fn(&Orbit) -> Vec<f64> + Sync)) -> Leaf {
+    fn panel(&self, interval: Interval, count: usize, function: &(impl Fn(&Orbit) -> Vec<f64> + Sync)) -> OrbitPanel {
         let (mut kronrod, mut gauss, mut size) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
         let mut lost = 0;
         for ((_, kronrod_weight, gauss_weight), orbit) in interval.nodes().iter().zip(self.orbits(interval)) {
@@ -174,44 +172,7 @@ impl<M: PlanarHamiltonian> Family<M> {
             }
         }
         let errors = (0..count).map(|f| kronrod_error(kronrod[f] - gauss[f], size[f])).collect();
-        Leaf { interval, values: kronrod, errors, lost }
-    }
-}
-
-/// The error of a Kronrod rule, from its difference to the Gauss rule and the size of the integral. Where the
-/// difference is large, the integrand is rough and the error is the difference itself; for a smooth integrand it is
-/// QUADPACK's power 3/2.
-pub(crate) fn kronrod_error(difference: f64, size: f64) -> f64 {
-    if size <= 0.0 {
-        return 0.0;
-    }
-    let relative = difference.abs() / size;
-    let estimate = if relative > 1.0 / 200f64.powi(3) { relative } else { (200.0 * relative).powf(1.5) };
-    size * estimate.max(f64::EPSILON)
-}
-
-/// An interval of `q`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Interval {
-    pub low: f64,
-    pub high: f64,
-}
-
-impl Interval {
-    /// Nodes, Kronrod weights and Gauss weights.
-    pub(crate) fn nodes(self) -> [(f64, f64, f64); POINTS] {
-        let (middle, half) = (self.low.midpoint(self.high), 0.5 * (self.high - self.low));
-        kronrod().map(|(x, kronrod, gauss)| (middle + half * x, half * kronrod, half * gauss))
-    }
-
-    pub(crate) fn halves(self) -> [Self; 2] {
-        let middle = self.low.midpoint(self.high);
-        [Self { high: middle, ..self }, Self { low: middle, ..self }]
-    }
-
-    /// Whether the nodes of the halves are still different numbers.
-    pub(crate) fn can_be_halved(self) -> bool {
-        self.high - self.low > 1e3 * f64::EPSILON * self.low.abs().max(self.high.abs())
+        OrbitPanel { interval, values: kronrod, errors, lost }
     }
 }
 
@@ -229,35 +190,21 @@ pub(crate) struct Integrals {
     pub intervals: Vec<Interval>,
 }
 
-struct Leaf {
+/// An interval of `q` with its part of the integrals.
+struct OrbitPanel {
     interval: Interval,
+    /// By the Kronrod rule.
     values: Vec<f64>,
     errors: Vec<f64>,
     lost: usize,
 }
 
-impl Leaf {
-    /// The largest ratio of the leaf's error to the tolerance, over the functions whose tolerance is not met.
+impl OrbitPanel {
+    /// The largest ratio of the panel's error to the tolerance, over the functions whose tolerance is not met.
     fn share_of_error(&self, errors: &[f64], tolerances: &[f64]) -> f64 {
         let unmet = (0..errors.len()).filter(|&f| errors[f] > tolerances[f]);
         unmet.map(|f| self.errors[f] / tolerances[f].max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
     }
-}
-
-/// The fewest leaves without which the others have less than half of the tolerated error, at most `most`, in ascending
-/// order.
-pub(crate) fn worst(shares: &[f64], most: usize, can_be_halved: impl Fn(usize) -> bool) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..shares.len()).filter(|&i| shares[i] > 0.0 && can_be_halved(i)).collect();
-    order.sort_by(|&a, &b| shares[b].total_cmp(&shares[a]).then(a.cmp(&b)));
-    let mut rest: f64 = shares.iter().sum();
-    let needed = order.iter().take_while(|&&i| {
-        let wanted = rest > 0.5;
-        rest -= shares[i];
-        wanted
-    });
-    let mut worst: Vec<usize> = needed.copied().take(most).collect();
-    worst.sort_unstable();
-    worst
 }
 
 /// The points `q` of the orbits through points all over the cloud, ascending.

@@ -9,14 +9,14 @@ use super::measure::Measure;
 /// Distance from the mean, in standard deviations, within which the cloud is looked for: 2e-16 of it lies beyond.
 const RADIUS: f64 = 8.5;
 
-/// A closed interval.
+/// A closed interval of values of the Hamiltonian.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Interval {
+pub(crate) struct HamiltonianRange {
     pub low: f64,
     pub high: f64,
 }
 
-impl Interval {
+impl HamiltonianRange {
     pub(super) fn meets(self, other: Self) -> bool {
         self.low <= other.high && other.low <= self.high
     }
@@ -27,23 +27,23 @@ impl Interval {
 }
 
 /// Bounds of `H` on the rectangle `phi` x `e`.
-pub(super) fn hamiltonian_range(model: &impl PlanarHamiltonian, phi: (f64, f64), e: (f64, f64)) -> Interval {
+pub(super) fn hamiltonian_range(model: &impl PlanarHamiltonian, phi: (f64, f64), e: (f64, f64)) -> HamiltonianRange {
     let (low, high) = model.hamiltonian_range(phi, e);
-    Interval { low, high }
+    HamiltonianRange { low, high }
 }
 
 /// The range of `H` in the cloud.
-pub(crate) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> Interval {
+pub(crate) fn cloud_range(model: &impl PlanarHamiltonian, measure: &Measure) -> HamiltonianRange {
     range_within(model, measure, RADIUS)
 }
 
 /// The range of `H` in the part of the cloud that is at most so many standard deviations from its mean.
-pub(super) fn range_within(model: &impl PlanarHamiltonian, measure: &Measure, radius: f64) -> Interval {
+pub(super) fn range_within(model: &impl PlanarHamiltonian, measure: &Measure, radius: f64) -> HamiltonianRange {
     const PARTS: u32 = 48;
     let gaussian = measure.gaussian;
     let edge = |i: u32| radius * (2.0 * f64::from(i) / f64::from(PARTS) - 1.0);
     let least = |i: u32| edge(i).max(-edge(i + 1)).max(0.0);
-    let mut range: Option<Interval> = None;
+    let mut range: Option<HamiltonianRange> = None;
     for (i, j) in (0..PARTS * PARTS).map(|k| (k / PARTS, k % PARTS)) {
         if least(i).hypot(least(j)) > radius {
             continue;
@@ -59,7 +59,7 @@ pub(super) fn range_within(model: &impl PlanarHamiltonian, measure: &Measure, ra
         let cell = hamiltonian_range(model, (phi_low, phi_high), (e_low, e_high));
         range = Some(range.map_or(cell, |range| range.hull(cell)));
     }
-    range.unwrap_or(Interval { low: f64::NEG_INFINITY, high: f64::INFINITY })
+    range.unwrap_or(HamiltonianRange { low: f64::NEG_INFINITY, high: f64::INFINITY })
 }
 
 /// A lower bound of the distance of a state from the cloud at `t = 0` in the `(x1, x2)` plane; 0 inside [`RADIUS`].

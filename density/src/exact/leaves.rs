@@ -17,7 +17,7 @@ use super::detail::Detail;
 use super::family::{Family, Integrals};
 use super::measure::Measure;
 use super::moments::{self, Centre, FIRST, Noise, SECOND, SmoothMoments};
-use super::over_leaves::{Leaf, OverLeaves, Panel, eased, integrate};
+use super::over_leaves::{LeafPanel, LeafValues, OverLeaves, eased, integrate};
 use super::{
     Error, Estimated, Exact, ExactSettings, ExactSnapshot, PROBABILITY_ERROR, ProbabilityTolerance, is_possible,
     leaves_joint, self_check,
@@ -120,7 +120,7 @@ impl ExactLeaves {
             |leaf, z, density| {
                 self.on_leaf(leaf, z, |family| {
                     let sums = moments::first_pass(family, years, eased(of_centre, density), settings.most_orbits);
-                    Leaf { values: sums.values, errors: sums.errors }
+                    LeafValues { values: sums.values, errors: sums.errors }
                 })
             },
             |panel, values| {
@@ -146,7 +146,7 @@ impl ExactLeaves {
                     let above = moments::probability_above(family, critical_e, years, tolerance, settings.most_orbits);
                     values.extend([off * values[5], off * values[3], above.value]);
                     errors.extend([off.abs() * errors[5], off.abs() * errors[3], above.error]);
-                    Leaf { values, errors }
+                    LeafValues { values, errors }
                 })
             },
             |panel, values| {
@@ -204,7 +204,7 @@ fn third_of(problem: &UncertainProblem, z: f64) -> f64 {
 }
 
 /// The largest share that a panel has in any tolerated error.
-fn largest_share(panel: &Panel, tolerances: &[f64]) -> f64 {
+fn largest_share(panel: &LeafPanel, tolerances: &[f64]) -> f64 {
     panel.errors().zip(tolerances).map(|(error, tolerance)| error / tolerance).fold(0.0, f64::max)
 }
 

@@ -19,7 +19,7 @@ use crate::model::plane::State;
 use crate::model::registry::Planar;
 use crate::uncertain::UncertainProblem;
 
-use super::hamiltonian_range::{Interval, range_within};
+use super::hamiltonian_range::{HamiltonianRange, range_within};
 use super::measure::{Measure, normal_density};
 use super::rules::gauss;
 
@@ -49,15 +49,15 @@ pub(super) struct Leaves<'a> {
 #[derive(Debug)]
 struct Level {
     step: f64,
-    leaves: Vec<Leaf>,
+    leaves: Vec<CarriedLeaf>,
 }
 
-/// A value of the parameter, and the orbits on which its cloud lies.
+/// A leaf whose orbits are carried back: its value of the parameter, and on which orbits its cloud lies.
 #[derive(Debug)]
-struct Leaf {
+struct CarriedLeaf {
     z: f64,
     /// `None` where the parameter is out of the range of the model.
-    of_cloud: Option<(Planar, Interval)>,
+    of_cloud: Option<(Planar, HamiltonianRange)>,
 }
 
 /// The density at points.
@@ -87,7 +87,7 @@ impl<'a> Leaves<'a> {
                     let range = range_within(&leaf.model, &self.measure, radius);
                     (leaf.model, range)
                 });
-                Leaf { z, of_cloud }
+                CarriedLeaf { z, of_cloud }
             };
             Level { step, leaves: (0..=steps).into_par_iter().map(leaf).collect() }
         })
@@ -186,7 +186,7 @@ impl Level {
     fn spans(&self, end: State) -> Vec<usize> {
         const MARGIN: f64 = 1e-9;
         // -1 below the orbits of the cloud, 1 above them.
-        let side = |leaf: &Leaf| {
+        let side = |leaf: &CarriedLeaf| {
             let (model, range) = leaf.of_cloud?;
             let hamiltonian = model.hamiltonian(end);
             Some(i32::from(hamiltonian > range.high + MARGIN) - i32::from(hamiltonian < range.low - MARGIN))

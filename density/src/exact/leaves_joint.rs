@@ -11,8 +11,9 @@ use rayon::prelude::*;
 use crate::grid::{Axis, Grid};
 use crate::uncertain::UncertainProblem;
 
+use super::adaptive::worst;
 use super::bin_averages::{Averaging, averages};
-use super::family::worst;
+
 use super::joint::Joint;
 use super::leaves_density::{LEVELS, Leaves};
 

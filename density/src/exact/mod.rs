@@ -18,12 +18,14 @@
 //! The marginals are the sums of the joint density's rows and columns, as for every other method: they miss what lies
 //! outside the grid, [`ExactSnapshot::mass_outside`].
 
+mod adaptive;
 mod at_start;
 pub(crate) mod axis;
 mod bin_averages;
 mod block;
 mod by_blocks;
 mod by_orbits;
+mod chebyshev_curve;
 pub(crate) mod contour;
 mod crossings;
 pub(crate) mod detail;
@@ -37,7 +39,6 @@ mod leaves_joint;
 pub mod measure;
 pub mod moments;
 pub(crate) mod over_leaves;
-mod panel;
 mod rules;
 mod self_check;
 mod share;

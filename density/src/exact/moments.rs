@@ -15,8 +15,9 @@ use crate::flow::Accuracy;
 use crate::model::PlanarHamiltonian;
 
 use super::ProbabilityTolerance;
+use super::adaptive::Interval;
 use super::contour::angle_of;
-use super::family::{Family, Integrals, Interval, Orbit};
+use super::family::{Family, Integrals, Orbit};
 use super::rules::gauss;
 use super::share::density;
 
@@ -225,7 +226,7 @@ fn about(family: &Family<impl PlanarHamiltonian>, orbit: &Orbit, t: f64, centre:
     });
     let at_cut = |&theta: &f64| {
         let state = orbit.contour.at(theta);
-        let point = super::trail::Point { theta, phi: state.solar_angle(), e: state.eccentricity() };
+        let point = super::trail::OrbitPoint { theta, phi: state.solar_angle(), e: state.eccentricity() };
         let (rate, _) = point.rates(&family.flow.model);
         density(&family.measure, orbit.contour.at(orbit.contour.wrap(theta - t))) / rate.abs().max(1e-3)
     };

@@ -12,7 +12,7 @@ use crate::model::registry::Planar;
 use crate::problem::Problem;
 use crate::uncertain::UncertainProblem;
 
-use super::family::{Interval, kronrod_error, worst};
+use super::adaptive::{Interval, kronrod_error, remove, worst};
 use super::measure::normal_density;
 use super::rules::POINTS;
 
@@ -26,9 +26,9 @@ const MOST_STEPS: usize = 48;
 /// Ends of the first intervals in standard deviations.
 const FIRST: [f64; 4] = [-REACH, -2.2, 2.2, REACH];
 
-/// What is known of a leaf.
+/// What the functions that are integrated are on a leaf.
 #[derive(Debug, Clone)]
-pub(crate) struct Leaf {
+pub(crate) struct LeafValues {
     /// The values of the functions.
     pub values: Vec<f64>,
     /// Estimates of errors: of each value, or of all of them together.
@@ -37,7 +37,7 @@ pub(crate) struct Leaf {
 
 /// An interval of `z` with its part of the integrals.
 #[derive(Debug, Clone)]
-pub(crate) struct Panel {
+pub(crate) struct LeafPanel {
     interval: Interval,
     /// By the rule.
     pub values: Vec<f64>,
@@ -51,7 +51,7 @@ pub(crate) struct Panel {
     lost: f64,
 }
 
-impl Panel {
+impl LeafPanel {
     /// The error estimates of the rule, one for each value.
     pub fn errors(&self) -> impl Iterator<Item = f64> + '_ {
         self.differences.iter().zip(&self.sizes).map(|(&difference, &size)| kronrod_error(difference, size))
@@ -62,11 +62,11 @@ impl Panel {
 #[derive(Debug, Clone)]
 pub(crate) struct OverLeaves {
     /// The parts of the integrals, in ascending order of `z`.
-    pub panels: Vec<Panel>,
+    pub panels: Vec<LeafPanel>,
 }
 
 impl OverLeaves {
-    fn sum(&self, of: impl Fn(&Panel) -> &[f64]) -> Vec<f64> {
+    fn sum(&self, of: impl Fn(&LeafPanel) -> &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.panels.first().map_or(0, |panel| of(panel).len())];
         for panel in &self.panels {
             sum.iter_mut().zip(of(panel)).for_each(|(sum, part)| *sum += part);
@@ -106,8 +106,8 @@ impl OverLeaves {
 /// or until `most_leaves` have been taken.
 pub(crate) fn integrate<E: Send>(
     problem: &UncertainProblem,
-    leaf: impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<Leaf>, E> + Sync,
-    share: impl Fn(&Panel, &[f64]) -> f64,
+    leaf: impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<LeafValues>, E> + Sync,
+    share: impl Fn(&LeafPanel, &[f64]) -> f64,
     most_leaves: usize,
 ) -> Result<OverLeaves, E> {
     if let Some(panel) = evenly(problem, &leaf, &share)? {
@@ -120,7 +120,7 @@ pub(crate) fn integrate<E: Send>(
     let mut leaves = 0;
     loop {
         leaves += pending.len() * POINTS;
-        let fresh: Vec<Panel> =
+        let fresh: Vec<LeafPanel> =
             pending.iter().map(|&interval| panel(problem, interval, &leaf)).collect::<Result<_, E>>()?;
         found.panels.extend(fresh);
         found.panels.sort_by(|a, b| a.interval.low.total_cmp(&b.interval.low));
@@ -132,11 +132,7 @@ pub(crate) fn integrate<E: Send>(
             return Ok(found);
         }
         pending = worst.iter().flat_map(|&i| found.panels[i].interval.halves()).collect();
-        let mut position = 0;
-        found.panels.retain(|_| {
-            position += 1;
-            worst.binary_search(&(position - 1)).is_err()
-        });
+        remove(&mut found.panels, &worst);
     }
 }
 
@@ -150,9 +146,9 @@ pub(crate) fn eased(tolerance: f64, density: f64) -> f64 {
 /// errors are too large, or if the distribution is cut, where the rule would be no better than others.
 fn evenly<E: Send>(
     problem: &UncertainProblem,
-    leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<Leaf>, E> + Sync),
-    share: &impl Fn(&Panel, &[f64]) -> f64,
-) -> Result<Option<Panel>, E> {
+    leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<LeafValues>, E> + Sync),
+    share: &impl Fn(&LeafPanel, &[f64]) -> f64,
+) -> Result<Option<LeafPanel>, E> {
     if problem.lowest() > -EVEN_REACH {
         return Ok(None);
     }
@@ -170,7 +166,7 @@ fn evenly<E: Send>(
             (at(k, steps), end * step, if k.is_multiple_of(2) { 2.0 * end * step } else { 0.0 })
         };
         let nodes: Vec<(f64, f64, f64)> = (0..=steps).map(node).collect();
-        let panel = Panel::sum(problem, Interval { low: -EVEN_REACH, high: EVEN_REACH }, &nodes, &leaves);
+        let panel = LeafPanel::sum(problem, Interval { low: -EVEN_REACH, high: EVEN_REACH }, &nodes, &leaves);
         if share(&panel, &panel.values) <= 1.0 {
             return Ok(Some(panel));
         }
@@ -181,19 +177,19 @@ fn evenly<E: Send>(
 fn panel<E: Send>(
     problem: &UncertainProblem,
     interval: Interval,
-    leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<Leaf>, E> + Sync),
-) -> Result<Panel, E> {
+    leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<LeafValues>, E> + Sync),
+) -> Result<LeafPanel, E> {
     let nodes = interval.nodes();
     let leaves = on_leaves(problem, &nodes.map(|(z, ..)| z), leaf)?;
-    Ok(Panel::sum(problem, interval, &nodes, &leaves))
+    Ok(LeafPanel::sum(problem, interval, &nodes, &leaves))
 }
 
 /// What `leaf` finds at these places.
 fn on_leaves<E: Send>(
     problem: &UncertainProblem,
     places: &[f64],
-    leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<Leaf>, E> + Sync),
-) -> Result<Vec<Option<Leaf>>, E> {
+    leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<LeafValues>, E> + Sync),
+) -> Result<Vec<Option<LeafValues>>, E> {
     let at = |&z: &f64| match problem.leaf(z) {
         Some(plane) => leaf(&plane, z, density(problem, z)),
         None => Ok(None),
@@ -206,9 +202,14 @@ fn density(problem: &UncertainProblem, z: f64) -> f64 {
     normal_density(z) / problem.mass_inside()
 }
 
-impl Panel {
+impl LeafPanel {
     /// From the leaves at the nodes of an interval, given with the weights of the rule and of the coarser one within it.
-    fn sum(problem: &UncertainProblem, interval: Interval, nodes: &[(f64, f64, f64)], leaves: &[Option<Leaf>]) -> Self {
+    fn sum(
+        problem: &UncertainProblem,
+        interval: Interval,
+        nodes: &[(f64, f64, f64)],
+        leaves: &[Option<LeafValues>],
+    ) -> Self {
         let first = leaves.iter().flatten().next();
         let zeros = || vec![0.0; first.map_or(0, |leaf| leaf.values.len())];
         let (mut values, mut coarser, mut sizes) = (zeros(), zeros(), zeros());
@@ -248,9 +249,9 @@ mod tests {
             let problem = UncertainProblem::new(plane.clone(), Spread { relative, distribution }).unwrap();
             let leaf = |leaf: &Problem<Planar>, z: f64, _: f64| {
                 let radiation = leaf.model.value("radiation").unwrap();
-                Ok::<_, ()>(Some(Leaf { values: vec![1.0, radiation, f64::from(z > 0.3)], errors: vec![0.0; 3] }))
+                Ok::<_, ()>(Some(LeafValues { values: vec![1.0, radiation, f64::from(z > 0.3)], errors: vec![0.0; 3] }))
             };
-            let share = |panel: &Panel, _: &[f64]| panel.errors().sum::<f64>() / 1e-7;
+            let share = |panel: &LeafPanel, _: &[f64]| panel.errors().sum::<f64>() / 1e-7;
             let found = integrate(&problem, leaf, share, 3000).unwrap();
             let hazard = normal_density(problem.lowest()) / problem.mass_inside();
             let mean = match distribution {

@@ -17,7 +17,7 @@ const DEEPEST: u32 = 24;
 
 /// A point of an orbit.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Point {
+pub(crate) struct OrbitPoint {
     /// Time on the orbit \[rad\].
     pub theta: f64,
     /// Solar angle, continued without jumps \[rad\].
@@ -28,13 +28,13 @@ pub(crate) struct Point {
 /// The points of an orbit, from minus to plus half a period.
 #[derive(Debug, Clone)]
 pub(crate) struct Trail {
-    pub points: Vec<Point>,
+    pub points: Vec<OrbitPoint>,
 }
 
 impl Trail {
     pub(crate) fn new(contour: &Contour, model: &impl PlanarHamiltonian) -> Self {
         let first = contour.at(0.0);
-        let mut half = vec![Point { theta: 0.0, phi: first.solar_angle(), e: first.eccentricity() }];
+        let mut half = vec![OrbitPoint { theta: 0.0, phi: first.solar_angle(), e: first.eccentricity() }];
         let knots: Vec<f64> = contour.knots().collect();
         for pair in knots.windows(2) {
             for k in 1..=POINTS {
@@ -46,13 +46,13 @@ impl Trail {
         // On the axis, phi is 0 or π, and the other half is the mirror image about it.
         let axis = half[0].phi;
         let mirrored = half.iter().skip(1).rev();
-        let mirrored = mirrored.map(|p| Point { theta: -p.theta, phi: 2.0 * axis - p.phi, e: p.e });
+        let mirrored = mirrored.map(|p| OrbitPoint { theta: -p.theta, phi: 2.0 * axis - p.phi, e: p.e });
         let points = mirrored.collect::<Vec<_>>().into_iter().chain(half.iter().copied()).collect();
         Self { points }
     }
 }
 
-fn extend(points: &mut Vec<Point>, contour: &Contour, theta: f64, depth: u32) {
+fn extend(points: &mut Vec<OrbitPoint>, contour: &Contour, theta: f64, depth: u32) {
     let Some(&last) = points.last() else { return };
     let state: State = contour.at(theta);
     let phi = nearest(state.solar_angle(), last.phi);
@@ -64,19 +64,19 @@ fn extend(points: &mut Vec<Point>, contour: &Contour, theta: f64, depth: u32) {
         extend(points, contour, middle, depth - 1);
         extend(points, contour, theta, depth - 1);
     } else {
-        points.push(Point { theta, phi, e: state.eccentricity() });
+        points.push(OrbitPoint { theta, phi, e: state.eccentricity() });
     }
 }
 
 /// Adds the points at which the solar angle turns back.
-fn with_turning_points(points: Vec<Point>, contour: &Contour, model: &impl PlanarHamiltonian) -> Vec<Point> {
-    let mut all: Vec<Point> = Vec::with_capacity(points.len() + 4);
-    let grows = |point: &Point| point.rates(model).0 > 0.0;
+fn with_turning_points(points: Vec<OrbitPoint>, contour: &Contour, model: &impl PlanarHamiltonian) -> Vec<OrbitPoint> {
+    let mut all: Vec<OrbitPoint> = Vec::with_capacity(points.len() + 4);
+    let grows = |point: &OrbitPoint| point.rates(model).0 > 0.0;
     for point in points {
         if let Some(last) = all.last().copied().filter(|last| grows(last) != grows(&point)) {
             let at = |theta: f64| {
                 let state = contour.at(theta);
-                Point { theta, phi: nearest(state.solar_angle(), last.phi), e: state.eccentricity() }
+                OrbitPoint { theta, phi: nearest(state.solar_angle(), last.phi), e: state.eccentricity() }
             };
             let (mut low, mut high) = (last.theta, point.theta);
             for _ in 0..40 {
@@ -92,7 +92,7 @@ fn with_turning_points(points: Vec<Point>, contour: &Contour, model: &impl Plana
     all
 }
 
-impl Point {
+impl OrbitPoint {
     /// Rates of solar angle and eccentricity per unit of time on the orbit.
     pub(crate) fn rates(&self, model: &impl PlanarHamiltonian) -> (f64, f64) {
         model.polar_rates(self.phi, self.e)

@@ -1,7 +1,7 @@
 //! First-passage curves where the radiation parameter is uncertain, with what re-entry says about the parameter.
 
 use crate::exact::leaves::ExactLeaves;
-use crate::exact::over_leaves::{Leaf, Panel, REACH, eased, integrate};
+use crate::exact::over_leaves::{LeafPanel, LeafValues, REACH, eased, integrate};
 use crate::exact::{Error, Estimated, ProbabilityTolerance, is_possible};
 use crate::flow::{Accuracy, Flow};
 use crate::mesh::passage::{PassageCurve, PassageError, layer_curve};
@@ -93,13 +93,13 @@ fn mean_curve<E: Send>(
         let all = |found: Vec<Estimated>| {
             let values = powers.iter().flat_map(|power| found.iter().map(move |p| power * p.value)).chain(powers);
             let errors = powers.iter().flat_map(|power| found.iter().map(move |p| power.abs() * p.error));
-            Leaf { values: values.collect(), errors: errors.collect() }
+            LeafValues { values: values.collect(), errors: errors.collect() }
         };
         of_leaf(plane, z, density).map(|found| found.map(all))
     };
     // A difference of two rules may be small by chance; those of all three kinds of integrals together are not.
     let tolerated = |k: usize| if k < count { effort.error } else { FOR_PRODUCTS * effort.error };
-    let share = |panel: &Panel, _: &[f64]| {
+    let share = |panel: &LeafPanel, _: &[f64]| {
         panel.errors().enumerate().map(|(k, error)| error / tolerated(k)).fold(0.0, f64::max)
     };
     let found = integrate(problem, leaf, share, effort.most_leaves)?;

@@ -44,6 +44,7 @@ pub mod raster;
 pub mod readout;
 mod share;
 pub mod stack;
+mod watched_lattice;
 mod watched_orbit;
 
 pub use carried::CarriedMesh;

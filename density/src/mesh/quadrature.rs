@@ -3,10 +3,11 @@
 //! The interpolated states `(x1, x2)` are smooth functions of the initial point everywhere. `phi` and `e` are not: they
 //! have a singularity where a state passes `e = 0`, and `phi` jumps by a turn where the state passes the cut of its
 //! branch. So means are sums over Gauss-Legendre points in every lattice cell, with the initial Gaussian in the
-//! weights. A cell whose image reaches `e = 0` or the cut is divided until its parts do not reach it or no longer
-//! matter. All weights are positive.
+//! weights. Cells whose images reach `e = 0` or the cut are divided ([`divided`]). All weights are positive.
 
 mod direct;
+mod disc;
+mod divided;
 mod samples;
 mod spread;
 
@@ -14,6 +15,9 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
+use self::disc::Disc;
+use self::divided::{COARSELY, Divided, FULLY};
+use self::samples::Samples;
 use super::gaussian::standard_density;
 use super::lattice::{Stencil, stencil};
 use crate::angle::{Circular, nearest};
@@ -21,7 +25,6 @@ use crate::estimate::{Moments, ordered_sum};
 use crate::model::plane::State;
 
 pub(super) use direct::Sparse;
-use samples::Samples;
 pub(super) use samples::Whole;
 
 /// Gauss-Legendre points and weights on `(-1, 1)` (Abramowitz & Stegun, Table 25.4), the positive half.
@@ -34,23 +37,6 @@ const GAUSS_8: [(f64, f64); 4] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
-/// How far an irregular cell is divided.
-#[derive(Debug, Clone, Copy)]
-struct Divided {
-    /// Width of a part \[standard deviations\] below which it is not divided.
-    narrow: f64,
-    /// Probability of a part below which it is not divided.
-    light: f64,
-}
-
-/// Of a single lattice.
-const FULLY: Divided = Divided { narrow: 0.006, light: 1e-9 };
-/// Of one of many lattices of which a mean is taken, in which the cut passes elsewhere each time.
-const COARSELY: Divided = Divided { narrow: 0.04, light: 1e-6 };
-/// Number of parts treated at a time; if more are irregular, the flow is not resolved and dividing does not help.
-const MOST_PARTS: usize = 30_000;
-/// Distance of a part's middle from the origin, in half widths of the part, beyond which `phi` and `e` are smooth in it.
-const FAR: f64 = 3.0;
 /// Movement of the branch cut that calls for another division \[rad\].
 const SAME_CUT: f64 = 1e-4;
 
@@ -74,43 +60,6 @@ struct Point {
     /// The width that the point stands for.
     width: f64,
     stencil: Stencil,
-}
-
-/// A cell or a part of one.
-#[derive(Debug, Clone, Copy)]
-struct Part {
-    cell: [usize; 2],
-    low: [f64; 2],
-    high: [f64; 2],
-}
-
-/// A circle in `(x1, x2)` within which the image of a cell lies.
-#[derive(Debug, Clone, Copy)]
-struct Disc {
-    middle: State,
-    radius: f64,
-}
-
-/// Factor by which an image may extend beyond the points examined.
-const BULGE: f64 = 1.25;
-
-impl Disc {
-    /// Around points; the distance to the corners is `reach` times that to the farthest of the points.
-    fn around(points: impl Iterator<Item = State> + Clone, reach: f64) -> Self {
-        let sum = points.clone().fold([0.0; 3], |[x1, x2, n], state| [x1 + state.x1, x2 + state.x2, n + 1.0]);
-        let middle = State { x1: sum[0] / sum[2], x2: sum[1] / sum[2] };
-        let distance = |state: State| (state.x1 - middle.x1).hypot(state.x2 - middle.x2);
-        Self { middle, radius: BULGE * reach * points.map(distance).fold(0.0, f64::max) }
-    }
-
-    /// Whether `phi` and `e` are smooth in the disc: it is far from the origin compared with its size, and off the cut.
-    fn is_regular(&self, cut: f64) -> bool {
-        let e = self.middle.eccentricity();
-        e > FAR * self.radius && {
-            let off_cut = nearest(self.middle.x1.atan2(self.middle.x2) - cut, 0.0).abs();
-            off_cut > (self.radius / e).asin()
-        }
-    }
 }
 
 /// Quadrature points of `rule` between `low` and `high`: position and width.
@@ -189,19 +138,6 @@ impl Quadrature {
         (powers, vector)
     }
 
-    /// The points of all cells, where those of polynomials in which `phi` and `e` are not smooth are replaced by the points of the cells' parts.
-    fn cut_open(&self, whole: Whole, [x1, x2]: [&[f64]; 2], cut: f64) -> Samples {
-        let is_irregular = |&cell: &usize| !whole.is_direct(cell) && !whole.discs[cell].is_regular(cut);
-        let irregular = (0..whole.discs.len()).filter(is_irregular).collect::<Vec<_>>();
-        let mut samples = whole.samples;
-        let points = self.points_a_cell * self.points_a_cell;
-        irregular.iter().for_each(|cell| samples.weights[cell * points..(cell + 1) * points].fill(0.0));
-        let cells = self.lines[0].len() - 1;
-        let parts = irregular.iter().map(|cell| self.whole([cell / cells, cell % cells])).collect();
-        samples.append(self.divided(parts, x1, x2, cut));
-        samples
-    }
-
     /// The points of all cells, one cell after the other, and the disc of each cell.
     pub(super) fn whole_cells(&self, x1: &[f64], x2: &[f64]) -> Whole {
         let along = [x1, x2].map(|values| self.along_inner(values));
@@ -214,27 +150,6 @@ impl Quadrature {
             discs.append(&mut of_row);
         }
         Whole { samples, discs, direct: Vec::new() }
-    }
-
-    /// The points of parts of cells; irregular parts are divided.
-    fn divided(&self, mut parts: Vec<Part>, x1: &[f64], x2: &[f64], cut: f64) -> Samples {
-        let mut samples = Samples::default();
-        while !parts.is_empty() {
-            let last = parts.len() > MOST_PARTS;
-            let done: Vec<(Samples, Option<[Part; 4]>)> = parts
-                .par_iter()
-                .map(|part| match last || self.is_small(part) || self.disc(part, x1, x2).is_regular(cut) {
-                    true => (self.part_samples(part, x1, x2), None),
-                    false => (Samples::default(), Some(part.quarters())),
-                })
-                .collect();
-            parts.clear();
-            for (some, quarters) in done {
-                samples.append(some);
-                parts.extend(quarters.into_iter().flatten());
-            }
-        }
-        samples
     }
 
     /// Values at the quadrature points along the inner direction, on every line of the outer direction.
@@ -264,65 +179,6 @@ impl Quadrature {
             discs.push(Disc::around(states.iter().copied(), self.corner));
         }
         (samples, discs)
-    }
-
-    /// Points of a part of a cell.
-    fn part_samples(&self, part: &Part, x1: &[f64], x2: &[f64]) -> Samples {
-        let points = |axis: usize| -> Vec<Point> {
-            let lines = &self.lines[axis];
-            gauss(&GAUSS_4, part.low[axis], part.high[axis])
-                .map(|(at, width)| Point { at, width, stencil: stencil(lines, part.cell[axis], self.degree, at) })
-                .collect()
-        };
-        let (outer, inner) = (points(0), points(1));
-        let mut samples = Samples::default();
-        for a in &outer {
-            for b in &inner {
-                let state = self.state(&a.stencil, &b.stencil, x1, x2);
-                samples.push(state, standard_density([a.at, b.at]) * a.width * b.width);
-            }
-        }
-        samples
-    }
-
-    fn state(&self, outer: &Stencil, inner: &Stencil, x1: &[f64], x2: &[f64]) -> State {
-        let side = self.lines[0].len();
-        let [x1, x2] =
-            [x1, x2].map(|values| outer.sum(self.degree, |line| inner.sum(self.degree, |k| values[line * side + k])));
-        State { x1, x2 }
-    }
-
-    fn whole(&self, cell: [usize; 2]) -> Part {
-        let edge = |k: usize| [0, 1].map(|axis| self.lines[axis][cell[axis] + k]);
-        Part { cell, low: edge(0), high: edge(1) }
-    }
-
-    fn is_small(&self, part: &Part) -> bool {
-        let width = [0, 1].map(|axis| part.high[axis] - part.low[axis]);
-        let nearest = [0, 1].map(|axis| 0f64.clamp(part.low[axis], part.high[axis]));
-        let Divided { narrow, light } = self.divided;
-        width[0].max(width[1]) < narrow || width[0] * width[1] * standard_density(nearest) < light
-    }
-
-    fn disc(&self, part: &Part, x1: &[f64], x2: &[f64]) -> Disc {
-        let thirds = [0, 1].map(|axis| {
-            let (low, high) = (part.low[axis], part.high[axis]);
-            [low, low.midpoint(high), high].map(|at| stencil(&self.lines[axis], part.cell[axis], self.degree, at))
-        });
-        let states: [State; 9] = std::array::from_fn(|k| self.state(&thirds[0][k / 3], &thirds[1][k % 3], x1, x2));
-        Disc::around(states.into_iter(), 1.0)
-    }
-}
-
-impl Part {
-    fn quarters(&self) -> [Self; 4] {
-        let middle = [0, 1].map(|axis| self.low[axis].midpoint(self.high[axis]));
-        [0, 1, 2, 3].map(|k| {
-            let upper = [k & 1 == 1, k & 2 == 2];
-            let low = [0, 1].map(|axis| if upper[axis] { middle[axis] } else { self.low[axis] });
-            let high = [0, 1].map(|axis| if upper[axis] { self.high[axis] } else { middle[axis] });
-            Self { cell: self.cell, low, high }
-        })
     }
 }
 

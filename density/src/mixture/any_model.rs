@@ -70,16 +70,16 @@ fn at_least_uncertain<const N: usize>(mut covariance: [[f64; N]; N]) -> [[f64; N
     covariance
 }
 
-/// The points by which a component is carried.
+/// The rule that places and weighs the points by which a component is carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum SigmaPoints {
+pub(super) enum SigmaPointRule {
     /// Those of the unscented transform.
     Unscented(Unscented),
     /// Two sets of the fifth degree.
     FifthDegree,
 }
 
-impl SigmaPoints {
+impl SigmaPointRule {
     /// Their number in `n` variables.
     pub(super) const fn count(self, n: usize) -> usize {
         match self {
@@ -93,7 +93,7 @@ impl SigmaPoints {
 #[derive(Debug, Clone)]
 pub struct MixturePropagator<M, const N: usize> {
     flow: Flow<M>,
-    rule: SigmaPoints,
+    rule: SigmaPointRule,
     weights: Vec<f64>,
     /// States of the sigma points: one column per coordinate, equally many rows for every component.
     columns: Vec<Vec<f64>>,
@@ -143,13 +143,13 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
             return Err(MixtureError::NothingInside);
         }
         let components = components.into_iter().map(|(weight, points)| (weight / total, points));
-        Ok(Self::of_components(flow, SigmaPoints::Unscented(unscented), components))
+        Ok(Self::of_components(flow, SigmaPointRule::Unscented(unscented), components))
     }
 
     /// From the weights and the sigma points of all components at `t = 0`.
     pub(super) fn of_components(
         flow: Flow<M>,
-        rule: SigmaPoints,
+        rule: SigmaPointRule,
         components: impl Iterator<Item = (f64, Vec<[f64; N]>)>,
     ) -> Self {
         let (mut weights, mut columns) = (Vec::new(), vec![Vec::new(); M::State::<f64>::COUNT]);
@@ -189,7 +189,7 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
     /// An estimate of the error of the mixture's moments at the present time, in standard deviations and products of them; `None` if its
     /// points say nothing of it.
     pub(super) fn moment_error(&self) -> Option<f64> {
-        (self.rule == SigmaPoints::FifthDegree).then(|| {
+        (self.rule == SigmaPointRule::FifthDegree).then(|| {
             let [a, b] = [Which::First, Which::Second].map(|which| moments(M::VARIABLES, &self.mixture_of(which)));
             fifth_degree::apart(M::VARIABLES, &a, &b)
         })
@@ -206,8 +206,8 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
         let component = |(index, &weight): (usize, &f64)| {
             let points: Vec<[f64; N]> = (index * size..(index + 1) * size).map(point).collect();
             match &self.rule {
-                SigmaPoints::Unscented(unscented) => transform(unscented, M::VARIABLES, weight, &points),
-                SigmaPoints::FifthDegree => fifth_degree::component(M::VARIABLES, weight, &points, which),
+                SigmaPointRule::Unscented(unscented) => transform(unscented, M::VARIABLES, weight, &points),
+                SigmaPointRule::FifthDegree => fifth_degree::component(M::VARIABLES, weight, &points, which),
             }
         };
         self.weights.par_iter().enumerate().map(|place| known(component(place))).collect()

@@ -28,7 +28,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_SQRT_PI, TAU};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-use super::Component;
+use super::PlanarComponent;
 use super::normal::{NormalDistribution, REACH, exp_of_negative};
 use crate::grid::Grid;
 
@@ -53,7 +53,7 @@ const GAUSS_4: [(f64, f64); 4] = [
 ];
 
 /// Mean density of the mixture in each bin \[1/rad\], `phi` outermost.
-pub fn bin_averages(components: &[Component], grid: &Grid) -> Vec<f64> {
+pub fn bin_averages(components: &[PlanarComponent], grid: &Grid) -> Vec<f64> {
     let conditionals: Vec<Conditional> = components.iter().filter_map(Conditional::new).collect();
     let normal = NormalDistribution::new();
     let mut joint = vec![0.0; grid.len()];
@@ -97,7 +97,7 @@ struct Conditional {
 
 impl Conditional {
     /// `None` if the component has no weight.
-    fn new(component: &Component) -> Option<Self> {
+    fn new(component: &PlanarComponent) -> Option<Self> {
         let sigma_phi = component.var_phi.sqrt().max(f64::MIN_POSITIVE.sqrt());
         let slope = component.cov_phi_e / (sigma_phi * sigma_phi);
         let sigma_e = (component.var_e - slope * component.cov_phi_e).max(1e-14 * component.var_e).sqrt();
@@ -250,9 +250,9 @@ mod tests {
     use super::*;
     use crate::grid::Axis;
 
-    fn component(mean_phi: f64, mean_e: f64, [sigma_phi, sigma_e, correlation]: [f64; 3]) -> Component {
+    fn component(mean_phi: f64, mean_e: f64, [sigma_phi, sigma_e, correlation]: [f64; 3]) -> PlanarComponent {
         let (var_phi, var_e) = (sigma_phi * sigma_phi, sigma_e * sigma_e);
-        Component { weight: 1.0, mean_phi, mean_e, var_phi, cov_phi_e: correlation * sigma_phi * sigma_e, var_e }
+        PlanarComponent { weight: 1.0, mean_phi, mean_e, var_phi, cov_phi_e: correlation * sigma_phi * sigma_e, var_e }
     }
 
     fn grid(phi: (f64, f64), e: (f64, f64), bins: usize) -> Grid {
@@ -260,7 +260,7 @@ mod tests {
         Grid { phi: axis(phi), e: axis(e) }
     }
 
-    fn masses(components: &[Component], grid: &Grid) -> Vec<f64> {
+    fn masses(components: &[PlanarComponent], grid: &Grid) -> Vec<f64> {
         bin_averages(components, grid).iter().map(|average| average * grid.bin_area()).collect()
     }
 

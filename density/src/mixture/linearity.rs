@@ -28,7 +28,7 @@
 //! small for a split along one direction only: 39 components along the direction of strongest nonlinearity had `D` =
 //! 0.17 at `L1` = 0.12 (scenario 1, 1.5 yr).
 
-use super::Component;
+use super::PlanarComponent;
 use super::unscented::{Offsets, Stencil, Unscented};
 use crate::model::plane::State;
 
@@ -78,7 +78,7 @@ pub(super) fn disagreements(unscented: &Unscented, stencils: &[Stencil<State>], 
 }
 
 /// `D` of a mixture.
-pub fn mean_disagreement(components: &[Component], disagreements: &[f64]) -> f64 {
+pub fn mean_disagreement(components: &[PlanarComponent], disagreements: &[f64]) -> f64 {
     let (sum, weight) = components
         .iter()
         .zip(disagreements)

@@ -15,16 +15,17 @@
 
 use rayon::prelude::*;
 
-use super::{Component, MixtureError, check};
+use super::MixtureError;
+use super::planar_component::{PlanarComponent, check};
 use crate::angle::nearest;
 
 /// Merges components until at most `most` are left.
 ///
 /// # Errors
 /// [`MixtureError::NoGaussian`] and [`MixtureError::Weightless`].
-pub fn merge(components: &[Component], most: usize) -> Result<Vec<Component>, MixtureError> {
+pub fn merge(components: &[PlanarComponent], most: usize) -> Result<Vec<PlanarComponent>, MixtureError> {
     check(components)?;
-    let left: Vec<Component> = components.iter().filter(|component| component.weight > 0.0).copied().collect();
+    let left: Vec<PlanarComponent> = components.iter().filter(|component| component.weight > 0.0).copied().collect();
     let mut left: Vec<Weighed> = left.iter().map(Weighed::new).collect();
     let mut partners: Vec<Partner> = (0..left.len()).into_par_iter().map(|i| cheapest_partner(&left, i)).collect();
     while left.len() > most.max(1) {
@@ -71,17 +72,17 @@ fn cheapest_partner(components: &[Weighed], i: usize) -> Partner {
 /// A component and the value of its `w ln det P`.
 #[derive(Clone, Copy)]
 struct Weighed {
-    component: Component,
+    component: PlanarComponent,
     entropy: f64,
 }
 
 impl Weighed {
-    fn new(component: &Component) -> Self {
+    fn new(component: &PlanarComponent) -> Self {
         Self { component: *component, entropy: entropy(component) }
     }
 }
 
-fn entropy(component: &Component) -> f64 {
+fn entropy(component: &PlanarComponent) -> f64 {
     component.weight * determinant(component).ln()
 }
 
@@ -91,18 +92,18 @@ fn cost(a: &Weighed, b: &Weighed) -> f64 {
 }
 
 /// The determinant of the covariance, kept above zero for components that the flow has drawn out to a line.
-fn determinant(component: &Component) -> f64 {
+fn determinant(component: &PlanarComponent) -> f64 {
     let product = component.var_phi * component.var_e;
     (product - component.cov_phi_e * component.cov_phi_e).max(1e-14 * product)
 }
 
 /// The Gaussian with the common moments of two.
-fn merged(a: &Component, b: &Component) -> Component {
+fn merged(a: &PlanarComponent, b: &PlanarComponent) -> PlanarComponent {
     let weight = a.weight + b.weight;
     let (share, other) = (a.weight / weight, b.weight / weight);
     let (dphi, de) = (nearest(b.mean_phi, a.mean_phi) - a.mean_phi, b.mean_e - a.mean_e);
     let between = share * other;
-    Component {
+    PlanarComponent {
         weight,
         mean_phi: a.mean_phi + other * dphi,
         mean_e: a.mean_e + other * de,

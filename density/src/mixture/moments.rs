@@ -8,13 +8,14 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::{Component, MixtureError, bins, check};
+use super::planar_component::{PlanarComponent, check};
+use super::{MixtureError, bins};
 use crate::angle::{Circular, nearest};
 use crate::estimate::{Estimate, Moments, ordered_sum};
 use crate::grid::Grid;
 
 /// Circular mean of a mixture's solar angle.
-fn circular(components: &[Component]) -> Circular {
+fn circular(components: &[PlanarComponent]) -> Circular {
     let [total, sin, cos] = ordered_sum(components.len(), |i| {
         let component = components[i];
         let (sin, cos) = component.mean_phi.sin_cos();
@@ -25,15 +26,15 @@ fn circular(components: &[Component]) -> Circular {
 }
 
 /// Moments of a mixture whose components are Gaussians.
-pub(super) fn unchecked_moments(components: &[Component], critical_e: f64) -> (Moments, Circular) {
+pub(super) fn unchecked_moments(components: &[PlanarComponent], critical_e: f64) -> (Moments, Circular) {
     let [above] = ordered_sum(components.len(), |i| {
         let component = &components[i];
         let tail = 0.5 * libm::erfc((critical_e - component.mean_e) * FRAC_1_SQRT_2 / component.var_e.sqrt());
         [component.weight * tail]
     });
-    let components: Vec<Component> = components.iter().map(|component| component.above_zero()).collect();
+    let components: Vec<PlanarComponent> = components.iter().map(|component| component.above_zero()).collect();
     let circular = circular(&components);
-    let on_branch = |component: &Component| nearest(component.mean_phi, circular.mean);
+    let on_branch = |component: &PlanarComponent| nearest(component.mean_phi, circular.mean);
     let [total, phi, e] = ordered_sum(components.len(), |i| {
         let component = &components[i];
         [1.0, on_branch(component), component.mean_e].map(|term| component.weight * term)
@@ -60,14 +61,14 @@ pub(super) fn unchecked_moments(components: &[Component], critical_e: f64) -> (M
 ///
 /// # Errors
 /// [`MixtureError::NoGaussian`] and [`MixtureError::Weightless`].
-pub fn moments(components: &[Component], critical_e: f64) -> Result<(Moments, Circular), MixtureError> {
+pub fn moments(components: &[PlanarComponent], critical_e: f64) -> Result<(Moments, Circular), MixtureError> {
     check(components)?;
     Ok(unchecked_moments(components, critical_e))
 }
 
 /// The share of a mixture's probability that lies below `e = 0`, where there are no orbits; [`estimate`] leaves it out.
 /// Where a component reaches across `e = 0`, a Gaussian in `(phi, e)` describes the cloud poorly.
-pub fn mass_below_zero(components: &[Component]) -> f64 {
+pub fn mass_below_zero(components: &[PlanarComponent]) -> f64 {
     let [all, above] = ordered_sum(components.len(), |i| [components[i].weight, components[i].above_zero().weight]);
     (1.0 - above / all).max(0.0)
 }
@@ -77,7 +78,7 @@ pub fn mass_below_zero(components: &[Component]) -> f64 {
 ///
 /// # Errors
 /// [`MixtureError::NoGaussian`] and [`MixtureError::Weightless`].
-pub fn estimate(components: &[Component], grid: &Grid, critical_e: f64) -> Result<Estimate, MixtureError> {
+pub fn estimate(components: &[PlanarComponent], grid: &Grid, critical_e: f64) -> Result<Estimate, MixtureError> {
     let (moments, circular) = moments(components, critical_e)?;
     let total: f64 = components.iter().map(|component| component.above_zero().weight).sum();
     let mut joint = bins::bin_averages(components, grid);

@@ -9,7 +9,7 @@ use super::criterion::search;
 use super::library::Library;
 use super::split::{Direction, SigmaPoints, split};
 use super::unscented::{Stencil, Unscented};
-use super::{Component, MixtureError, MixtureSettings, Split, direction, linearity, moments, plan};
+use super::{MixtureError, MixtureSettings, PlanarComponent, Split, direction, linearity, moments, plan};
 use crate::angle::nearest;
 use crate::flow::Flow;
 use crate::gaussian::Gaussian;
@@ -21,7 +21,7 @@ use crate::problem::Problem;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mixture {
     /// The components, their mean `phi` on the branch within π of the mixture's circular mean.
-    pub components: Vec<Component>,
+    pub components: Vec<PlanarComponent>,
     /// How far apart the unscented and the linear prediction of each component are ([`linearity`]).
     pub disagreements: Vec<f64>,
 }
@@ -35,7 +35,7 @@ impl Mixture {
 
 /// Carries the sigma points of a problem.
 #[derive(Debug, Clone)]
-pub struct MixturePropagator<M = Force> {
+pub struct PlanarMixturePropagator<M = Force> {
     flow: Flow<M>,
     unscented: Unscented,
     x1: Vec<f64>,
@@ -47,7 +47,7 @@ pub struct MixturePropagator<M = Force> {
     left_out: f64,
 }
 
-impl<M: PlanarHamiltonian> MixturePropagator<M> {
+impl<M: PlanarHamiltonian> PlanarMixturePropagator<M> {
     /// Splits the initial Gaussian of `problem`, at `t = 0`. An adaptive split looks ahead through all snapshots of the
     /// problem with a few hundred pilot points.
     ///
@@ -97,7 +97,7 @@ impl<M: PlanarHamiltonian> MixturePropagator<M> {
         let state = |k: u32| State { x1: self.x1[k as usize], x2: self.x2[k as usize] };
         let stencils: Vec<Stencil<State>> = self.stencils.iter().map(|stencil| stencil.map(state)).collect();
         let transform = |(points, &weight)| self.unscented.transform(weight, points);
-        let mut components: Vec<Component> = stencils.iter().zip(&self.weights).map(transform).collect();
+        let mut components: Vec<PlanarComponent> = stencils.iter().zip(&self.weights).map(transform).collect();
         let (moments, circular) = moments::unchecked_moments(&components, 1.0);
         for component in &mut components {
             component.mean_phi = nearest(component.mean_phi, circular.mean);

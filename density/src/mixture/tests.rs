@@ -39,7 +39,7 @@ fn run(number: usize, settings: &MixtureSettings) -> Run {
     let problem = scenario(number);
     let flow = Flow::new(problem.model);
     let grids = comparison_grids(&problem, &flow, 100, 100).unwrap();
-    let mut propagator = MixturePropagator::new(&problem, &flow, settings).unwrap();
+    let mut propagator = PlanarMixturePropagator::new(&problem, &flow, settings).unwrap();
     let snapshots = problem.times.iter().zip(&grids).map(|(&time, grid)| {
         propagator.advance_to(time).unwrap();
         let mixture = propagator.mixture();
@@ -182,12 +182,12 @@ fn merging_keeps_mean_and_covariance_of_the_mixture() {
         split: Split::Lattice(lattice::Lattice { spacing: [0.4; 2], ..Default::default() }),
         ..MixtureSettings::default()
     };
-    let mut propagator = MixturePropagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
+    let mut propagator = PlanarMixturePropagator::new(&problem, &Flow::new(problem.model), &settings).unwrap();
     propagator.advance_to(2.0).unwrap();
     let before = propagator.mixture().components;
     let after = merge::merge(&before, 60).unwrap();
     assert_eq!(after.len(), 60);
-    let moments = |components: &[Component]| moments::moments(components, 0.6).unwrap().0.to_array();
+    let moments = |components: &[PlanarComponent]| moments::moments(components, 0.6).unwrap().0.to_array();
     for (before, after) in moments(&before).iter().zip(moments(&after)).take(5) {
         assert!((before - after).abs() < 1e-9 * before.abs(), "{before} {after}");
     }
@@ -214,7 +214,7 @@ fn rows_that_are_no_gaussians_are_refused() {
     let with = |index: usize, value: f64| {
         let mut row = good;
         row[index] = value;
-        estimate(&[Component::from_array(good), Component::from_array(row)], &grid, 0.6)
+        estimate(&[PlanarComponent::from_array(good), PlanarComponent::from_array(row)], &grid, 0.6)
     };
     assert!(with(0, 0.5).is_ok());
     for (index, value) in [(0, -1.0), (1, f64::NAN), (2, f64::INFINITY), (3, 0.0), (4, 0.1), (5, -0.001)] {
@@ -227,7 +227,7 @@ fn rows_that_are_no_gaussians_are_refused() {
 fn settings_out_of_range_are_refused() {
     let problem = scenario(1);
     let flow = Flow::new(problem.model);
-    let refused = |settings: MixtureSettings| MixturePropagator::new(&problem, &flow, &settings).unwrap_err();
+    let refused = |settings: MixtureSettings| PlanarMixturePropagator::new(&problem, &flow, &settings).unwrap_err();
     assert_eq!(refused(split_along(split::Direction::Eccentricity, 38, 1)), MixtureError::LibrarySize(38));
     let adaptive = |tolerance: f64, sigma_points: usize| MixtureSettings {
         split: Split::Adaptive(plan::Adaptive { tolerance, sigma_points }),
@@ -248,9 +248,9 @@ fn a_split_by_a_criterion_lies_along_its_direction() {
     let direction = criterion::search(criterion, flow, &initial, &problem.times).unwrap().preferred.direction;
     let [phi, e] = initial.point(direction);
     let settings = split_along(split::Direction::OfCriterion(criterion), 5, 1);
-    let components = MixturePropagator::new(&problem, &flow, &settings).unwrap().mixture().components;
+    let components = PlanarMixturePropagator::new(&problem, &flow, &settings).unwrap().mixture().components;
     assert_eq!(components.len(), 5);
-    let off = |component: &Component| (component.mean_phi - initial.mean[0], component.mean_e - initial.mean[1]);
+    let off = |component: &PlanarComponent| (component.mean_phi - initial.mean[0], component.mean_e - initial.mean[1]);
     let (phi, e) = (phi - initial.mean[0], e - initial.mean[1]);
     for (along, across) in components.iter().map(off) {
         assert!((along * e - across * phi).abs() < 1e-9 * phi.hypot(e), "({along}, {across}) along ({phi}, {e})");

@@ -20,7 +20,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Component, MixtureError};
+use super::{MixtureError, PlanarComponent};
 use crate::angle::nearest;
 use crate::model::plane::State;
 
@@ -122,7 +122,7 @@ impl Unscented {
     }
 
     /// Eq. 18 for a component's propagated sigma points.
-    pub fn transform(&self, weight: f64, points: &Stencil<State>) -> Component {
+    pub fn transform(&self, weight: f64, points: &Stencil<State>) -> PlanarComponent {
         let centre = (points[0].solar_angle(), points[0].eccentricity());
         let offsets = Offsets::from_states(points);
         let outer = self.outer_weight();
@@ -131,7 +131,7 @@ impl Unscented {
             let spread: f64 = offsets.outer.iter().map(|d| (d[a] - shift[a]) * (d[b] - shift[b])).sum();
             outer * spread + self.central_covariance_weight() * shift[a] * shift[b]
         };
-        Component {
+        PlanarComponent {
             weight,
             mean_phi: centre.0 + shift[0],
             mean_e: centre.1 + shift[1],

@@ -240,7 +240,7 @@ fn mesh_curve(
 fn gaussian_mixture(problem: &Problem, grids: &[Grid]) -> Result<Parts, String> {
     let flow = Flow::new(problem.model);
     let mut propagator =
-        mixture::MixturePropagator::new(problem, &flow, &mixture::MixtureSettings::default()).map_err(text)?;
+        mixture::PlanarMixturePropagator::new(problem, &flow, &mixture::MixtureSettings::default()).map_err(text)?;
     let mut snapshot = |time: f64, grid: &Grid| {
         propagator.advance_to(time).map_err(text)?;
         let mixture = propagator.mixture();

@@ -1,7 +1,7 @@
 //! Gaussian mixtures: read out in closed form.
 
 use density::estimate::ordered_sum;
-use density::mixture::{self, Component};
+use density::mixture::{self, PlanarComponent};
 use density::projected::{self, of_mixture};
 use density::trust::Diagnosis;
 use messages::content::{Content, Mixture};
@@ -28,8 +28,8 @@ impl Kind for Mixture {
         if let Some(row) = (0..w.len()).find(is_too_far) {
             return Err(format!("component {row} lies or reaches more than {FARTHEST} rad from phi = 0"));
         }
-        let row = |i: usize| Component::from_array([w[i], mean_phi[i], mean_e[i], var_phi[i], cov[i], var_e[i]]);
-        let components: Vec<Component> = (0..w.len()).map(row).collect();
+        let row = |i: usize| PlanarComponent::from_array([w[i], mean_phi[i], mean_e[i], var_phi[i], cov[i], var_e[i]]);
+        let components: Vec<PlanarComponent> = (0..w.len()).map(row).collect();
         let (problem, grid) = at.in_plane()?;
         let estimate = mixture::estimate(&components, &grid, problem.critical_e).map_err(|e| e.to_string())?;
         let [weights] = ordered_sum(components.len(), |i| [components[i].weight]);
@@ -58,12 +58,12 @@ fn in_any_space(mixture: &Mixture, snapshot: &Snapshot, at: &Place) -> Result<Es
     let count = space.variables.len();
     let columns: Vec<&[f64]> = snapshot.items.chunks_exact(snapshot.header.rows.max(1) as usize).collect();
     let upper = |a: usize, b: usize| 1 + count + a * count - a * (a + 1) / 2 + b;
-    let row = |i: usize| projected::Component {
+    let row = |i: usize| projected::AnyComponent {
         weight: columns[0][i],
         mean: (0..count).map(|k| columns[1 + k][i]).collect(),
         covariance: (0..count).map(|a| (0..count).map(|b| columns[upper(a.min(b), a.max(b))][i]).collect()).collect(),
     };
-    let components: Vec<projected::Component> = (0..snapshot.header.rows as usize).map(row).collect();
+    let components: Vec<projected::AnyComponent> = (0..snapshot.header.rows as usize).map(row).collect();
     for (i, component) in components.iter().enumerate() {
         let is_wide = |k: usize| component.covariance[k][k] > 0.0;
         let is_far =

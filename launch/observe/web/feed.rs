@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::partial;
 use super::server::Server;
-use crate::live::model::{Model, NodeState};
+use crate::live::progress::{NodeState, Progress};
 
 /// Follows the topics of a run for a page.
 pub struct Feed<'a> {
@@ -53,7 +53,7 @@ impl<'a> Feed<'a> {
     ///
     /// # Errors
     /// [`PortError`] if a topic cannot be read.
-    pub fn update(&mut self, model: Option<&Model>) -> Result<(), PortError> {
+    pub fn update(&mut self, progress: Option<&Progress>) -> Result<(), PortError> {
         self.begin()?;
         while let Some(message) = self.densities.receive()? {
             self.follow(message.header().scenario)?;
@@ -72,7 +72,7 @@ impl<'a> Feed<'a> {
             self.so_far.iter_mut().for_each(|so_far| so_far.set_roster(self.roster.clone()));
         }
         self.report();
-        self.server.set_state(self.state(model));
+        self.server.set_state(self.state(progress));
         Ok(())
     }
 
@@ -109,14 +109,14 @@ impl<'a> Feed<'a> {
         self.reported = arrived;
     }
 
-    fn state(&self, model: Option<&Model>) -> Value {
+    fn state(&self, progress: Option<&Progress>) -> Value {
         let node =
             |node: &NodeState| json!({"name": node.shown(), "phase": node.phase, "done": node.done, "of": node.of});
         let failures = self.so_far.iter().flat_map(|so_far| &so_far.roster().reasons);
         json!({
             "title": self.title,
             "scenario": self.so_far.as_ref().map(SoFar::name),
-            "nodes": model.map(|model| model.nodes().iter().map(node).collect::<Vec<_>>()),
+            "nodes": progress.map(|progress| progress.nodes().iter().map(node).collect::<Vec<_>>()),
             "failures": failures.map(|(case, why)| format!("{case}: {why}")).collect::<Vec<_>>(),
             "problem": self.problem,
             "over": false,

@@ -15,18 +15,14 @@ use serde::{Deserialize, Serialize};
 use crate::files::input::{natural_option, positive, positive_option};
 use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
+use crate::methods::lattice_degree::usual_degree;
 use crate::methods::mapped_characteristics::MappedCharacteristics;
-use crate::methods::mapped_samples::{By, Case, MappedSamples, map_for};
+use crate::methods::mapped_samples::{By, MAP_ERROR, MappedSamples, Mapping, check_map_error, map_for};
 use crate::methods::{Method, Misfit};
 use kit::assignment::{Assignment, Plane};
 use kit::failure::Failure;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
-
-/// The error of a map unless it is set.
-const MAP_ERROR: f64 = 1e-9;
-/// The degree of a lattice that is large enough for it, unless set.
-const USUAL_DEGREE: usize = 7;
 
 /// What moves by the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -92,7 +88,7 @@ impl Default for Settings {
 
 impl Settings {
     fn degree(&self) -> usize {
-        self.degree.unwrap_or_else(|| USUAL_DEGREE.min(self.samples.isqrt().saturating_sub(1)).max(1))
+        self.degree.unwrap_or_else(|| usual_degree(self.samples.isqrt()))
     }
 
     fn by(&self) -> By {
@@ -132,10 +128,8 @@ impl Method for Settings {
         let Self { sends, samples, seed, degree, map_error, .. } = *self;
         let carries = sends == SendsChoice::Characteristics;
         let side = samples.isqrt();
+        check_map_error(map_error)?;
         match () {
-            () if !(1e-11..=1e-3).contains(&map_error) => {
-                Err(Misfit::new("map_error", format!("{map_error} is not allowed, it must be between 1e-11 and 1e-3")))
-            }
             () if seed.is_some() && carries => {
                 Err(Misfit::no_effect("seed", "where the points are on a lattice (sends = \"characteristics\")"))
             }
@@ -221,19 +215,20 @@ impl Propagator for ByMap {
         let (by, plan) = (self.settings.by(), self.settings.plan());
         self.work = None;
         let accuracy = accuracy.unwrap_or_default().0;
-        let case = Case { by, plan, numbers: 0..samples, accuracy, map: map_for(samples, map_error), passages: true };
+        let mapping =
+            Mapping { by, plan, numbers: 0..samples, accuracy, map: map_for(samples, map_error), passages: true };
         match sends {
             SendsChoice::Samples => {
                 let numbers = self.shard.part(samples)?;
                 let form = Form { content: Samples::INDEPENDENT.into(), most_rows: numbers.len(), total_rows: samples };
-                self.work = Some(Work::Samples(MappedSamples::new(Case { numbers, ..case }, assignment)?));
+                self.work = Some(Work::Samples(MappedSamples::new(Mapping { numbers, ..mapping }, assignment)?));
                 Ok(form)
             }
             SendsChoice::Characteristics => {
                 let plane = plane(assignment)?;
                 let start = density::mesh::initial_points(&plane.problem, samples, Placement::Lattice, 1)?;
                 let range = self.shard.part(start.phi.len())?;
-                let work = MappedCharacteristics::new(&plane.problem, start, range, case)?;
+                let work = MappedCharacteristics::new(&plane.problem, start, range, mapping)?;
                 let form = work.form(self.settings.degree());
                 self.work = Some(Work::Characteristics(Box::new(work)));
                 Ok(form)

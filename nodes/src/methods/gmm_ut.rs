@@ -229,7 +229,7 @@ impl GaussianMixture {
         }
         let problem = &assignment.plane()?.problem;
         let flow = AccuracySetting::flow(accuracy, problem.model);
-        let propagator = mixture::MixturePropagator::new(problem, &flow, &self.settings.for_mixture())?;
+        let propagator = mixture::PlanarMixturePropagator::new(problem, &flow, &self.settings.for_mixture())?;
         let times = problem.times.clone();
         Ok(Box::new(InPlane { propagator, times, merge_to, mixture: None, disagreement: f64::NAN }))
     }

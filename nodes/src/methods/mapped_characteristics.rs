@@ -19,7 +19,7 @@ use kit::failure::Failure;
 use messages::content::{Characteristics, Lattice};
 use rayon::prelude::*;
 
-use crate::methods::mapped_samples::{By, Case};
+use crate::methods::mapped_samples::{By, Mapping};
 
 /// The characteristics of a case on their way.
 #[derive(Debug)]
@@ -45,16 +45,21 @@ impl MappedCharacteristics {
     ///
     /// # Errors
     /// A map that is refused.
-    pub fn new(problem: &Problem<Planar>, start: Points, range: Range<usize>, case: Case) -> Result<Self, Failure> {
-        let flow = Flow { model: problem.model, accuracy: case.accuracy };
+    pub fn new(
+        problem: &Problem<Planar>,
+        start: Points,
+        range: Range<usize>,
+        mapping: Mapping,
+    ) -> Result<Self, Failure> {
+        let flow = Flow { model: problem.model, accuracy: mapping.accuracy };
         let start = Arc::new(start);
         let points = Arc::clone(&start);
         let draw = one_by_one(move |number| [points.phi[number], points.e[number]]);
         let numbers = range.clone();
-        let moved = match case.by {
-            By::Cells => FlowMap::new(flow, problem.initial.into(), &problem.times, None, &case.map)
+        let moved = match mapping.by {
+            By::Cells => FlowMap::new(flow, problem.initial.into(), &problem.times, None, &mapping.map)
                 .map(|map| Moved::Cells(MappedOrbits::new(map, numbers, draw))),
-            By::ActionAngle => AngleMap::new(flow, &problem.initial, &problem.times, None, &case.map)
+            By::ActionAngle => AngleMap::new(flow, &problem.initial, &problem.times, None, &mapping.map)
                 .map(|map| Moved::Angles(AngleOrbits::new(map, numbers, draw))),
         };
         let moved = moved.map_err(|refused| Failure::Refused(refused.to_string()))?;

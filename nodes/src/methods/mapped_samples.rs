@@ -26,6 +26,8 @@ use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::problem_key::by_key;
 
+use crate::methods::Misfit;
+
 /// A cell of a map is not halved again if fewer than so many samples lie in it: its halves would take about as many orbits.
 const LEAST_SAMPLES: f64 = 1000.0;
 /// A map is made of at most so many orbits, and of no more than a quarter of the samples.
@@ -34,6 +36,17 @@ const MOST_ORBITS: usize = 1_000_000;
 const LEAST_ORBITS: usize = 20_000;
 /// Least share of the samples that a map must move.
 const LEAST_MAPPED: f64 = 0.5;
+
+/// The error of a map unless it is set.
+pub(super) const MAP_ERROR: f64 = 1e-9;
+
+/// Whether a map may be off by so much at most.
+pub(super) fn check_map_error(error: f64) -> Result<(), Misfit> {
+    if (1e-11..=1e-3).contains(&error) {
+        return Ok(());
+    }
+    Err(Misfit::new("map_error", format!("{error} is not allowed, it must be between 1e-11 and 1e-3")))
+}
 
 /// The samples of a case on their way by a map.
 #[derive(Debug)]
@@ -152,9 +165,9 @@ pub enum By {
     ActionAngle,
 }
 
-/// What the samples of a case are.
+/// What moves by a map, and how the map is made.
 #[derive(Debug, Clone)]
-pub struct Case {
+pub struct Mapping {
     /// What the map is made of.
     pub by: By,
     /// The draws.
@@ -206,25 +219,25 @@ impl MappedSamples {
     ///
     /// # Errors
     /// A map that is refused, or a scenario whose orbits cannot be drawn.
-    pub fn new(case: Case, assignment: &Assignment) -> Result<Self, Failure> {
+    pub fn new(mapping: Mapping, assignment: &Assignment) -> Result<Self, Failure> {
         let critical = assignment.said.critical;
-        Self::check(case.by, &case.plan, assignment)?;
+        Self::check(mapping.by, &mapping.plan, assignment)?;
         let cloud = match (&assignment.uncertain, &assignment.in_space) {
             (_, Some(problem)) => {
-                let draw = Distributed::of(problem).map(|distributed| distributed.draw(&case.plan));
+                let draw = Distributed::of(problem).map(|distributed| distributed.draw(&mapping.plan));
                 let refuse = |why: ProblemError| Failure::Refused(by_key(&why));
-                problem.perform(InSpaceTask { problem, case, draw: draw.map_err(refuse)? }).map_err(refuse)?
+                problem.perform(InSpaceTask { problem, mapping, draw: draw.map_err(refuse)? }).map_err(refuse)?
             }
             (Some(uncertain), _) => {
                 let problem = &uncertain.problem;
-                problem.perform(OnLeaves { problem, case, times: &assignment.times, critical })
+                problem.perform(OnLeaves { problem, mapping, times: &assignment.times, critical })
             }
             (None, None) => {
                 let problem = &assignment.plane()?.problem;
-                let flow = Flow { model: problem.model, accuracy: case.accuracy };
-                let critical = case.passages.then_some(critical);
-                let draw = Box::new(case.plan.starts(&problem.initial));
-                let Case { by, numbers, map: settings, .. } = case;
+                let flow = Flow { model: problem.model, accuracy: mapping.accuracy };
+                let critical = mapping.passages.then_some(critical);
+                let draw = Box::new(mapping.plan.starts(&problem.initial));
+                let Mapping { by, numbers, map: settings, .. } = mapping;
                 match by {
                     By::Cells => FlowMap::new(flow, problem.initial.into(), &problem.times, critical, &settings)
                         .map(|map| -> Box<dyn Cloud> { Box::new(MappedOrbits::new(map, numbers, draw)) }),
@@ -283,7 +296,7 @@ impl MappedSamples {
 /// Makes the samples where the radiation parameter is uncertain.
 struct OnLeaves<'a> {
     problem: &'a UncertainProblem,
-    case: Case,
+    mapping: Mapping,
     times: &'a [f64],
     critical: f64,
 }
@@ -292,18 +305,18 @@ impl UncertainTask for OnLeaves<'_> {
     type Output = Result<Box<dyn Cloud>, Refused>;
 
     fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output {
-        let Self { problem, case, times, critical } = self;
-        let flow = Flow { model, accuracy: case.accuracy };
-        let map = FlowMap::new(flow, problem.gaussian(), times, case.passages.then_some(critical), &case.map)?;
-        let draw = variables_of(&problem.gaussian(), UncertainRadiation::<S>::VARIABLES, case.plan.seed);
-        Ok(Box::new(MappedOrbits::new(map, case.numbers, Box::new(draw))))
+        let Self { problem, mapping, times, critical } = self;
+        let flow = Flow { model, accuracy: mapping.accuracy };
+        let map = FlowMap::new(flow, problem.gaussian(), times, mapping.passages.then_some(critical), &mapping.map)?;
+        let draw = variables_of(&problem.gaussian(), UncertainRadiation::<S>::VARIABLES, mapping.plan.seed);
+        Ok(Box::new(MappedOrbits::new(map, mapping.numbers, Box::new(draw))))
     }
 }
 
 /// Makes the samples in space.
 struct InSpaceTask<'a, D> {
     problem: &'a SpaceProblem,
-    case: Case,
+    mapping: Mapping,
     draw: D,
 }
 
@@ -311,14 +324,14 @@ impl<D: Fn(usize) -> Start + Send + Sync + 'static> SpaceTask for InSpaceTask<'_
     type Output = Result<Box<dyn Cloud>, Refused>;
 
     fn with<M: InSpace<N>, const N: usize>(self, model: Unfolded<M, N>, initial: Gaussian<N>) -> Self::Output {
-        let Self { problem, case, draw } = self;
-        let flow = Flow { model, accuracy: case.accuracy };
-        let critical = case.passages.then_some(problem.critical_e);
-        let map = FlowMap::new(flow, initial, &problem.times, critical, &case.map)?;
+        let Self { problem, mapping, draw } = self;
+        let flow = Flow { model, accuracy: mapping.accuracy };
+        let critical = mapping.passages.then_some(problem.critical_e);
+        let map = FlowMap::new(flow, initial, &problem.times, critical, &mapping.map)?;
         let variables = move |number: usize| -> [f64; N] {
             let Start { variables, radiation, .. } = draw(number);
             std::array::from_fn(|k| variables.get(k).copied().unwrap_or(radiation))
         };
-        Ok(Box::new(InSpaceCloud(MappedOrbits::new(map, case.numbers, one_by_one(variables)))))
+        Ok(Box::new(InSpaceCloud(MappedOrbits::new(map, mapping.numbers, one_by_one(variables)))))
     }
 }

@@ -9,6 +9,7 @@ mod drawing;
 pub mod exact;
 pub mod flow_map;
 pub mod gmm_ut;
+mod lattice_degree;
 mod mapped_characteristics;
 mod mapped_samples;
 pub mod mc;

@@ -4,12 +4,9 @@
 //! not as `1/sqrt(n)`; what it is follows from the spread of the replicates, which are independent of one another (Owen, Ann. Statist. 25,
 //! 1997; L'Ecuyer & Lemieux in *Modeling Uncertainty*, 2002). So it is the reference where there is no exact density.
 
-use kit::Propagator;
 use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::shard::Shard;
-use kit::{Form, Passage};
-use messages::layout::GIVEN_COLUMNS;
 
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::drawing::check_forces;
@@ -43,10 +40,10 @@ impl Settings {
 
 impl Method for Settings {
     const NAME: &'static str = "qmc";
-    type Propagator = QuasiMonteCarlo;
+    type Propagator = MonteCarlo;
 
-    fn propagator(self) -> QuasiMonteCarlo {
-        QuasiMonteCarlo(MonteCarlo::with_interval_of_replicates(self.into_monte_carlo()))
+    fn propagator(self) -> MonteCarlo {
+        MonteCarlo::with_interval_of_replicates(self.into_monte_carlo())
     }
 
     fn check_scenario(&self, assignment: &Assignment, shard: Shard) -> Result<(), Failure> {
@@ -83,36 +80,6 @@ impl Method for Settings {
 
     fn rows_to_share(&self) -> Result<usize, String> {
         Err("qmc cannot be split into shards: its intervals need all replicates together; leave out shards, it uses all cores".into())
-    }
-}
-
-/// The propagator.
-#[derive(Debug)]
-pub struct QuasiMonteCarlo(MonteCarlo);
-
-impl Propagator for QuasiMonteCarlo {
-    fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
-        self.0.begin(assignment)
-    }
-
-    fn approach(&mut self, index: usize) -> Result<Option<f64>, Failure> {
-        self.0.approach(index)
-    }
-
-    fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        self.0.advance(index)
-    }
-
-    fn write(&self, columns: &mut [f64]) {
-        self.0.write(columns);
-    }
-
-    fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
-        self.0.first_passage(times)
-    }
-
-    fn given_re_entry(&self) -> Vec<[f64; GIVEN_COLUMNS]> {
-        self.0.given_re_entry()
     }
 }
 

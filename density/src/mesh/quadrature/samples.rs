@@ -1,6 +1,6 @@
-//! The points of a quadrature in the cloud.
+//! Weighted points of a cloud, and their moments.
 
-use super::Disc;
+use super::disc::Disc;
 use crate::angle::Circular;
 use crate::estimate::{Moments, weighted_moments};
 use crate::model::plane::State;

@@ -19,11 +19,14 @@
 //! |---|---|
 //! | here | the model |
 //! | [`kepler`] | position and velocity from the elements, and back |
-//! | `series` | its Taylor recurrence, written out for speed |
+//! | `series` | the Taylor series of many orbits |
+//! | `recurrence` | its recurrence, written out for speed |
 //! | [`mean`] | averages over a revolution |
 
 pub mod kepler;
 pub mod mean;
+#[allow(clippy::needless_range_loop, reason = "loops over lanes and coordinates, all alike")]
+mod recurrence;
 #[allow(clippy::needless_range_loop, reason = "loops over lanes and coordinates, all alike")]
 mod series;
 

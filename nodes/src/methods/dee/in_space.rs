@@ -19,7 +19,7 @@ use messages::content::Samples;
 
 use super::Settings;
 use super::settings::POINTS;
-use crate::methods::mapped_samples::{By, Case, MappedSamples};
+use crate::methods::mapped_samples::{By, MappedSamples, Mapping};
 
 /// Independent replicates of the points at which the flow is read out.
 const REPLICATES: usize = 16;
@@ -50,7 +50,7 @@ impl InSpace {
     ) -> Result<(Self, Form), Failure> {
         settings.check_in_space(shard)?;
         let replicates = NonZeroUsize::new(REPLICATES).unwrap_or(NonZeroUsize::MIN);
-        let case = Case {
+        let mapping = Mapping {
             by: By::Cells,
             plan: SamplingPlan { draws: Draws::Sobol, seed: 1, replicates },
             numbers: 0..POINTS,
@@ -65,7 +65,7 @@ impl InSpace {
             passages: false,
         };
         let form = Form::whole(Samples { replicates: REPLICATES as u32 }, POINTS);
-        Ok((Self(MappedSamples::new(case, assignment)?), form))
+        Ok((Self(MappedSamples::new(mapping, assignment)?), form))
     }
 
     /// Moves the points to a snapshot and returns how many there are.

@@ -15,6 +15,7 @@ use super::layers::LAYERS;
 use crate::files::input::{Mode, natural_option, positive, positive_option};
 use crate::files::toml_words::{choice, choice_option};
 use crate::methods::accuracy::AccuracySetting;
+use crate::methods::lattice_degree::usual_degree;
 use crate::methods::{Method, Misfit};
 
 /// Where the characteristics start.
@@ -73,9 +74,6 @@ pub struct Settings {
 
 /// Points at which the flow is read out in space.
 pub(super) const POINTS: usize = 1 << 18;
-
-/// Degree of a lattice that is large enough for it, unless set.
-const USUAL_DEGREE: usize = 7;
 
 /// Why a lattice with `side` points per side cannot have the degree `degree`.
 fn degree_problem(degree: usize, side: usize) -> String {
@@ -138,9 +136,9 @@ impl Settings {
         self.samples.isqrt()
     }
 
-    /// The degree that is set; else `USUAL_DEGREE`, or the largest that fits if the lattice is smaller.
+    /// The degree that is set, else the usual one.
     pub(super) fn degree(&self) -> usize {
-        self.degree.unwrap_or_else(|| USUAL_DEGREE.min(self.side().saturating_sub(1)).max(1))
+        self.degree.unwrap_or_else(|| usual_degree(self.side()))
     }
 
     /// The degree for a lattice of `side` points per side where the radiation parameter is uncertain.
@@ -154,7 +152,7 @@ impl Settings {
                 ))
             }
             Some(degree) => Ok(degree),
-            None => Ok(USUAL_DEGREE.min(side.saturating_sub(1)).max(1)),
+            None => Ok(usual_degree(side)),
         }
     }
 

@@ -10,7 +10,7 @@ use density::mixture::adaptive::{AdaptiveMixture, Fineness};
 use density::mixture::component::Component;
 use density::mixture::merge::merge;
 use density::mixture::unscented::Unscented;
-use density::mixture::{Mixture, MixturePropagator};
+use density::mixture::{Mixture, PlanarMixturePropagator};
 use density::model::Model;
 use density::model::registry::Planar;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
@@ -41,7 +41,7 @@ pub(super) trait Course: Debug {
 /// A mixture in the plane.
 #[derive(Debug)]
 pub(super) struct InPlane {
-    pub propagator: MixturePropagator<Planar>,
+    pub propagator: PlanarMixturePropagator<Planar>,
     pub times: Vec<f64>,
     /// The most components that are published.
     pub merge_to: Option<usize>,

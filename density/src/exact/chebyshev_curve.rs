@@ -1,6 +1,6 @@
 //! Circulation of the initial measure along a piece of curve that is known as a polynomial.
 //!
-//! A [`Panel`] holds the Chebyshev coefficients of `x1`, `x2` along the backward image of a piece of curve. That image is
+//! A [`ChebyshevCurve`] holds the Chebyshev coefficients of `x1`, `x2` along the backward image of a piece of curve. That image is
 //! smooth on the scale of the dynamics, however narrow the cloud, so the flow is called at a few nodes only. The one-form
 //! `F(phi, e) dphi` ([`super::measure`]) varies on the scale of the cloud and is integrated by Gauss-Legendre rules on pieces of the
 //! polynomial that are short in standard deviations.
@@ -53,16 +53,16 @@ pub(super) fn chebyshev_transform<const N: usize>() -> [[f64; N]; N] {
 
 /// A polynomial piece of curve with its parameter in `[-1, 1]`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Panel<const N: usize> {
+pub(super) struct ChebyshevCurve<const N: usize> {
     /// Chebyshev coefficients of `x1`.
     pub x1: [f64; N],
     /// Chebyshev coefficients of `x2`.
     pub x2: [f64; N],
 }
 
-/// A point of a panel and its velocity, in standard deviations of the initial Gaussian.
+/// A point of a curve and its velocity, in standard deviations of the initial Gaussian.
 #[derive(Clone, Copy)]
-struct Point {
+struct CurvePoint {
     u: f64,
     v: f64,
     du: f64,
@@ -73,8 +73,8 @@ struct Point {
     e: f64,
 }
 
-impl<const N: usize> Panel<N> {
-    fn point(&self, measure: &Measure, xi: f64) -> Point {
+impl<const N: usize> ChebyshevCurve<N> {
+    fn point(&self, measure: &Measure, xi: f64) -> CurvePoint {
         let (mut t, mut t_next, mut d, mut d_next) = (1.0, xi, 0.0, 1.0);
         let (mut x1, mut x2, mut dx1, mut dx2) = (0.0, 0.0, 0.0, 0.0);
         for (c1, c2) in self.x1.iter().zip(&self.x2) {
@@ -88,7 +88,7 @@ impl<const N: usize> Panel<N> {
         }
         let e_squared = (x1 * x1 + x2 * x2).max(f64::MIN_POSITIVE);
         let e = e_squared.sqrt();
-        Point {
+        CurvePoint {
             u: measure.phi_sigmas(x1.atan2(x2)),
             v: measure.e_sigmas(e),
             du: (x2 * dx1 - x1 * dx2) / (e_squared * measure.gaussian.sigma_phi),
@@ -98,7 +98,7 @@ impl<const N: usize> Panel<N> {
         }
     }
 
-    /// `∫ F dphi` along the panel from parameter `from` to `to`.
+    /// `∫ F dphi` along the curve from parameter `from` to `to`.
     pub(super) fn circulation(&self, measure: &Measure, resolution: Resolution, (from, to): (f64, f64)) -> f64 {
         self.piece(measure, resolution, from, to, 0)
     }
@@ -129,7 +129,7 @@ impl<const N: usize> Panel<N> {
     }
 }
 
-impl Point {
+impl CurvePoint {
     fn form(&self, measure: &Measure) -> f64 {
         measure.below(self.u, self.v) * self.du
     }
@@ -144,10 +144,10 @@ struct Extent {
 }
 
 impl Extent {
-    fn of(measure: &Measure, points: &[Point], half: f64) -> Self {
-        let most = |f: fn(&Point) -> f64| points.iter().map(f).fold(0.0, f64::max);
+    fn of(measure: &Measure, points: &[CurvePoint], half: f64) -> Self {
+        let most = |f: fn(&CurvePoint) -> f64| points.iter().map(f).fold(0.0, f64::max);
         let (du, dv) = (2.0 * half * most(|p| p.du.abs()), 2.0 * half * most(|p| p.dv.abs()));
-        let least = |f: fn(&Point) -> f64| points.iter().map(f).fold(f64::INFINITY, f64::min);
+        let least = |f: fn(&CurvePoint) -> f64| points.iter().map(f).fold(f64::INFINITY, f64::min);
         let beside = least(|p| p.u.abs()) > REACH + du;
         let above = least(|p| p.v) > REACH + dv;
         let below = least(|p| -p.v) > REACH + dv;

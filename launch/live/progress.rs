@@ -89,16 +89,16 @@ pub struct Stage {
     pub snapshots: u64,
 }
 
-/// All nodes of a run.
+/// How far all nodes of a run are.
 #[derive(Debug, Clone)]
-pub struct Model {
+pub struct Progress {
     nodes: Vec<NodeState>,
     /// The scenarios of the run.
     pub stages: Vec<Stage>,
     cases: BTreeSet<String>,
 }
 
-impl Model {
+impl Progress {
     /// The nodes of a run of these propagators on these scenarios; the shards of one label belong to one case.
     pub fn new(propagators: Vec<String>, stages: Vec<Stage>) -> Self {
         let cases = propagators.iter().map(|name| label_of_member(name).to_owned()).collect();
@@ -248,53 +248,49 @@ mod tests {
         report(node, Event::Failed { of: Reporter::named(node), why: "lost".into() })
     }
 
-    fn model() -> Model {
-        Model::new(vec!["mc".into(), "mine".into()], vec![Stage { name: "s".into(), snapshots: 5 }])
+    fn started() -> Progress {
+        Progress::new(vec!["mc".into(), "mine".into()], vec![Stage { name: "s".into(), snapshots: 5 }])
     }
 
     #[test]
     fn rate_and_time_left_are_measured_from_the_start_of_the_scenario() {
-        let (mut model, start) = (model(), Instant::now());
-        model.report(
-            &report("scenario", Event::Accepted { name: "s".into(), of: Some(1), request: None }),
-            false,
-            start,
-        );
+        let (mut run, start) = (started(), Instant::now());
+        run.report(&report("scenario", Event::Accepted { name: "s".into(), of: Some(1), request: None }), false, start);
         let now = start + Duration::from_secs(4);
-        let node = model.report(&progress("mc", 2, 5), false, now).unwrap();
+        let node = run.report(&progress("mc", 2, 5), false, now).unwrap();
         assert_eq!((node.per_second(now), node.seconds_left(now)), (Some(0.5), Some(6.0)));
     }
 
     #[test]
     fn history_says_how_far_but_not_how_fast() {
-        let (mut model, start) = (model(), Instant::now());
-        let node = model.report(&progress("mc", 2, 5), true, start).unwrap();
+        let (mut run, start) = (started(), Instant::now());
+        let node = run.report(&progress("mc", 2, 5), true, start).unwrap();
         assert_eq!((node.done, node.per_second(start + Duration::from_secs(1))), (2, None));
         let now = start + Duration::from_secs(2);
-        let node = model.report(&progress("mc", 3, 5), false, now).unwrap();
+        let node = run.report(&progress("mc", 3, 5), false, now).unwrap();
         assert_eq!(node.per_second(now), Some(0.5));
     }
 
     #[test]
     fn shards_are_one_case_and_fail_together() {
         let stages = vec![Stage { name: "s".into(), snapshots: 5 }];
-        let (mut model, now) = (Model::new(vec!["mc/0".into(), "mc/1".into(), "exact".into()], stages), Instant::now());
-        let estimator = |model: &mut Model| model.report(&progress("estimator", 1, 1), false, now).map(|node| node.of);
-        assert_eq!(estimator(&mut model), Some(10));
-        model.report(&failed("mc/1"), false, now);
-        assert_eq!(estimator(&mut model), Some(5));
-        assert!(model.report(&progress("mc/0", 1, 5), false, now).is_none());
+        let (mut run, now) =
+            (Progress::new(vec!["mc/0".into(), "mc/1".into(), "exact".into()], stages), Instant::now());
+        let estimator = |run: &mut Progress| run.report(&progress("estimator", 1, 1), false, now).map(|node| node.of);
+        assert_eq!(estimator(&mut run), Some(10));
+        run.report(&failed("mc/1"), false, now);
+        assert_eq!(estimator(&mut run), Some(5));
+        assert!(run.report(&progress("mc/0", 1, 5), false, now).is_none());
     }
 
     #[test]
     fn the_estimators_work_is_the_snapshots_of_all_cases_that_have_not_failed() {
-        let (mut model, now) = (model(), Instant::now());
-        let of = |model: &mut Model| {
-            model.report(&progress("estimator", 1, 1), false, now).map(|node| (node.phase, node.of))
-        };
-        assert_eq!(of(&mut model), Some((Phase::Working, 10)));
-        model.report(&failed("mine"), false, now);
-        assert_eq!(of(&mut model), Some((Phase::Working, 5)));
-        assert!(model.report(&report("mine", Event::Ready), false, now).is_none(), "what has failed stays so");
+        let (mut run, now) = (started(), Instant::now());
+        let of =
+            |run: &mut Progress| run.report(&progress("estimator", 1, 1), false, now).map(|node| (node.phase, node.of));
+        assert_eq!(of(&mut run), Some((Phase::Working, 10)));
+        run.report(&failed("mine"), false, now);
+        assert_eq!(of(&mut run), Some((Phase::Working, 5)));
+        assert!(run.report(&report("mine", Event::Ready), false, now).is_none(), "what has failed stays so");
     }
 }
