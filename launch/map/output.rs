@@ -130,10 +130,21 @@ fn words(map: &MapFile, key: &str) -> String {
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:60rem;padding:0 1rem}\
     figure{margin:0}svg{width:100%;height:auto}";
 
+/// Whether nothing is known of a cell, not even that its value is not reached.
+fn is_undecided(cell: &Cell) -> bool {
+    !cell.quantity.error.is_finite()
+}
+
+/// So many points with their verb.
+fn points(count: usize) -> String {
+    if count == 1 { "1 point has".into() } else { format!("{count} points have") }
+}
+
 fn page(map: &MapFile, cells: &[Cell], figure: &Figure) -> String {
     let interpolated = cells.iter().filter(|cell| cell.is_interpolated).count();
     let aimed = map.tolerance;
-    let worse = cells.iter().filter(|cell| cell.quantity.value.is_finite() && cell.quantity.error > aimed).count();
+    let (undecided, known): (Vec<&Cell>, Vec<&Cell>) = cells.iter().partition(|cell| is_undecided(cell));
+    let worse = known.iter().filter(|cell| cell.quantity.value.is_finite() && cell.quantity.error > aimed).count();
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
@@ -149,7 +160,11 @@ fn page(map: &MapFile, cells: &[Cell], figure: &Figure) -> String {
                 p {
                     (cells.len()) " points, of which " (interpolated) " are interpolated between the others. "
                     "An error of " (aimed) " was aimed at; "
-                    @if worse == 0 { "no point has a larger estimate." } @else { b { (worse) " points have a larger estimate." } }
+                    @if worse == 0 { "no point has a larger estimate." } @else { b { (points(worse)) " a larger estimate." } }
+                    @if !undecided.is_empty() {
+                        " " b { (points(undecided.len())) " no estimate" }
+                        ": whether the value is reached there is within the error of its probability, or it cannot be computed."
+                    }
                 }
                 p { a href=(TABLE) { (TABLE) } " and " (ARRAYS) " have the numbers with their errors; " (COPIES[0]) " and " (COPIES[1]) " are what was asked." }
             }

@@ -113,7 +113,7 @@ fn so_far(tally: &Tally, before: usize, most: usize, elapsed: Duration) -> Strin
     }
     let pace = elapsed.as_secs_f64() / (count - before) as f64;
     let left = Duration::from_secs((pace * most.saturating_sub(count) as f64).ceil() as u64);
-    format!("{count} of at most {most} parts of the map are computed{hosts}, at most {} left", format_duration(left))
+    format!("{count} of at most {most} parts of the map are computed{hosts}, about {} left", format_duration(left))
 }
 
 #[cfg(test)]
@@ -125,7 +125,7 @@ mod tests {
         let said = so_far(&Tally::of(5, 0), 5, 20, Duration::from_millis(9500));
         assert_eq!(said, "5 of at most 20 parts of the map are computed, the next ones since 9s");
         let said = so_far(&Tally::of(10, 0), 5, 20, Duration::from_secs(10));
-        assert_eq!(said, "10 of at most 20 parts of the map are computed, at most 20s left");
+        assert_eq!(said, "10 of at most 20 parts of the map are computed, about 20s left");
     }
 
     #[test]
@@ -137,7 +137,7 @@ mod tests {
         tally.one_more(true);
         tally.one_more(false);
         let said = so_far(&tally, 5, 20, Duration::from_secs(2));
-        assert_eq!(said, "7 of at most 20 parts of the map are computed on 3 hosts, at most 13s left");
+        assert_eq!(said, "7 of at most 20 parts of the map are computed on 3 hosts, about 13s left");
         assert_eq!(tally.by_others(), ", 1 of them on other hosts");
     }
 }

@@ -1,8 +1,11 @@
 //! Which points of a map are computed: those between which the quantity bends.
 //!
 //! The map is divided into blocks. In each the middles of its sides and its centre are computed; where one of them is farther from the
-//! interpolation between the corners than the tolerance, the block is divided into four, otherwise all of its points are interpolated. The same
-//! points are computed whatever was known before, so a map that was interrupted and goes on is the same as one that was not.
+//! interpolation between the corners than half the tolerance, the block is divided into four, otherwise all of its points are interpolated.
+//! A cliff may pass between the points of a block that it leaves next to the border. So blocks that touch differ by a factor of two at most, as is
+//! usual in adaptive meshes: a block more than twice as large as one that it touches is divided as well. And the error of an interpolation
+//! follows from what was seen in the block and in all that it touches. The same points are computed whatever was known before, so a map that was
+//! interrupted and goes on is the same as one that was not.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,8 +16,8 @@ use super::UNKNOWN;
 /// Distance of the points that are computed first.
 const FIRST: usize = 8;
 
-/// The error of an interpolation, as a multiple of the largest distance that was seen in its block: the middles of a block need not be where that is
-/// largest.
+/// The error of an interpolation, as a multiple of the largest distance that was seen in its block and in those that it touches: the middles of a
+/// block need not be where that is largest.
 const MARGIN: f64 = 1.5;
 
 /// A cell of a finished map.
@@ -34,8 +37,18 @@ struct Block {
 }
 
 impl Block {
+    /// Its longer side in steps of the map.
+    fn extent(self) -> usize {
+        (self.x.1 - self.x.0).max(self.y.1 - self.y.0)
+    }
+
     fn is_divisible(self) -> bool {
-        self.x.1 - self.x.0 > 1 || self.y.1 - self.y.0 > 1
+        self.extent() > 1
+    }
+
+    /// All of its points. Blocks that touch share those of their common border.
+    fn points(self) -> impl Iterator<Item = (usize, usize)> {
+        (self.x.0..=self.x.1).flat_map(move |x| (self.y.0..=self.y.1).map(move |y| (x, y)))
     }
 
     /// The two ends of each direction and the middle between them, each once.
@@ -91,7 +104,7 @@ pub fn fill<E>(
     let ys = first_spans(size.1);
     let mut blocks: Vec<Block> =
         first_spans(size.0).into_iter().flat_map(|x| ys.iter().map(move |&y| Block { x, y })).collect();
-    let mut settled: Vec<(Block, f64)> = Vec::new();
+    let mut settled: Vec<Settled> = Vec::new();
     while !blocks.is_empty() {
         let needed: BTreeSet<(usize, usize)> = blocks.iter().flat_map(|block| block.probes()).collect();
         let missing: Vec<_> = needed.into_iter().filter(|point| !known.contains_key(point)).collect();
@@ -103,12 +116,50 @@ pub fn fill<E>(
             let bend = bend(block, known);
             match block.is_divisible() && bend > 0.5 * tolerance {
                 true => next.extend(block.parts()),
-                false => settled.push((block, if block.is_divisible() { bend } else { 0.0 })),
+                false => settled.push(Settled { block, bend: if block.is_divisible() { bend } else { 0.0 } }),
             }
+        }
+        if next.is_empty() {
+            next = too_large(&mut settled, size);
         }
         blocks = next;
     }
     Ok(cells(size, known, &settled))
+}
+
+/// A block that is not divided, and how far its points are from the interpolation.
+#[derive(Debug, Clone, Copy)]
+struct Settled {
+    block: Block,
+    bend: f64,
+}
+
+/// For each point of the map, of the blocks with this point, the result of a comparison.
+fn at_points(
+    settled: &[Settled],
+    size: (usize, usize),
+    start: f64,
+    of: impl Fn(&Settled) -> f64,
+    best: fn(f64, f64) -> f64,
+) -> Vec<f64> {
+    let mut found = vec![start; size.0 * size.1];
+    for one in settled {
+        let value = of(one);
+        one.block.points().for_each(|(x, y)| found[x * size.1 + y] = best(found[x * size.1 + y], value));
+    }
+    found
+}
+
+/// Takes out the blocks that are more than twice as large as one that they touch, and returns their parts.
+fn too_large(settled: &mut Vec<Settled>, size: (usize, usize)) -> Vec<Block> {
+    let least = at_points(settled, size, f64::INFINITY, |one| one.block.extent() as f64, f64::min);
+    let is_right = |one: &Settled| {
+        let smallest = one.block.points().map(|(x, y)| least[x * size.1 + y]).fold(f64::INFINITY, f64::min);
+        !one.block.is_divisible() || one.block.extent() as f64 <= 2.0 * smallest.max(1.0)
+    };
+    let (right, large): (Vec<_>, Vec<_>) = settled.drain(..).partition(is_right);
+    *settled = right;
+    large.into_iter().flat_map(|one| one.block.parts()).collect()
 }
 
 /// How far the points that are known in a block are from the interpolation between its corners.
@@ -149,28 +200,25 @@ fn interpolated(block: Block, known: &Known, (x, y): (usize, usize), k: usize) -
     Estimated { value, error }
 }
 
-fn cells(size: (usize, usize), known: &Known, settled: &[(Block, f64)]) -> Vec<Vec<Cell>> {
-    let mut cells: BTreeMap<(usize, usize), Vec<Cell>> = known
-        .iter()
-        .map(|(&point, found)| {
-            (point, found.iter().map(|&quantity| Cell { quantity, is_interpolated: false }).collect())
-        })
-        .collect();
-    for &(block, bend) in settled {
-        for x in block.x.0..=block.x.1 {
-            for y in block.y.0..=block.y.1 {
-                let count = known[&block.corners()[0]].len();
-                cells.entry((x, y)).or_insert_with(|| {
-                    let cell = |k| {
-                        let found = interpolated(block, known, (x, y), k);
-                        Cell {
-                            quantity: Estimated { error: found.error + MARGIN * bend, ..found },
-                            is_interpolated: true,
-                        }
-                    };
-                    (0..count).map(cell).collect()
-                });
-            }
+fn cells(size: (usize, usize), known: &Known, settled: &[Settled]) -> Vec<Vec<Cell>> {
+    let computed = |found: &Vec<Estimated>| -> Vec<Cell> {
+        found.iter().map(|&quantity| Cell { quantity, is_interpolated: false }).collect()
+    };
+    let mut cells: BTreeMap<(usize, usize), Vec<Cell>> =
+        known.iter().map(|(&point, found)| (point, computed(found))).collect();
+    let bends = at_points(settled, size, 0.0, |one| one.bend, larger);
+    for one in settled {
+        let bend = one.block.points().map(|(x, y)| bends[x * size.1 + y]).fold(0.0, larger);
+        let count = known[&one.block.corners()[0]].len();
+        for point in one.block.points() {
+            cells.entry(point).or_insert_with(|| {
+                let cell = |k| {
+                    let found = interpolated(one.block, known, point, k);
+                    let quantity = Estimated { error: found.error + MARGIN * bend, ..found };
+                    Cell { quantity, is_interpolated: true }
+                };
+                (0..count).map(cell).collect()
+            });
         }
     }
     (0..size.0).flat_map(|x| (0..size.1).map(move |y| (x, y))).filter_map(|point| cells.remove(&point)).collect()
@@ -205,6 +253,29 @@ mod tests {
             assert!((quantity.value - expected).abs() <= quantity.error.max(1e-5), "{k}: {quantity:?} {expected}");
             assert!(is_interpolated || quantity.error == 0.0);
         }
+    }
+
+    #[test]
+    fn a_cliff_that_passes_between_the_points_of_a_block_is_found_from_its_neighbour() {
+        // It bends away from the border of two blocks and passes the probes of the second, at steps of two, without touching one.
+        let of = |x: f64, y: f64| {
+            let wave = (-0.5 * ((x - 9.0) / 0.45).powi(2)).exp() * (-0.5 * ((y - 16.0) / 1.4).powi(2)).exp();
+            (-0.5 * ((y - 18.0 - 0.02 * x) / 0.8).powi(2)).exp() + 0.2 * wave
+        };
+        let (cells, _) = filled((17, 25), 0.05, of);
+        for (k, cell) in cells.iter().enumerate() {
+            let off = (cell[0].quantity.value - of((k / 25) as f64, (k % 25) as f64)).abs();
+            assert!(off <= cell[0].quantity.error.max(1e-12), "{k}: {cell:?} is off by {off}");
+        }
+    }
+
+    #[test]
+    fn blocks_that_touch_differ_by_a_factor_of_two_at_most() {
+        let block = |x, y| Settled { block: Block { x, y }, bend: 0.0 };
+        let mut settled = vec![block((0, 8), (0, 8)), block((8, 10), (0, 2)), block((8, 12), (4, 8))];
+        assert_eq!(too_large(&mut settled, (17, 9)).len(), 4);
+        assert_eq!(settled.len(), 2);
+        assert!(too_large(&mut settled, (17, 9)).is_empty(), "these do not touch");
     }
 
     #[test]
