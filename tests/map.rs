@@ -74,9 +74,16 @@ fn a_map_that_is_killed_goes_on_and_has_the_same_bytes_for_one_thread_and_two() 
     kill_process(Pid::from_child(&first), Signal::KILL).unwrap();
     first.wait().unwrap();
     assert!(!bench.path("killed/map.csv").exists());
+    bench.write("map.toml", &map_file.replace("count = 9", "count = 8"));
+    let output = map(&bench, "killed");
+    let said = text(&output.stderr);
+    assert!(output.status.code() == Some(2) && said.contains("holds another map: map.toml there differs"), "{said}");
+    bench.write("map.toml", &map_file);
     let output = map(&bench, "killed");
     let said = text(&output.stderr);
     assert!(output.status.success() && said.contains("was begun before"), "{said}");
+    // An empty folder is as good as none.
+    std::fs::create_dir(bench.path("one")).unwrap();
     let output =
         bench.phasecloud().args(["map", "map.toml", "--out", "one"]).env("RAYON_NUM_THREADS", "1").output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));

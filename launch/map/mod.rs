@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `parts` | the points that are computed together |
 //! | `allotment` | who computes which parts |
+//! | `folder` | the folder in which all this lies, and which may be used |
 //! | `computed` | the file with what has been computed so far |
 //! | `output` | the files of a finished map |
 //! | `progress` | how far it is |
@@ -14,6 +15,7 @@ mod allotment;
 mod computed;
 #[cfg(feature = "hosts")]
 pub mod contributing;
+mod folder;
 mod output;
 mod parts;
 mod progress;
@@ -32,7 +34,7 @@ use computed::Computed;
 use parts::{Parts, Place};
 use progress::{Progress, Tally};
 
-pub use computed::prepare;
+pub use folder::prepare;
 pub use output::{FIGURE, PAGE, TABLE};
 
 #[cfg(feature = "hosts")]
