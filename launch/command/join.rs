@@ -55,7 +55,7 @@ fn prepare(arguments: &JoinArguments) -> Result<(Access, String), String> {
         },
         insecure: arguments.insecure,
     };
-    access.check(End::Connects)?;
+    access.check(End::Connects).map_err(|fault| fault.why)?;
     let host = match &arguments.name {
         Some(name) => name.clone(),
         None => rustix::system::uname().nodename().to_string_lossy().into_owned(),

@@ -68,8 +68,7 @@ fn read(arguments: &MapArguments) -> Result<(MapFile, Option<Hosts>), String> {
     let folder = arguments.file.parent().unwrap_or(Path::new("."));
     let hosts = map.hosts.as_ref().map(|table| Hosts::check(&file, table, folder)).transpose();
     let mut hosts = hosts.map_err(|e| e.to_string())?;
-    let opened = hosts.as_mut().map_or(Ok(()), |hosts| hosts.open(arguments.insecure));
-    opened.map_err(|problem| format!("{}: {problem}", arguments.file.display()))?;
+    hosts.as_mut().map_or(Ok(()), |hosts| hosts.open(arguments.insecure))?;
     Ok((map, hosts))
 }
 

@@ -22,7 +22,7 @@ pub(super) fn with_others(
     allotment: &Arc<Allotment>,
     draw: impl FnOnce() -> Result<(), String>,
 ) -> Result<(), String> {
-    let Some(Hosts { access, names }) = order.hosts else { return draw() };
+    let Some(Hosts { access, names, .. }) = order.hosts else { return draw() };
     let [text, scenario] = order.map.texts().map(str::to_owned);
     let plan = MapPlan { map_id: domain::fresh_run_id(), file: order.map.path().into(), text, scenario };
     let dealer = Arc::new(AllotmentDealer { allotment: Arc::clone(allotment), is_quiet: order.is_quiet });
