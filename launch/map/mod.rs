@@ -7,6 +7,7 @@
 //! | `allotment` | who computes which parts |
 //! | `folder` | the folder in which all this lies, and which may be used |
 //! | `computed` | the file with what has been computed so far |
+//! | `interruption` | what happens when the user asks to stop |
 //! | `output` | the files of a finished map |
 //! | `progress` | how far it is |
 //! | `welcome`, `contributing` | several hosts, home's end and a worker's end |
@@ -16,6 +17,7 @@ mod computed;
 #[cfg(feature = "hosts")]
 pub mod contributing;
 mod folder;
+mod interruption;
 mod output;
 mod parts;
 mod progress;
@@ -31,6 +33,7 @@ use nodes::files::map_file::MapFile;
 use crate::plan::hosts::Hosts;
 use allotment::{Allotment, HOME, Outcome};
 use computed::Computed;
+use interruption::Watch;
 use parts::{Parts, Place};
 use progress::{Progress, Tally};
 
@@ -63,7 +66,9 @@ pub fn draw(order: &Order<'_>) -> Result<(), String> {
     let known = kept.known().clone();
     let tally = Arc::new(Tally::of(known.len(), usize::from(order.hosts.is_some())));
     let allotment = Arc::new(Allotment::new(kept, parts, Arc::clone(&tally)));
-    with_others(order, &allotment, || {
+    let size = parts.size();
+    let watch = Watch::begin(&allotment, size.0 * size.1, order.folder)?;
+    let drawn = with_others(order, &allotment, || {
         let cells = compute(order, parts, &allotment, known, &tally);
         let drawn = cells.and_then(|cells| output::write(order.map, &cells, order.folder));
         allotment.end(match &drawn {
@@ -71,7 +76,9 @@ pub fn draw(order: &Order<'_>) -> Result<(), String> {
             Err(why) => Outcome::Failed(why.clone()),
         });
         drawn
-    })
+    });
+    watch.end();
+    drawn
 }
 
 /// Without the feature `hosts` there are no others.

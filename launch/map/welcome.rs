@@ -49,6 +49,7 @@ impl Dealer for AllotmentDealer {
         match self.allotment.outcome() {
             Some(Outcome::Complete) => Answer::Complete,
             Some(Outcome::Failed(why)) => Answer::Failed(why),
+            Some(Outcome::Interrupted) => Answer::Interrupted,
             None if is_free && !is_leaving => match self.allotment.take(process) {
                 places if places.is_empty() => Answer::Nothing,
                 places => Answer::Compute(places),
