@@ -74,9 +74,16 @@ fn a_map_that_is_killed_goes_on_and_has_the_same_bytes_for_one_thread_and_two() 
     kill_process(Pid::from_child(&first), Signal::KILL).unwrap();
     first.wait().unwrap();
     assert!(!bench.path("killed/map.csv").exists());
+    bench.write("map.toml", &map_file.replace("count = 9", "count = 8"));
+    let output = map(&bench, "killed");
+    let said = text(&output.stderr);
+    assert!(output.status.code() == Some(2) && said.contains("holds another map: map.toml there differs"), "{said}");
+    bench.write("map.toml", &map_file);
     let output = map(&bench, "killed");
     let said = text(&output.stderr);
     assert!(output.status.success() && said.contains("was begun before"), "{said}");
+    // An empty folder is as good as none.
+    std::fs::create_dir(bench.path("one")).unwrap();
     let output =
         bench.phasecloud().args(["map", "map.toml", "--out", "one"]).env("RAYON_NUM_THREADS", "1").output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -84,6 +91,27 @@ fn a_map_that_is_killed_goes_on_and_has_the_same_bytes_for_one_thread_and_two() 
         assert!(bench.read(&format!("killed/{file}")) == bench.read(&format!("one/{file}")), "{file}");
     }
     assert!(!bench.path("killed/computed.csv").exists());
+}
+
+#[test]
+fn a_map_that_is_interrupted_says_what_there_is_and_goes_on() {
+    let bench = bench(&MAP.replace("count = 3", "count = 90"));
+    let mut command = bench.phasecloud();
+    command.args(["map", "map.toml", "--out", "out", "--quiet"]).stdout(Stdio::null()).stderr(Stdio::piped());
+    let first = command.spawn().unwrap();
+    wait_for("nothing is computed", || {
+        let kept = std::fs::read_to_string(bench.path("out/computed.csv")).unwrap_or_default();
+        (kept.lines().count() > 20).then_some(())
+    });
+    kill_process(Pid::from_child(&first), Signal::INT).unwrap();
+    let output = first.wait_with_output().unwrap();
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    let (_, counted) = said.split_once("interrupted: ").unwrap_or_else(|| panic!("{said}"));
+    let (count, _) = counted.split_once(" of at most ").unwrap_or_else(|| panic!("{said}"));
+    let kept = String::from_utf8(bench.read("out/computed.csv")).unwrap();
+    assert_eq!(kept.matches("\n\n").count(), count.parse().unwrap(), "{said}");
+    assert!(said.contains("kept in out; the same command goes on with them"), "{said}");
 }
 
 #[test]
@@ -159,8 +187,29 @@ fn a_folder_with_something_else_is_left_alone_and_mistakes_are_told() {
     bench.write("map.toml", &hosts("[\"home\"]"));
     refused("out", "map.toml:9: hosts.names: \"home\" is the host on which all is started");
     bench.write("map.toml", &hosts("[\"worker-a\"]"));
-    let way = if cfg!(feature = "hosts") { "hosts.listen: tcp/192.0.2.1:7447 is not encrypted" } else { WITHOUT_HOSTS };
+    let way = if cfg!(feature = "hosts") {
+        "map.toml:10: hosts.listen: tcp/192.0.2.1:7447 is not encrypted"
+    } else {
+        WITHOUT_HOSTS
+    };
     refused("out", way);
+    assert!(!bench.path("out").exists());
+    let way = "tcp/192.0.2.1:7447 is not encrypted, which needs --insecure";
+    let valid = bench.phasecloud().args(["validate", "map.toml"]).output().unwrap();
+    assert!(valid.status.success() && text(&valid.stdout).contains(way), "{}", text(&valid.stdout));
+    let tls = |lines: &str| hosts("[\"worker-a\"]").replace("tcp/192.0.2.1", "tls/127.0.0.1") + lines;
+    for (file, words) in [
+        (tls(""), "map.toml:10: hosts.listen: tls/127.0.0.1:7447 needs certificate and key"),
+        (tls("key = \"k.pem\"\n"), "map.toml:11: hosts.key: a key and its certificate go together"),
+        (tls("certificate = \"c.pem\"\nkey = \"k.pem\"\n"), "map.toml:11: hosts.certificate: c.pem cannot be read"),
+        (tls("key = \"k.pem\"\n").replace("tls/", "tcp/"), "map.toml:11: hosts.key: has no effect with tcp/127.0.0.1"),
+    ] {
+        bench.write("map.toml", &file);
+        let invalid = bench.phasecloud().args(["validate", "map.toml"]).output().unwrap();
+        let said = text(&invalid.stderr);
+        assert!(invalid.status.code() == Some(2) && said.contains(words), "{said}");
+        refused("out", if cfg!(feature = "hosts") { words } else { WITHOUT_HOSTS });
+    }
     assert!(!bench.path("out").exists());
     bench.write("map.toml", MAP);
     let valid = bench.phasecloud().args(["validate", "map.toml"]).output().unwrap();

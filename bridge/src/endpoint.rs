@@ -4,7 +4,8 @@
 //! the home host has an authority against which it checks its workers.
 
 use std::fmt;
-use std::net::IpAddr;
+use std::io::ErrorKind;
+use std::net::{IpAddr, TcpListener};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -66,6 +67,25 @@ impl Endpoint {
         self.encrypted
     }
 
+    /// Whether messages that pass there can be read by others on the way.
+    pub fn is_exposed(&self) -> bool {
+        !self.encrypted && !self.is_loopback()
+    }
+
+    /// Listens there for a moment, to see whether that is possible.
+    ///
+    /// # Errors
+    /// Why it is not.
+    pub fn try_listening(&self) -> Result<(), String> {
+        match TcpListener::bind(format!("{}:{}", self.host, self.port)) {
+            Ok(_) => Ok(()),
+            Err(error) if error.kind() == ErrorKind::AddrInUse => {
+                Err(format!("{self}: the port is taken: another program listens there"))
+            }
+            Err(error) => Err(format!("{self}: this host cannot listen there: {error}")),
+        }
+    }
+
     fn is_loopback(&self) -> bool {
         let address: Option<IpAddr> = self.host.trim_matches(['[', ']']).parse().ok();
         self.host == "localhost" || address.is_some_and(|address| address.is_loopback())
@@ -93,6 +113,78 @@ pub enum End {
     Connects,
 }
 
+/// What is to be changed about a way that cannot be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// Where the hosts meet.
+    Endpoint,
+    /// See [`Tls::authority`].
+    Authority,
+    /// See [`Tls::certificate`].
+    Certificate,
+    /// See [`Tls::key`].
+    Key,
+}
+
+/// Why a way to the other hosts cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fault {
+    /// What is to be changed.
+    pub part: Part,
+    /// What is wrong with it.
+    pub why: String,
+}
+
+impl Fault {
+    /// This is wrong with that part.
+    pub fn of(part: Part, why: impl Into<String>) -> Self {
+        Self { part, why: why.into() }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.why)
+    }
+}
+
+impl Tls {
+    /// The files that are named.
+    fn named(&self) -> impl Iterator<Item = (Part, &PathBuf)> {
+        let files =
+            [(Part::Authority, &self.authority), (Part::Certificate, &self.certificate), (Part::Key, &self.key)];
+        files.into_iter().filter_map(|(part, file)| Some((part, file.as_ref()?)))
+    }
+
+    fn check(&self, endpoint: &Endpoint, end: End) -> Result<(), Fault> {
+        match (&self.certificate, &self.key) {
+            (Some(_), None) => {
+                return Err(Fault::of(Part::Certificate, "a certificate and its key go together; the key is missing"));
+            }
+            (None, Some(_)) => {
+                return Err(Fault::of(Part::Key, "a key and its certificate go together; the certificate is missing"));
+            }
+            _ => {}
+        }
+        let missing = match end {
+            End::Listens if self.certificate.is_none() => "certificate and key",
+            End::Connects if self.authority.is_none() => "authority, whose signature the home host must show",
+            _ => "",
+        };
+        if !missing.is_empty() {
+            return Err(Fault::of(Part::Endpoint, format!("{endpoint} needs {missing}")));
+        }
+        for (part, file) in self.named() {
+            let shown = file.display();
+            std::fs::read(file).map_err(|e| Fault::of(part, format!("{shown} cannot be read: {e}")))?;
+        }
+        // Only a program that can talk to other hosts has what it takes to read certificates.
+        #[cfg(feature = "zenoh")]
+        crate::pem::check(self)?;
+        Ok(())
+    }
+}
+
 /// A way to the other hosts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Access {
@@ -109,28 +201,19 @@ impl Access {
     ///
     /// # Errors
     /// What is missing.
-    pub fn check(&self, end: End) -> Result<(), String> {
+    pub fn check(&self, end: End) -> Result<(), Fault> {
         let Self { endpoint, tls, insecure } = self;
-        if !endpoint.encrypted {
-            return match endpoint.is_loopback() || *insecure {
-                true => Ok(()),
-                false => Err(format!("{endpoint} is not encrypted: take tls/... or, if you must, --insecure")),
-            };
+        if endpoint.encrypted {
+            return tls.check(endpoint, end);
         }
-        if tls.certificate.is_some() != tls.key.is_some() {
-            return Err("a certificate and its key go together; one of them is missing".into());
+        if endpoint.is_exposed() && !insecure {
+            let why = format!("{endpoint} is not encrypted: take tls/... or, if you must, --insecure");
+            return Err(Fault::of(Part::Endpoint, why));
         }
-        let missing = match end {
-            End::Listens if tls.certificate.is_none() => "certificate and key",
-            End::Connects if tls.authority.is_none() => "authority, whose signature the home host must show",
-            _ => "",
-        };
-        if !missing.is_empty() {
-            return Err(format!("{endpoint} needs {missing}"));
-        }
-        let files = [&tls.authority, &tls.certificate, &tls.key];
-        match files.into_iter().flatten().find(|file| std::fs::File::open(file).is_err()) {
-            Some(file) => Err(format!("{} cannot be read", file.display())),
+        match tls.named().next() {
+            Some((part, _)) => {
+                Err(Fault::of(part, format!("has no effect with {endpoint}; leave it out, or take tls/...")))
+            }
             None => Ok(()),
         }
     }
@@ -154,6 +237,12 @@ mod tests {
         }
     }
 
+    /// The fault of a way that has one.
+    fn fault(endpoint: &str, tls: Tls, insecure: bool, end: End) -> (Part, String) {
+        let Fault { part, why } = access(endpoint, tls, insecure).check(end).unwrap_err();
+        (part, why)
+    }
+
     #[test]
     fn plain_connections_are_for_loopback_unless_somebody_insists() {
         for end in [End::Listens, End::Connects] {
@@ -161,7 +250,8 @@ mod tests {
                 access(near, Tls::default(), false).check(end).unwrap();
             }
             for far in ["tcp/0.0.0.0:1", "tcp/10.0.0.1:1", "tcp/[::]:1", "tcp/localhost.example:1"] {
-                assert!(access(far, Tls::default(), false).check(end).unwrap_err().contains("--insecure"));
+                let (part, why) = fault(far, Tls::default(), false, end);
+                assert!(part == Part::Endpoint && why.contains("--insecure"), "{why}");
                 access(far, Tls::default(), true).check(end).unwrap();
             }
         }
@@ -169,15 +259,44 @@ mod tests {
 
     #[test]
     fn tls_without_its_files_is_refused() {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        let path = Some(file.path().to_owned());
-        let own = Tls { certificate: path.clone(), key: path.clone(), authority: None };
-        access("tls/a:1", own.clone(), false).check(End::Listens).unwrap();
-        assert!(access("tls/a:1", own.clone(), false).check(End::Connects).unwrap_err().contains("authority"));
-        assert!(access("tls/a:1", Tls::default(), true).check(End::Listens).unwrap_err().contains("certificate"));
-        let half = Tls { key: None, ..own.clone() };
-        assert!(access("tls/a:1", half, false).check(End::Listens).unwrap_err().contains("go together"));
-        let lost = Tls { authority: Some("/nowhere/ca.pem".into()), ..own };
-        assert!(access("tls/a:1", lost, false).check(End::Connects).unwrap_err().contains("/nowhere/ca.pem"));
+        let path = |name: &str| Some(PathBuf::from("/nowhere").join(name));
+        let own = Tls { certificate: path("c.pem"), key: path("k.pem"), authority: None };
+        let (part, why) = fault("tls/a:1", own.clone(), false, End::Connects);
+        assert!(part == Part::Endpoint && why.contains("authority"), "{why}");
+        let (part, why) = fault("tls/a:1", Tls::default(), true, End::Listens);
+        assert!(part == Part::Endpoint && why.contains("certificate"), "{why}");
+        let (part, why) = fault("tls/a:1", Tls { key: None, ..own.clone() }, false, End::Listens);
+        assert!(part == Part::Certificate && why.contains("the key is missing"), "{why}");
+        let (part, why) = fault("tls/a:1", Tls { certificate: None, ..own.clone() }, false, End::Listens);
+        assert!(part == Part::Key && why.contains("the certificate is missing"), "{why}");
+        let (part, why) = fault("tls/a:1", own, false, End::Listens);
+        assert!(part == Part::Certificate && why.contains("/nowhere/c.pem cannot be read"), "{why}");
+        let lost = Tls { authority: path("ca.pem"), ..Tls::default() };
+        let (part, why) = fault("tls/a:1", lost, false, End::Connects);
+        assert!(part == Part::Authority && why.contains("/nowhere/ca.pem cannot be read"), "{why}");
+    }
+
+    #[test]
+    fn files_for_tls_have_no_effect_without_it() {
+        let key = Tls { key: Some("k.pem".into()), ..Tls::default() };
+        for end in [End::Listens, End::Connects] {
+            let (part, why) = fault("tcp/127.0.0.1:1", key.clone(), false, end);
+            assert!(part == Part::Key && why.contains("has no effect with tcp/127.0.0.1:1"), "{why}");
+        }
+        // What is more dangerous is told first.
+        assert_eq!(fault("tcp/10.0.0.1:1", key, false, End::Listens).0, Part::Endpoint);
+    }
+
+    #[test]
+    fn a_port_that_is_taken_and_an_address_of_another_host_are_told_from_one_that_is_free() {
+        let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = taken.local_addr().unwrap().port();
+        let tried = |endpoint: String| endpoint.parse::<Endpoint>().unwrap().try_listening();
+        let why = tried(format!("tcp/127.0.0.1:{port}")).unwrap_err();
+        assert!(why.starts_with(&format!("tcp/127.0.0.1:{port}: the port is taken")), "{why}");
+        let why = tried(format!("tls/192.0.2.1:{port}")).unwrap_err();
+        assert!(why.contains("this host cannot listen there: "), "{why}");
+        drop(taken);
+        tried(format!("tcp/127.0.0.1:{port}")).unwrap();
     }
 }

@@ -14,6 +14,7 @@
 //! keeps a message where it lies, in shared memory, until the reader asks for the next.
 //!
 //! - [`endpoint`]: where to listen or connect, and who may
+//! - `pem`, only with the feature `zenoh`: whether the files for TLS are what they should be
 //! - [`plan`]: which process runs on which host
 //! - `link`, only with the feature `zenoh`: all that needs a connection. Without it launch files can still be checked
 
@@ -26,6 +27,8 @@ pub mod plan;
 
 #[cfg(feature = "zenoh")]
 mod link;
+#[cfg(feature = "zenoh")]
+mod pem;
 #[cfg(feature = "zenoh")]
 pub use link::{dealing, greeting, run, session};
 #[cfg(feature = "zenoh")]

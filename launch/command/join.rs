@@ -1,13 +1,14 @@
 //! `phasecloud join`: a worker host does its share of a run that another host conducts, or computes parts of a map.
 
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use bridge::endpoint::{Access, End, Tls};
+use bridge::endpoint::{Access, End, Fault, Part, Tls};
 use bridge::greeting::{Hello, greet};
-use bridge::plan::{HostPlan, MapPlan, Program, Work};
+use bridge::plan::{HOME, HostPlan, MapPlan, Program, Work};
 use bridge::zenoh::Session;
 use messages::wait::Signals;
+use nodes::files::input::{PLAIN_NAME, is_plain_name};
 
 use crate::command::cli::JoinArguments;
 use crate::crew::share::{self, Ending};
@@ -18,6 +19,8 @@ use crate::shown::Shown;
 
 /// Pause between two attempts to reach a home that does not answer yet.
 const PAUSE: Duration = Duration::from_millis(300);
+/// After this time without an answer it is said what may be the reason.
+const HINT: Duration = Duration::from_secs(10);
 
 /// Joins, works, and ends with the run or the map.
 pub fn run(arguments: &JoinArguments) -> ExitCode {
@@ -55,12 +58,34 @@ fn prepare(arguments: &JoinArguments) -> Result<(Access, String), String> {
         },
         insecure: arguments.insecure,
     };
-    access.check(End::Connects)?;
-    let host = match &arguments.name {
-        Some(name) => name.clone(),
-        None => rustix::system::uname().nodename().to_string_lossy().into_owned(),
+    access.check(End::Connects).map_err(|Fault { part, why }| format!("{}: {why}", option(part)))?;
+    Ok((access, name(arguments.name.as_deref())?))
+}
+
+/// The option that gives a part of the way to home.
+fn option(part: Part) -> &'static str {
+    match part {
+        Part::Endpoint => "--connect",
+        Part::Authority => "--authority",
+        Part::Certificate => "--certificate",
+        Part::Key => "--key",
+    }
+}
+
+/// The name of this host, which must be one that home may know.
+fn name(given: Option<&str>) -> Result<String, String> {
+    let own = || rustix::system::uname().nodename().to_string_lossy().into_owned();
+    let (name, advice) = match given {
+        Some(name) => (name.to_owned(), ""),
+        None => (own(), "; that is this machine's host name, give another one with --name"),
     };
-    Ok((access, host))
+    match () {
+        () if !is_plain_name(&name) => Err(format!("--name: {name:?} is not allowed, {PLAIN_NAME}{advice}")),
+        () if name == HOME => {
+            Err(format!("--name: \"{HOME}\" is the host to which this one connects; take another name{advice}"))
+        }
+        () => Ok(name),
+    }
 }
 
 fn tell(arguments: &JoinArguments, line: &str) {
@@ -138,7 +163,7 @@ fn await_work(
     hello: &Hello,
     signals: &Signals,
 ) -> Result<Option<Work>, String> {
-    let mut is_told = false;
+    let (start, mut is_told, mut is_hinted) = (Instant::now(), false, false);
     while !signals.stop_requested() {
         if let Some(work) = greet(zenoh, hello).map_err(|e| e.to_string())? {
             return Ok(Some(work));
@@ -146,7 +171,32 @@ fn await_work(
         if !std::mem::replace(&mut is_told, true) {
             tell(arguments, &format!("waiting for a run or a map at {}", access.endpoint));
         }
+        if start.elapsed() >= HINT && !std::mem::replace(&mut is_hinted, true) {
+            tell(arguments, &hint(access));
+        }
         signals.wait(&[], PAUSE).map_err(|e| e.to_string())?;
     }
     Ok(None)
+}
+
+/// What may be the reason that home does not answer, as far as this side can know.
+fn hint(access: &Access) -> String {
+    format!(
+        "nothing has answered at {} for {} s: either the home host has not started, or it refuses this host (its certificate, or tcp/ in place of tls/)",
+        access.endpoint,
+        HINT.as_secs()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_home_cannot_know_is_refused_here() {
+        assert_eq!(name(Some("worker-a")), Ok("worker-a".into()));
+        for bad in ["a b", "", "-a", "home"] {
+            assert!(name(Some(bad)).unwrap_err().starts_with("--name: "), "{bad}");
+        }
+    }
 }

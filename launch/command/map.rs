@@ -18,7 +18,8 @@ use crate::plan::hosts::Hosts;
     phasecloud join --connect tcp/127.0.0.1:7447 --name worker-a\n\n\
     A map file names a scenario, a quantity and the numbers that are varied (docs/maps.md). A map that was interrupted goes on where it \
     was if it is asked for again. Hosts that join compute parts of it, and may come and go as they like.\n\n\
-    Exit codes: 0 the map is complete; 1 it cannot be computed or written; 2 bad input.")]
+    Exit codes: 0 the map is complete; 1 it cannot be computed or written; 2 bad input, or the hosts cannot be listened for; 130 stopped on request, \
+    the same command goes on with what is there.")]
 pub struct MapArguments {
     /// The map file
     pub file: PathBuf,
@@ -68,8 +69,7 @@ fn read(arguments: &MapArguments) -> Result<(MapFile, Option<Hosts>), String> {
     let folder = arguments.file.parent().unwrap_or(Path::new("."));
     let hosts = map.hosts.as_ref().map(|table| Hosts::check(&file, table, folder)).transpose();
     let mut hosts = hosts.map_err(|e| e.to_string())?;
-    let opened = hosts.as_mut().map_or(Ok(()), |hosts| hosts.open(arguments.insecure));
-    opened.map_err(|problem| format!("{}: {problem}", arguments.file.display()))?;
+    hosts.as_mut().map_or(Ok(()), |hosts| hosts.open(arguments.insecure))?;
     Ok((map, hosts))
 }
 

@@ -90,25 +90,28 @@ fn map(file: &InputFile) -> Result<String, Vec<String>> {
     let map = MapFile::check(file).map_err(|e| vec![e.to_string()])?;
     let folder = file.path().parent().unwrap_or(Path::new("."));
     let hosts = map.hosts.as_ref().map(|table| Hosts::check(file, table, folder)).transpose();
-    let hosts = without_hosts(hosts.map_err(|e| vec![e.to_string()])?.as_ref());
+    let hosts = of_hosts(hosts.map_err(|e| vec![e.to_string()])?.as_ref()).map_err(|e| vec![e])?;
     Ok(format!("map of the {} at {} points over {}{hosts}", map.label(), map.sweep.len(), map.axes.join(" and ")))
 }
 
-/// What is to be said of other hosts that this build cannot reach.
-fn without_hosts(hosts: Option<&Hosts>) -> String {
-    hosts.filter(|_| !cfg!(feature = "hosts")).map_or(String::new(), |_| format!("; but {WITHOUT_HOSTS}"))
+/// What is to be said of other hosts: that the way to them needs a word of the user, or that this build cannot reach them.
+fn of_hosts(hosts: Option<&Hosts>) -> Result<String, String> {
+    let Some(hosts) = hosts else { return Ok(String::new()) };
+    let lacking = (!cfg!(feature = "hosts")).then(|| WITHOUT_HOSTS.to_owned());
+    Ok(hosts.look()?.into_iter().chain(lacking).flat_map(|remark| ["; but ".to_owned(), remark]).collect())
 }
 
 /// A launch file; one that is built in has no path.
 fn launch(file: &InputFile, path: Option<&Path>) -> Result<String, Vec<String>> {
     let launch = Launch::check(file, path, None).map_err(|e| vec![e.to_string()])?;
     let programs = programs::problems(file, &launch.cases).into_iter();
-    let problems: Vec<String> =
-        programs.chain(refusals::problems(file, &launch)).map(|problem| problem.to_string()).collect();
+    let hosts = of_hosts(launch.hosts.as_ref());
+    let problems = programs.chain(refusals::problems(file, &launch)).map(|problem| problem.to_string());
+    let problems: Vec<String> = problems.chain(hosts.as_ref().err().cloned()).collect();
     if problems.is_empty() {
         let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         let (cases, scenarios) = (launch.cases.len(), launch.scenarios.len());
-        let hosts = without_hosts(launch.hosts.as_ref());
+        let hosts = hosts.unwrap_or_default();
         return Ok(format!("{} on {}{hosts}", counted(cases, "case"), counted(scenarios, "scenario")));
     }
     Err(problems)

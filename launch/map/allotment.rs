@@ -20,6 +20,8 @@ pub(super) enum Outcome {
     Complete,
     /// It cannot be completed, for this reason.
     Failed(String),
+    /// The user has asked to stop.
+    Interrupted,
 }
 
 /// Which parts nobody has yet, which parts are with whom, and what has been brought.
@@ -32,6 +34,8 @@ pub(super) struct Allotment {
 #[derive(Debug)]
 struct State {
     kept: Computed,
+    /// How many parts are kept.
+    count: usize,
     /// How many points a part has.
     points: usize,
     /// Most parts that anybody gets at a time.
@@ -54,6 +58,7 @@ impl Allotment {
     /// Nothing is laid out yet; what is brought goes into `kept`.
     pub(super) fn new(kept: Computed, parts: Parts<'_>, tally: Arc<Tally>) -> Self {
         let state = State {
+            count: kept.known().len(),
             kept,
             points: parts.points(),
             batch: parts.batch(),
@@ -84,8 +89,10 @@ impl Allotment {
     pub(super) fn next_at_home(&self) -> Result<Option<Vec<Place>>, String> {
         let mut state = self.state();
         loop {
-            if let Some(Outcome::Failed(why)) = &state.outcome {
-                return Err(why.clone());
+            match &state.outcome {
+                Some(Outcome::Failed(why)) => return Err(why.clone()),
+                Some(Outcome::Interrupted) => return Err("interrupted".into()),
+                Some(Outcome::Complete) | None => {}
             }
             if state.missing.is_empty() {
                 return Ok(None);
@@ -112,6 +119,25 @@ impl Allotment {
     /// Says how the map has ended.
     pub(super) fn end(&self, outcome: Outcome) {
         self.state().outcome.get_or_insert(outcome);
+    }
+
+    /// Ends the map because the user has asked to stop, unless it has ended already; returns whether it is ended by this. What is brought from now
+    /// on is still kept.
+    pub(super) fn interrupt(&self) -> bool {
+        let is_interrupted = *self.state().outcome.get_or_insert(Outcome::Interrupted) == Outcome::Interrupted;
+        self.changed.notify_all();
+        is_interrupted
+    }
+
+    /// Does something with the number of parts that are kept; none is added meanwhile.
+    pub(super) fn with_count<T>(&self, act: impl FnOnce(usize) -> T) -> T {
+        let state = self.state();
+        act(state.count)
+    }
+
+    /// Whether a worker host is there.
+    pub(super) fn is_shared(&self) -> bool {
+        !self.state().present.is_empty()
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -165,7 +191,7 @@ impl State {
         if let Some(held) = self.given.get_mut(&process) {
             held.retain(|&known| known != place);
         }
-        if !self.missing.contains(&place) || self.outcome.is_some() {
+        if !self.missing.contains(&place) || !matches!(self.outcome, None | Some(Outcome::Interrupted)) {
             return;
         }
         match found.and_then(|numbers| self.keep(process, place, numbers)) {
@@ -183,6 +209,7 @@ impl State {
             ));
         }
         self.kept.add(place, &numbers)?;
+        self.count += 1;
         self.missing.remove(&place);
         self.open.retain(|&open| open != place);
         self.found.insert(place, numbers);

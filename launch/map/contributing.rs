@@ -56,6 +56,10 @@ pub fn contribute(zenoh: &Session, plan: &MapPlan, hello: &Hello, signals: &Sign
                     asker.leave(&[]);
                     return Err(format!("the map at home has failed: {why}"));
                 }
+                Answer::Interrupted => {
+                    asker.leave(&[]);
+                    return Err(INTERRUPTED.into());
+                }
                 Answer::Stranger => return Err(STRANGER.into()),
             }
         }
@@ -65,6 +69,8 @@ pub fn contribute(zenoh: &Session, plan: &MapPlan, hello: &Hello, signals: &Sign
     Ok(Contribution { is_complete: false, parts: parts + done.len() })
 }
 
+const INTERRUPTED: &str =
+    "home was interrupted; what was computed here is kept there, and `phasecloud join` joins again once home goes on";
 const STRANGER: &str = "home does not know this process any more: home was started anew, or another process has joined under this name; \
                         `phasecloud join` joins again";
 

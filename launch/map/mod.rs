@@ -5,7 +5,9 @@
 //! |---|---|
 //! | `parts` | the points that are computed together |
 //! | `allotment` | who computes which parts |
+//! | `folder` | the folder in which all this lies, and which may be used |
 //! | `computed` | the file with what has been computed so far |
+//! | `interruption` | what happens when the user asks to stop |
 //! | `output` | the files of a finished map |
 //! | `progress` | how far it is |
 //! | `welcome`, `contributing` | several hosts, home's end and a worker's end |
@@ -14,6 +16,8 @@ mod allotment;
 mod computed;
 #[cfg(feature = "hosts")]
 pub mod contributing;
+mod folder;
+mod interruption;
 mod output;
 mod parts;
 mod progress;
@@ -29,10 +33,11 @@ use nodes::files::map_file::MapFile;
 use crate::plan::hosts::Hosts;
 use allotment::{Allotment, HOME, Outcome};
 use computed::Computed;
+use interruption::Watch;
 use parts::{Parts, Place};
 use progress::{Progress, Tally};
 
-pub use computed::prepare;
+pub use folder::prepare;
 pub use output::{FIGURE, PAGE, TABLE};
 
 #[cfg(feature = "hosts")]
@@ -61,7 +66,9 @@ pub fn draw(order: &Order<'_>) -> Result<(), String> {
     let known = kept.known().clone();
     let tally = Arc::new(Tally::of(known.len(), usize::from(order.hosts.is_some())));
     let allotment = Arc::new(Allotment::new(kept, parts, Arc::clone(&tally)));
-    with_others(order, &allotment, || {
+    let size = parts.size();
+    let watch = Watch::begin(&allotment, size.0 * size.1, order.folder)?;
+    let drawn = with_others(order, &allotment, || {
         let cells = compute(order, parts, &allotment, known, &tally);
         let drawn = cells.and_then(|cells| output::write(order.map, &cells, order.folder));
         allotment.end(match &drawn {
@@ -69,7 +76,9 @@ pub fn draw(order: &Order<'_>) -> Result<(), String> {
             Err(why) => Outcome::Failed(why.clone()),
         });
         drawn
-    })
+    });
+    watch.end();
+    drawn
 }
 
 /// Without the feature `hosts` there are no others.

@@ -22,7 +22,7 @@ pub(super) fn with_others(
     allotment: &Arc<Allotment>,
     draw: impl FnOnce() -> Result<(), String>,
 ) -> Result<(), String> {
-    let Some(Hosts { access, names }) = order.hosts else { return draw() };
+    let Some(Hosts { access, names, .. }) = order.hosts else { return draw() };
     let [text, scenario] = order.map.texts().map(str::to_owned);
     let plan = MapPlan { map_id: domain::fresh_run_id(), file: order.map.path().into(), text, scenario };
     let dealer = Arc::new(AllotmentDealer { allotment: Arc::clone(allotment), is_quiet: order.is_quiet });
@@ -49,6 +49,7 @@ impl Dealer for AllotmentDealer {
         match self.allotment.outcome() {
             Some(Outcome::Complete) => Answer::Complete,
             Some(Outcome::Failed(why)) => Answer::Failed(why),
+            Some(Outcome::Interrupted) => Answer::Interrupted,
             None if is_free && !is_leaving => match self.allotment.take(process) {
                 places if places.is_empty() => Answer::Nothing,
                 places => Answer::Compute(places),

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use bridge::endpoint::{Access, End, Endpoint, Tls};
+use bridge::endpoint::{Access, End, Endpoint, Fault, Part, Tls};
 use bridge::plan::HOME;
 use nodes::files::hosts_table::HostsTable;
 use nodes::files::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
@@ -23,6 +23,8 @@ pub struct Hosts {
     pub access: Access,
     /// Their names.
     pub names: Vec<String>,
+    /// Where the file says each part of the way, as errors without a problem.
+    places: Vec<(Part, InputError)>,
 }
 
 impl Hosts {
@@ -49,22 +51,46 @@ impl Hosts {
             let problem = format!("names {} hosts, it must be 1 to {MOST_HOSTS}", names.len());
             return Err(file.error(&raw.names, &problem));
         }
-        let path = |path: &Option<PathBuf>| path.as_ref().map(|path| folder.join(path));
+        let path = |path: &Option<Spanned<PathBuf>>| path.as_ref().map(|path| folder.join(path.get_ref()));
         let tls = Tls { authority: path(&raw.authority), certificate: path(&raw.certificate), key: path(&raw.key) };
         let names = raw.names.get_ref().iter().map(|name| name.get_ref().clone()).collect();
-        Ok(Self { access: Access { endpoint, tls, insecure: false }, names })
+        let files = [(Part::Authority, &raw.authority), (Part::Certificate, &raw.certificate), (Part::Key, &raw.key)];
+        let files = files.into_iter().filter_map(|(part, path)| Some((part, file.error(path.as_ref()?, ""))));
+        let places = files.chain([(Part::Endpoint, file.error(&raw.listen, ""))]).collect();
+        Ok(Self { access: Access { endpoint, tls, insecure: false }, names, places })
+    }
+
+    /// Checks the way to the hosts as [`Hosts::open`] does, as far as that is possible without opening anything. Returns what is to be said of a way
+    /// that is only good with `--insecure`.
+    ///
+    /// # Errors
+    /// What is missing or wrong, with file, line and key.
+    pub fn look(&self) -> Result<Option<String>, String> {
+        let access = Access { insecure: true, ..self.access.clone() };
+        access.check(End::Listens).map_err(|fault| self.told(fault))?;
+        let endpoint = &access.endpoint;
+        Ok(endpoint.is_exposed().then(|| format!("{endpoint} is not encrypted, which needs --insecure")))
     }
 
     /// Lets hosts talk without encryption, if `insecure`, and checks whether they can talk at all.
     ///
     /// # Errors
-    /// What is missing.
+    /// What is missing or wrong, with file, line and key.
     pub fn open(&mut self, insecure: bool) -> Result<(), String> {
         if !cfg!(feature = "hosts") {
             return Err(format!("hosts: {WITHOUT_HOSTS}"));
         }
         self.access.insecure = insecure;
-        self.access.check(End::Listens).map_err(|why| format!("hosts.listen: {why}"))
+        self.access.check(End::Listens).map_err(|fault| self.told(fault))?;
+        self.access.endpoint.try_listening().map_err(|why| self.told(Fault::of(Part::Endpoint, why)))
+    }
+
+    /// A fault of the way, where the file says that part of it.
+    fn told(&self, fault: Fault) -> String {
+        match self.places.iter().find(|(part, _)| *part == fault.part) {
+            Some((_, place)) => InputError { problem: fault.why, ..place.clone() }.to_string(),
+            None => fault.why,
+        }
     }
 }
 

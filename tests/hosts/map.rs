@@ -201,13 +201,11 @@ fn home_that_is_interrupted_goes_on_with_what_it_has_and_workers_join_again() {
     let kept = || std::fs::read_to_string(atlas.site.home.path("out/computed.csv")).unwrap_or_default();
     wait_until("something is kept", || kept().lines().count() > 10);
     site::signal(&home, Signal::INT);
-    // Where a shell has started the tests in the background, SIGINT is ignored.
-    site::signal(&home, Signal::TERM);
     let (code, said) = atlas.end(home);
-    assert!(code != Some(0), "{said}");
+    assert!(code == Some(130) && said.contains("the same command goes on with them"), "{said}");
     let (code, said) = end(worker);
     assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("the home host is lost"), "{said}");
+    assert!(said.contains("home was interrupted"), "{said}");
     // Other hosts make no other map.
     let file = String::from_utf8(atlas.site.home.read("map.toml")).unwrap();
     atlas.site.home.write("map.toml", &file.replace("\"worker-a\"", "\"worker-c\", \"worker-a\""));
@@ -219,6 +217,17 @@ fn home_that_is_interrupted_goes_on_with_what_it_has_and_workers_join_again() {
     assert!(String::from_utf8(atlas.site.home.read("out/map.toml")).unwrap().contains("worker-c"));
     end_well(worker);
     atlas.site.check_clean();
+}
+
+#[test]
+fn a_port_that_is_taken_is_told_by_file_line_and_key_and_no_folder_is_made() {
+    let atlas = Atlas::new(&["worker-a"]);
+    let _taken = std::net::TcpListener::bind(("127.0.0.1", atlas.site.port)).unwrap();
+    let (code, said) = atlas.end(atlas.home());
+    assert_eq!(code, Some(2), "{said}");
+    let place = format!("hosts.listen: tcp/127.0.0.1:{}: the port is taken", atlas.site.port);
+    assert!(said.starts_with("error: map.toml:") && said.contains(&place) && !said.contains(".rs"), "{said}");
+    assert!(!atlas.site.home.path("out").exists());
 }
 
 #[test]

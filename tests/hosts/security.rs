@@ -212,3 +212,46 @@ fn programs_of_homes_choice_need_the_workers_leave() {
     assert_eq!(end(run).0, Some(130));
     site.check_clean();
 }
+
+#[test]
+fn files_and_names_that_cannot_be_right_are_refused_before_anything_is_awaited() {
+    let site = Site::new(&["worker-a"]);
+    let Some(certificates) = Certificates::make(&site.home, "127.0.0.1") else { return };
+    let file = |name: &str| certificates.path(name).display().to_string();
+    let refused = |endpoint: &str, more: &[&str], words: &str| {
+        let mut command = site.workers[0].1.phasecloud();
+        command.args(["join", "--connect", endpoint]).args(more);
+        let (code, said) = end(site::spawn(command));
+        assert!(code == Some(2) && said.contains(words), "{said}");
+    };
+    let (authority, certificate, key) = (file("ca.pem"), file("worker.pem"), file("worker-key.pem"));
+    let (strange, junk) = (file("home-key.pem"), file("names"));
+    let tls = |authority: &str, key: &str, words: &str| {
+        let more = ["--authority", authority, "--certificate", &certificate, "--key", key];
+        refused("tls/127.0.0.1:1", &more, words);
+    };
+    tls(&junk, &key, "--authority: ");
+    tls(&authority, &junk, "no private key in it");
+    tls(&authority, &strange, "is not the key of the certificate");
+    refused("tcp/127.0.0.1:1", &["--authority", &authority], "--authority: has no effect");
+    refused("tcp/127.0.0.1:1", &["--name", "a b"], "--name: \"a b\" is not allowed");
+    refused("tcp/127.0.0.1:1", &["--name", "home"], "--name: \"home\" is the host to which");
+}
+
+#[test]
+fn a_worker_that_nobody_answers_says_what_may_be_the_reason() {
+    let site = Site::new(&["worker-a"]);
+    // Another program at home's port, which takes connections and says nothing.
+    let _mute = std::net::TcpListener::bind(("127.0.0.1", site.port)).unwrap();
+    let said = site.home.path("said");
+    let (name, bench) = &site.workers[0];
+    let mut command = bench.phasecloud();
+    command.args(["join", "--connect", &format!("tcp/127.0.0.1:{}", site.port), "--name", name]);
+    command.stderr(std::fs::File::create(&said).unwrap());
+    let mut worker = command.spawn().unwrap();
+    let hint = "nothing has answered at tcp/127.0.0.1:";
+    wait_until(hint, || std::fs::read_to_string(&said).unwrap().contains(hint));
+    site::signal(&worker, Signal::INT);
+    assert_eq!(worker.wait().unwrap().code(), Some(130));
+    assert_eq!(std::fs::read_to_string(&said).unwrap().matches(hint).count(), 1);
+}

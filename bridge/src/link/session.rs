@@ -19,7 +19,7 @@ const PAUSE: u64 = 500;
 /// # Errors
 /// [`Failure::Refused`] if the endpoint cannot be used.
 pub fn open(access: &Access, end: End) -> Result<Session, Failure> {
-    access.check(end).map_err(Failure::Refused)?;
+    access.check(end).map_err(|fault| Failure::Refused(fault.why))?;
     let mut config = Config::default();
     for (key, value) in settings(access, end) {
         config.insert_json5(key, &value.to_string()).map_err(|e| refused(&format!("{key}: {e}")))?;
@@ -29,7 +29,24 @@ pub fn open(access: &Access, end: End) -> Result<Session, Failure> {
 
 /// A refusal by zenoh.
 pub(crate) fn refused(why: &dyn std::fmt::Display) -> Failure {
-    Failure::Refused(format!("zenoh: {why}"))
+    Failure::Refused(format!("zenoh: {}", without_places(&why.to_string())))
+}
+
+/// A text of zenoh without the places in its source, ` at FILE.rs:LINE`, which name folders of the machine on which it was built.
+fn without_places(text: &str) -> String {
+    let mut pieces = text.split(" at ");
+    let mut kept = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let end = piece.find(|c: char| c.is_whitespace() || c == ']').unwrap_or(piece.len());
+        let (place, rest) = piece.split_at(end);
+        let line = place.trim_end_matches(['.', ',']).rsplit_once(".rs:").map(|(_, line)| line);
+        if line.is_some_and(|line| !line.is_empty() && line.bytes().all(|byte| byte.is_ascii_digit())) {
+            kept += rest;
+        } else {
+            kept = kept + " at " + piece;
+        }
+    }
+    kept
 }
 
 fn settings(access: &Access, end: End) -> Vec<(&'static str, Value)> {
@@ -73,4 +90,15 @@ fn settings(access: &Access, end: End) -> Vec<(&'static str, Value)> {
         settings.extend(files.into_iter().filter_map(|(name, file)| Some((name, json!(file.as_ref()?)))));
     }
     settings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_in_the_source_are_left_out_of_what_zenoh_says() {
+        let said = "can not bind at 127.0.0.1:1: [no (os error 98) at /home/me/.cargo/src/tcp.rs:61.] at /home/me/unicast.rs:338. - Caused by no at /a/b.rs:5";
+        assert_eq!(without_places(said), "can not bind at 127.0.0.1:1: [no (os error 98)] - Caused by no");
+    }
 }

@@ -99,3 +99,21 @@ fn a_mistake_at_a_point_ends_the_map_wherever_it_was_found() {
     let told = second.next_at_home().unwrap_err();
     assert_eq!(told, "part (0, 0) of the map came from worker-7 with 2 points, it must have 3");
 }
+
+#[test]
+fn a_map_that_is_interrupted_gives_nothing_out_but_keeps_what_is_brought() {
+    let (folder, allotment, _) = allotment();
+    allotment.attend(there(&[7]));
+    allotment.lay_out(&[(0, 0), (1, 0)]);
+    assert_eq!(allotment.take(7), [(0, 0)]);
+    assert!(allotment.is_shared() && allotment.interrupt());
+    allotment.next_at_home().unwrap_err();
+    assert_eq!(allotment.outcome(), Some(Outcome::Interrupted));
+    allotment.bring(7, (0, 0), numbers(0.25));
+    assert_eq!(allotment.with_count(|count| count), 1);
+    drop(allotment);
+    assert_eq!(Computed::open(&folder.path().join("map")).unwrap().known().len(), 1);
+    let (_folder, complete, _) = self::allotment();
+    complete.end(Outcome::Complete);
+    assert!(!complete.interrupt(), "there is nothing to interrupt any more");
+}

@@ -17,9 +17,12 @@ pub struct HostsTable {
     #[schemars(with = "String")]
     pub listen: Spanned<String>,
     /// Certificate of the authority that has signed the certificates of the worker hosts.
-    pub authority: Option<PathBuf>,
+    #[schemars(with = "Option<PathBuf>")]
+    pub authority: Option<Spanned<PathBuf>>,
     /// Certificate of this host.
-    pub certificate: Option<PathBuf>,
+    #[schemars(with = "Option<PathBuf>")]
+    pub certificate: Option<Spanned<PathBuf>>,
     /// Private key of the certificate.
-    pub key: Option<PathBuf>,
+    #[schemars(with = "Option<PathBuf>")]
+    pub key: Option<Spanned<PathBuf>>,
 }

@@ -54,6 +54,8 @@ pub enum Answer {
     Complete,
     /// The map cannot be completed, for this reason.
     Failed(String),
+    /// Home was asked to stop; the map goes on when home is started again.
+    Interrupted,
     /// Home does not know the process: home was started anew, or another process has taken the name of its host.
     Stranger,
 }
