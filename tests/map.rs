@@ -110,7 +110,7 @@ fn a_map_that_is_interrupted_says_what_there_is_and_goes_on() {
     let (_, counted) = said.split_once("interrupted: ").unwrap_or_else(|| panic!("{said}"));
     let (count, _) = counted.split_once(" of at most ").unwrap_or_else(|| panic!("{said}"));
     let kept = String::from_utf8(bench.read("out/computed.csv")).unwrap();
-    assert_eq!(kept.matches("\n\n").count(), count.parse().unwrap(), "{said}");
+    assert_eq!(kept.matches("\n\n").count(), count.parse::<usize>().unwrap(), "{said}");
     assert!(said.contains("kept in out; the same command goes on with them"), "{said}");
 }
 
