@@ -1,6 +1,6 @@
 //! Whether the files for TLS are what they should be, as far as this side can tell: whether the other side accepts them is its own affair.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rustls::crypto::ring::default_provider;
 use rustls::pki_types::pem::PemObject;
@@ -28,7 +28,7 @@ pub fn check(tls: &Tls) -> Result<(), Fault> {
     }
 }
 
-fn check_pair(certificate: &PathBuf, key: &PathBuf) -> Result<(), Fault> {
+fn check_pair(certificate: &Path, key: &Path) -> Result<(), Fault> {
     let chain = certificates(Part::Certificate, certificate)?;
     for link in &chain {
         ParsedCertificate::try_from(link).map_err(|e| unusable(Part::Certificate, certificate, &e))?;
