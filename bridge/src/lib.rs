@@ -15,6 +15,7 @@
 //!
 //! - [`endpoint`]: where to listen or connect, and who may
 //! - `pem`, only with the feature `zenoh`: whether the files for TLS are what they should be
+//! - [`tls`]: the files that TLS needs
 //! - [`plan`]: which process runs on which host
 //! - `link`, only with the feature `zenoh`: all that needs a connection. Without it launch files can still be checked
 
@@ -24,6 +25,7 @@
 
 pub mod endpoint;
 pub mod plan;
+pub mod tls;
 
 #[cfg(feature = "zenoh")]
 mod link;

@@ -9,7 +9,7 @@ use rustls::server::ParsedCertificate;
 use rustls::sign::CertifiedKey;
 use rustls::{Error, InconsistentKeys, RootCertStore};
 
-use crate::endpoint::{Fault, Part, Tls};
+use crate::tls::{Fault, Part, Tls};
 
 /// Checks that every file holds what it is named for, and that the key is that of the certificate.
 ///

@@ -42,7 +42,8 @@
 //! }
 //! ```
 //!
-//! - [`propagator`]: the trait, what it says of first passages, and the loop that serves scenario after scenario;
+//! - [`propagator`]: the trait; `serving`: the loop that serves scenario after scenario; `drafting`: how a snapshot's message is made; `passage`: first passages
+//!   as a propagator states them;
 //! - [`assignment`]: a scenario as a propagator gets it; [`planar_problem`], [`space_problem`]: the problem that it states; [`space`]: its variables, and what
 //!   is said of a cloud in them;
 //! - [`kind`]: what is known of each kind of snapshot; [`snapshot_rules`]: what every snapshot must be;

@@ -12,7 +12,7 @@ use nodes::files::map_file::MapFile;
 use super::computed::{COPIES, Computed, Kept};
 use super::output::TABLE;
 
-/// How the name ends under which a copy is written until it is whole.
+/// The ending of a copy's name while it is being written.
 const DRAFT: &str = ".draft";
 const ANOTHER: &str = "name another folder with --out";
 

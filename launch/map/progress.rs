@@ -64,7 +64,7 @@ impl Tally {
 /// How far a map is.
 #[derive(Debug)]
 pub(super) struct Progress {
-    /// The most that there can be to compute.
+    /// How many parts there are at most.
     most: usize,
     tally: Arc<Tally>,
     begun: Instant,

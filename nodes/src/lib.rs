@@ -3,7 +3,7 @@
 //!
 //! - [`methods`]: the built-in propagators, one module per method, and their registry;
 //! - [`services`]: scenario, estimator, comparator, recorder and player;
-//! - [`files`]: scenario and sweep files, and how mistakes in TOML files are reported;
+//! - [`files`]: scenario, sweep and map files, and how mistakes in TOML files are reported;
 //! - [`assigning`]: the assignment that a scenario file makes; [`in_process`]: a case that is computed without any other process.
 //!
 //! A process is a [`kit::session::Session`] (its access to the run) and a loop that sleeps until a message arrives. The science

@@ -185,8 +185,8 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
         }
     }
 
-    /// How many orbits have first reached the critical value by each of `times` and not by the one before; for the orbits that
-    /// are propagated directly up to the snapshot that has been reached.
+    /// For each of `times`, how many orbits first reached the critical value after the time before it and up to this one. Orbits that are
+    /// propagated directly are counted only up to the snapshot that has been reached.
     pub fn passage_counts(&self, times: &[f64]) -> Vec<u64> {
         let chunk_counts = |chunk: usize| {
             let mut counts = vec![0u64; times.len() + 1];

@@ -22,6 +22,7 @@
 //! | `cell` | boxes and the tree of their halvings |
 //! | `build` | how the cells are found |
 //! | `passing` | whether and when the orbits of a cell first reach the critical value |
+//! | [`draw`] | how the starts of the orbits are drawn |
 //! | [`mapped`] | a set of orbits that moves by a map |
 //! | `determinant` | how a map in the plane changes a density |
 //! | `left` | the orbits that a map leaves to direct propagation |

@@ -22,6 +22,7 @@
 //! | `quadrature` | moments of the interpolated flow, also across `e = 0` and round the circle |
 //! | `fine` | the interpolated flow as triangles fine enough for the bins |
 //! | [`passage`] | first passages of the interpolated flow |
+//! | `watched_lattice`, `watched_orbit` | what a refined lattice, and an orbit of it, note of passages |
 //! | [`readout`] | a carried triangle in the `(phi, e)` plane, also around `e = 0` |
 //! | `share` | dividing a triangle's probability among the bins |
 //! | [`diagnostics`] | whether a carried mesh resolved the flow |

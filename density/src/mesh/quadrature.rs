@@ -16,7 +16,6 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use self::disc::Disc;
-use self::divided::{COARSELY, Divided, FULLY};
 use self::samples::Samples;
 use super::gaussian::standard_density;
 use super::lattice::{Stencil, stencil};
@@ -39,6 +38,20 @@ const GAUSS_8: [(f64, f64); 4] = [
 ];
 /// Movement of the branch cut that calls for another division \[rad\].
 const SAME_CUT: f64 = 1e-4;
+
+/// How far an irregular cell is divided.
+#[derive(Debug, Clone, Copy)]
+struct Divided {
+    /// Width of a part \[standard deviations\] below which it is not divided.
+    narrow: f64,
+    /// Probability of a part below which it is not divided.
+    light: f64,
+}
+
+/// How far they are divided in a single lattice.
+const FULLY: Divided = Divided { narrow: 0.006, light: 1e-9 };
+/// The same in one of many lattices of which a mean is taken: the cut passes elsewhere in each.
+const COARSELY: Divided = Divided { narrow: 0.04, light: 1e-6 };
 
 /// The points of a lattice and the polynomials between them.
 #[derive(Debug, Clone)]
@@ -116,7 +129,7 @@ impl Quadrature {
         (moments, circular)
     }
 
-    /// The probability inside the lattice, and the sums of sine and cosine of the solar angle and of the eccentricity.
+    /// The probability inside the lattice, and the sums of sine and cosine of the solar angle, and the sum of the eccentricity.
     pub(super) fn mean_vector(whole: &Whole) -> [f64; 4] {
         let Samples { phi, e, weights } = &whole.samples;
         ordered_sum(phi.len(), |i| [1.0, phi[i].sin(), phi[i].cos(), e[i]].map(|term| weights[i] * term))

@@ -11,6 +11,7 @@ use super::any_model::{MixturePropagator, SigmaPointRule};
 use super::component::Component;
 use super::fifth_degree;
 use super::part::Part;
+pub use super::splitting::Fineness;
 use super::splitting::Splitting;
 use super::unscented::Unscented;
 use crate::flow::Flow;
@@ -19,21 +20,6 @@ use crate::model::Model;
 
 /// Disagreement for each unit of the moments' error.
 const DISAGREEMENT_PER_ERROR: f64 = 10.0;
-
-/// How finely a Gaussian is split.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fineness {
-    /// The largest disagreement of a component that counts.
-    pub tolerance: f64,
-    /// The largest number of components.
-    pub components: usize,
-}
-
-impl Default for Fineness {
-    fn default() -> Self {
-        Self { tolerance: 0.15, components: 60_000 }
-    }
-}
 
 /// A mixture that has been planned, and is moved from time to time.
 #[derive(Debug, Clone)]

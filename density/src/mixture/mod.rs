@@ -20,6 +20,9 @@
 //! | [`direction`] | in which direction the flow of a given problem bends the cloud most |
 //! | [`criterion`] | the splitting criteria of the literature by their names, in any number of variables |
 //! | [`unscented`] | sigma points and the moments they carry |
+//! | [`component`] | a component in any number of variables |
+//! | `normal` | the normal distribution function and the exponential, as fast as bins need them |
+//! | `pilot` | derivatives of the flow over the initial Gaussian, from a coarse lattice of orbits |
 //! | [`planar_component`] | a component in the plane, and what of it lies above `e = 0` |
 //! | [`propagator`] | the sigma points, moved from snapshot to snapshot |
 //! | [`linearity`] | how far the flow over a component is from linear, which says when to distrust the density |

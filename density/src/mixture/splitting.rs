@@ -15,7 +15,6 @@
 use rayon::prelude::*;
 
 use super::MixtureError;
-use super::adaptive::Fineness;
 use super::curvature::Curvature;
 use super::differences::{places, points};
 use super::fifth_degree;
@@ -46,6 +45,21 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// Orbits and seed of the sample from which the deviations of the cloud are taken.
 const SAMPLE: usize = 1_000;
 const SEED: u64 = 1;
+
+/// How finely a Gaussian is split.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fineness {
+    /// The largest disagreement of a component that counts.
+    pub tolerance: f64,
+    /// The largest number of components.
+    pub components: usize,
+}
+
+impl Default for Fineness {
+    fn default() -> Self {
+        Self { tolerance: 0.15, components: 60_000 }
+    }
+}
 
 /// Parts whose disagreement is known, with the probability left out among them and the number of orbits that this took.
 #[derive(Debug, Clone, Default)]

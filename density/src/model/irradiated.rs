@@ -6,11 +6,8 @@
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-use super::osculating::Osculating;
-use super::shadow::{ShadowedOsculating, ShadowedVectorial};
-use super::uncertain_radiation::{Linear, Scale};
-use super::vectorial::Vectorial;
-use super::{Coordinates, LANES, Lanes, Model, Quantity, Series, Task, Variable};
+use super::uncertain_radiation::Scale;
+use super::{Coordinates, LANES, Lanes, Model, Quantity, Series, Variable};
 use crate::flow::{Carry, Loss};
 
 /// A model in which the radiation parameter may be another one for every orbit.
@@ -32,17 +29,22 @@ pub trait CarryIrradiated: Model {
     fn carry_irradiated(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)>;
 }
 
+/// Has that loop compiled with a model.
 macro_rules! irradiated_carried_here {
-    ($($model:ty),+ $(,)?) => {
-        $(impl CarryIrradiated for $model {
-            fn carry_irradiated(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
-                orbits.with(&WithRadiation::<Self, Linear>::new(*self))
+    ($model:ty) => {
+        impl $crate::model::irradiated::CarryIrradiated for $model {
+            fn carry_irradiated(&self, orbits: $crate::flow::Carry<'_, '_, '_>) -> Vec<(usize, $crate::flow::Loss)> {
+                let model =
+                    $crate::model::irradiated::WithRadiation::<Self, $crate::model::uncertain_radiation::Linear>::new(
+                        *self,
+                    );
+                $crate::model::Task::with(orbits, &model)
             }
-        })+
+        }
     };
 }
 
-irradiated_carried_here!(Vectorial, ShadowedVectorial, Osculating, ShadowedOsculating);
+pub(super) use irradiated_carried_here;
 
 /// Coordinates with one more at the end.
 #[derive(Debug, Clone, Copy, PartialEq)]

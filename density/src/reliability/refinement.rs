@@ -134,7 +134,7 @@ struct Settled {
     bend: f64,
 }
 
-/// For each point of the map, of the blocks with this point, the result of a comparison.
+/// For each point of the map, the best of the values that `of` gives for the blocks that hold it; `start` where there is none.
 fn at_points(
     settled: &[Settled],
     size: (usize, usize),

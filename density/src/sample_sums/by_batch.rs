@@ -39,7 +39,7 @@ struct Seen {
     common: [Halves; COMMON_SUMS],
 }
 
-/// What [`nearest`](crate::angle::nearest) to 0 is, bit by bit, of an angle less than one and a half turns from it.
+/// The same bits as [`nearest`](crate::angle::nearest) to 0 gives, for an angle less than one and a half turns from 0.
 #[inline(always)]
 fn nearest_to_zero(offset: f64) -> f64 {
     let from_low = offset + PI;

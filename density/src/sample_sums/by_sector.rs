@@ -11,7 +11,7 @@ use crate::lanes::{BATCH, Batch};
 
 /// Batches that are gathered before they are added up: as many as the cache of a core holds with them brought side by side.
 const GATHERED: usize = 128;
-/// A sector has room for a multiple of so many samples, since what is left beside whole vectors is slow. Places without a sample are 0,
+/// Room for a sector's samples is rounded up to a multiple of this, since a remainder that fills no vector is slow. Unused places hold 0,
 /// which adds nothing.
 const WIDE: usize = 8;
 

@@ -26,9 +26,9 @@ use course::{Course, InPlane, Planned};
 
 pub use split_choice::SplitChoice;
 
-/// How many times the components that `sigma_points` allows in the plane a mixture over so many variables may have. In space orbits take ten
-/// times as long, and clouds of satellites are right with a few thousand.
-const fn layers(variables: usize) -> usize {
+/// `sigma_points` is multiplied by this to give the most components of a mixture over so many variables. In space orbits take ten times as
+/// long, and clouds of satellites are right with a few thousand.
+const fn allowance(variables: usize) -> usize {
     if variables == 3 { 12 } else { 1 }
 }
 
@@ -194,7 +194,7 @@ impl Method for Settings {
     }
 
     fn most_numbers(&self, _: (usize, usize), variables: usize) -> usize {
-        let components = layers(variables).saturating_mul(self.most_components());
+        let components = allowance(variables).saturating_mul(self.most_components());
         components.saturating_mul(content::Mixture::column_count(variables))
     }
 
@@ -238,7 +238,7 @@ impl GaussianMixture {
     fn planned<'a, P>(&self, problem: &'a P, variables: usize) -> Result<Planned<'a, P>, Failure> {
         let Settings { accuracy, .. } = self.settings;
         self.settings.check_beyond_plane()?;
-        let components = layers(variables).saturating_mul(self.settings.sigma_points());
+        let components = allowance(variables).saturating_mul(self.settings.sigma_points());
         let fineness = Fineness { components, ..Fineness::default() };
         let (accuracy, unscented) = (accuracy.unwrap_or_default().0, self.settings.for_mixture().unscented);
         Ok(Planned { problem, accuracy, unscented, fineness })

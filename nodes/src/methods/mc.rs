@@ -1,4 +1,4 @@
-//! Monte Carlo: random draws from the initial Gaussian, each propagated on its own (Sect. 3.1).
+//! Monte Carlo: random draws from the initial Gaussian, propagated one by one or moved by a flow map (Sect. 3.1). It is the propagator of `qmc` as well.
 
 mod direct_samples;
 mod settings;

@@ -140,8 +140,8 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
         parts.map(|part| Ok(part?.0.finish())).try_reduce(|| SampleSums::empty(grid.len()), SampleSums::plus)
     }
 
-    /// How many orbits have first reached the critical eccentricity, with which the map was made, by each of `times` and not by the one
-    /// before; for the orbits that are propagated directly up to the snapshot that has been reached.
+    /// For each of `times`, how many orbits first reached the critical eccentricity with which the map was made after the time before it and
+    /// up to this one. Orbits that are propagated directly are counted only up to the snapshot that has been reached.
     pub fn passage_counts(&self, times: &[f64]) -> Vec<u64> {
         let chunk_counts = |chunk: usize| {
             let mut counts = vec![0u64; times.len() + 1];

@@ -26,8 +26,8 @@ impl Quadrature {
         self.points_a_cell * self.points_a_cell
     }
 
-    /// Replaces the states of the points in these cells by those to which `carry` takes their starts, where it can. The points that are taken get
-    /// the probability of all of them; if none is, nothing changes.
+    /// Replaces the states of the points in these cells by those to which `carry` takes their starts, where it can. The points that are taken
+    /// share the probability of all points of these cells; if none is taken, nothing changes.
     pub(in crate::mesh) fn replace(
         &self,
         whole: &mut Whole,

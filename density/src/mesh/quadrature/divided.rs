@@ -4,24 +4,11 @@ use rayon::prelude::*;
 
 use super::disc::Disc;
 use super::samples::Samples;
-use super::{GAUSS_4, Point, Quadrature, Whole, gauss};
+use super::{Divided, GAUSS_4, Point, Quadrature, Whole, gauss};
 use crate::mesh::gaussian::standard_density;
 use crate::mesh::lattice::{Stencil, stencil};
 use crate::model::plane::State;
 
-/// How far an irregular cell is divided.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Divided {
-    /// Width of a part \[standard deviations\] below which it is not divided.
-    narrow: f64,
-    /// Probability of a part below which it is not divided.
-    light: f64,
-}
-
-/// How far they are divided in a single lattice.
-pub(super) const FULLY: Divided = Divided { narrow: 0.006, light: 1e-9 };
-/// The same in one of many lattices of which a mean is taken: the cut passes elsewhere in each.
-pub(super) const COARSELY: Divided = Divided { narrow: 0.04, light: 1e-6 };
 /// Number of parts treated at a time; if more are irregular, the flow is not resolved and dividing does not help.
 const MOST_PARTS: usize = 30_000;
 
@@ -34,7 +21,7 @@ struct CellPart {
 }
 
 impl Quadrature {
-    /// The points of all cells, where those of polynomials in which `phi` and `e` are not smooth are replaced by the points of the cells' parts.
+    /// The points of all cells. In a cell where `phi` or `e` is not smooth they are those of its parts, unless orbits have given its points.
     pub(super) fn cut_open(&self, whole: Whole, [x1, x2]: [&[f64]; 2], cut: f64) -> Samples {
         let is_irregular = |&cell: &usize| !whole.is_direct(cell) && !whole.discs[cell].is_regular(cut);
         let irregular = (0..whole.discs.len()).filter(is_irregular).collect::<Vec<_>>();

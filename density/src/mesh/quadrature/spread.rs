@@ -4,9 +4,9 @@ use super::{Point, Quadrature, Samples, Whole};
 use crate::model::plane::State;
 
 impl Quadrature {
-    /// Calls `visit` with a state for each point and its weight: not the point itself, but the place at `share` of the part of its cell that
-    /// it stands for, by the slopes between the cell's points. Lattices of which a mean is taken have different shares, so that their points
-    /// fill the plane also where their clouds lie on one another. Points that orbits reach stay where they are.
+    /// Calls `visit` with a state and a weight for each point. A point stands for a part of its cell; the state is that at the fraction `share`
+    /// of this part, found from the slopes to the neighbouring points. Lattices that are averaged have different shares, so that their points
+    /// do not coincide. Points that were propagated as orbits stay where they are.
     pub(in crate::mesh) fn spread(&self, whole: &Whole, share: [f64; 2], mut visit: impl FnMut(State, f64)) {
         let (n, cells) = (self.points_a_cell, self.lines[0].len() - 1);
         // How far the place is from each point along a direction, and the distance to the point's neighbour in the cell.

@@ -108,8 +108,8 @@ impl LayerMesh {
         [self.lines[0][k / side], self.lines[1][k % side]]
     }
 
-    /// The sums over the cloud with these states, whose points are `whole`; `third` is the distance of its third variable from the mean, and `share` where in the
-    /// part of the cloud that each point stands for it is counted.
+    /// The sums over the cloud with these states, whose points are `whole`. `third` is the layer's distance from the mean of the third variable;
+    /// `share` says at which place in its part of the cloud each point is counted.
     pub(super) fn sums(
         &self,
         ([x1, x2], whole): (&[Vec<f64>; 2], Whole),

@@ -19,22 +19,22 @@ use crate::mesh::quadrature::Sparse;
 use crate::model::plane::State;
 use crate::uncertain::UncertainProblem;
 
-/// Difference of the polynomials of two degrees in a coordinate of the state.
+/// A cell counts as not resolved if the polynomials of two degrees differ by more than this in a coordinate of the state.
 const APART: f64 = 5e-4;
-/// Probability of the cells that are left as they are, though not resolved.
+/// The lightest cells are left as they are, up to this probability together.
 const LIGHT: f64 = 1e-5;
-/// Years that are propagated for the layers of the lattice, by all orbits together. Layers between them take as many each time that their number
-/// doubles.
+/// The most years that orbits are propagated for the layers of the lattice, all orbits together. Layers between them may take as many each
+/// time that their number doubles.
 const MOST_YEARS: f64 = 400_000.0;
-/// Distance of the lattice's points from orbits of the model that shows another model.
+/// If an orbit of the model ends farther than this from the lattice's point, the points were carried by another model.
 const OTHER: f64 = 1e-3;
 
 /// Cells whose points are propagated.
 #[derive(Debug, Clone)]
 pub(super) struct Unresolved {
-    /// For each gap between two layers, whether each of its cells is one; empty if none of the gap is.
+    /// For each gap between two layers, which of its cells are propagated; empty if none is.
     gaps: Vec<Vec<bool>>,
-    /// Every so many of the points are propagated.
+    /// One point in so many is propagated, along each direction.
     stride: usize,
     /// The time of the snapshot \[yr\].
     time: f64,

@@ -34,7 +34,7 @@ pub use series::OsculatingSeries;
 
 use super::earth::{self, SUN_MEAN_MOTION};
 use super::elements::{Elements, turn};
-use super::irradiated::Irradiated;
+use super::irradiated::{Irradiated, irradiated_carried_here};
 use super::sun_moon::{MOON_DISTANCE, MOON_MU, SunMoon};
 use super::uncertain_radiation::Scale;
 use super::vector::{Vector, cross, dot, plus, times};
@@ -176,6 +176,8 @@ impl Osculating {
         plus(others, times(position, -toward_earth))
     }
 }
+
+irradiated_carried_here!(Osculating);
 
 impl<S: Scale> Irradiated<S> for Osculating {
     const WITH_RADIATION: &'static [Variable] =

@@ -8,7 +8,7 @@ use super::averages::{Lit, Rates};
 use super::edges::{Dark, Ellipse};
 use crate::flow::{Edged, RungeKutta};
 use crate::model::earth::SUN_MEAN_MOTION;
-use crate::model::irradiated::Irradiated;
+use crate::model::irradiated::{Irradiated, irradiated_carried_here};
 use crate::model::sun_moon::SunMoon;
 use crate::model::uncertain_radiation::Scale;
 use crate::model::vector::{Vector, dot};
@@ -131,6 +131,8 @@ impl Edged for ShadowedVectorial {
         self.ellipse(time, state).depths().map(free).fold(1.0, f64::min)
     }
 }
+
+irradiated_carried_here!(ShadowedVectorial);
 
 impl<S: Scale> Irradiated<S> for ShadowedVectorial {
     const WITH_RADIATION: &'static [Variable] =

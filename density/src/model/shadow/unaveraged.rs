@@ -4,7 +4,7 @@
 //! begins anew there, with the pressure of the other side. An edge is looked for at [`PLACES`] places of every step; a stretch that begins and ends
 //! between two of them, which takes a satellite less than a minute, is passed over.
 
-use super::super::irradiated::Irradiated;
+use super::super::irradiated::{Irradiated, irradiated_carried_here};
 use super::super::osculating::{self, Osculating, OsculatingSeries, State, above_pericentre, halves};
 use super::super::uncertain_radiation::Scale;
 use super::super::vector::{Vector, dot};
@@ -44,6 +44,8 @@ impl ShadowedOsculating {
         ecliptic::direction(libm::sincos(self.model.longitude_of_sun(time)), self.model.obliquity)
     }
 }
+
+irradiated_carried_here!(ShadowedOsculating);
 
 impl<S: Scale> Irradiated<S> for ShadowedOsculating {
     const WITH_RADIATION: &'static [Variable] = <Osculating as Irradiated<S>>::WITH_RADIATION;

@@ -38,7 +38,7 @@ pub use series::VectorialSeries;
 
 use super::earth::SUN_MEAN_MOTION;
 use super::elements::{Elements, Vectors, turn};
-use super::irradiated::Irradiated;
+use super::irradiated::{Irradiated, irradiated_carried_here};
 use super::parameter::Parameter;
 use super::planar::{OBLATENESS, RADIATION};
 use super::sun_moon::{MOON, SUN, SunMoon};
@@ -137,6 +137,8 @@ impl Vectorial {
             + moon * (0.5 * e2 - 2.5 * dot(e, pole).powi(2) - 0.5 * h2 + 0.5 * dot(h, pole).powi(2))
     }
 }
+
+irradiated_carried_here!(Vectorial);
 
 impl<S: Scale> Irradiated<S> for Vectorial {
     const WITH_RADIATION: &'static [Variable] = &[VARIABLES[0], VARIABLES[1], VARIABLES[2], VARIABLES[3], S::VARIABLE];
