@@ -5,6 +5,7 @@ use crate::model::plane::State;
 
 /// Distance of a part's middle from the origin, in half widths of the part, beyond which `phi` and `e` are smooth in it.
 const FAR: f64 = 3.0;
+
 /// A circle in `(x1, x2)` within which the image of a cell lies.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Disc {
