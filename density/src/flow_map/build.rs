@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use super::cell::{Cell, Tree};
 use super::chebyshev::{Basis, Polynomial};
 use super::passing::{self, Decision, Passing};
+use super::refused::{Cause, Limit, rounded_place};
 use super::{CellMap, FlowMap, Refused, Settings, Summary, Unresolved};
 use crate::flow::{Accuracy, Flow};
 use crate::gaussian::Gaussian;
-use crate::model::variable::Place;
 use crate::model::{Coordinates, Model};
 
 /// Orbits are this much more accurate than the map.
@@ -47,7 +47,7 @@ pub(super) struct Builder<'a, M, const N: usize> {
 /// What a try to fit a cell came to.
 enum Fit<const N: usize> {
     Fitted { states: Vec<Polynomial<N>>, passing: Passing<N>, error: f64, passage_error: f64 },
-    Unfitted { axis: usize, years: f64, error: f64 },
+    Unfitted { axis: usize, cause: Cause },
 }
 
 /// A leaf of the tree that is to be fitted.
@@ -74,15 +74,7 @@ impl<'a, M: Model, const N: usize> Builder<'a, M, N> {
     pub fn map(self) -> Result<FlowMap<M, N>, Refused> {
         let whole = Cell::around_the_mean(self.settings.reach);
         let (mut tree, mut cells) = (Tree::new(whole), Vec::new());
-        let mut summary = Summary {
-            orbits: 0,
-            cells: 0,
-            coefficients: 0,
-            error: 0.0,
-            passage_error: 0.0,
-            mapped: 0.0,
-            unresolved: None,
-        };
+        let mut summary = Summary::empty();
         let mut level: Vec<Leaf<N>> = vec![(0, whole)];
         while !level.is_empty() {
             let fits: Vec<Fit<N>> = level.par_iter().map(|(_, cell)| self.fit(cell)).collect();
@@ -98,44 +90,33 @@ impl<'a, M: Model, const N: usize> Builder<'a, M, N> {
                         summary.coefficients += states.iter().map(Polynomial::len).sum::<usize>();
                         cells.push(CellMap { locals: cell.locals(), cell, states, passing });
                     }
-                    Fit::Unfitted { axis, years, error } => bent.push(((leaf, cell), axis, (years, error))),
+                    Fit::Unfitted { axis, cause } => bent.push(((leaf, cell), axis, cause)),
                 }
             }
             level = self.halve(&mut tree, &mut summary, bent);
         }
         summary.cells = cells.len();
-        let Settings { least_mapped, .. } = *self.settings;
-        match summary.unresolved {
-            Some(Unresolved { place, years, error, .. }) if summary.mapped < least_mapped => {
-                let Summary { orbits, mapped, .. } = summary;
-                Err(Refused::TooBent { orbits, mapped, least: least_mapped, place, years, error })
-            }
-            _ => {
-                let Self { direct, gaussian, times, .. } = self;
-                Ok(FlowMap { flow: direct, gaussian, times: times.to_vec(), tree, cells, summary })
-            }
-        }
+        summary.check(self.settings)?;
+        let Self { direct, gaussian, times, .. } = self;
+        Ok(FlowMap { flow: direct, gaussian, times: times.to_vec(), tree, cells, summary })
     }
 
     /// Halves the cells that are worth it, the most probable first, as far as orbits are left; the others are given up.
-    fn halve(
-        &self,
-        tree: &mut Tree<N>,
-        summary: &mut Summary,
-        mut bent: Vec<(Leaf<N>, usize, (f64, f64))>,
-    ) -> Vec<Leaf<N>> {
+    fn halve(&self, tree: &mut Tree<N>, summary: &mut Summary, mut bent: Vec<(Leaf<N>, usize, Cause)>) -> Vec<Leaf<N>> {
         bent.sort_by(|((_, a), ..), ((_, b), ..)| b.probability().total_cmp(&a.probability()));
         let mut orbits_left = self.settings.most_orbits.saturating_sub(summary.orbits);
         let mut level = Vec::new();
-        for ((leaf, cell), axis, (years, error)) in bent {
+        for ((leaf, cell), axis, cause) in bent {
             let (share, cost) = (cell.probability(), 2 * self.points.len());
-            if share > self.settings.smallest_share && cost <= orbits_left {
+            let is_worth_it = share > self.settings.smallest_share;
+            if is_worth_it && cost <= orbits_left {
                 orbits_left -= cost;
                 level.extend(tree.halve(leaf, &cell, axis));
             } else if summary.unresolved.is_none_or(|found| found.share < share) {
                 let middle = self.gaussian.point(cell.point(&[0.0; N]));
-                let place = Place::new(M::VARIABLES, |k| middle[k]);
-                summary.unresolved = Some(Unresolved { place, share, years, error });
+                let place = rounded_place(M::VARIABLES, |k| middle[k]);
+                let limit = if is_worth_it { Limit::Orbits } else { Limit::Share };
+                summary.unresolved = Some(Unresolved { place, share, cause, limit });
             }
         }
         level
@@ -164,11 +145,11 @@ impl<'a, M: Model, const N: usize> Builder<'a, M, N> {
                 let axis = (0..N).max_by(|&a, &b| tails[a].total_cmp(&tails[b])).unwrap_or(0);
                 // Where an orbit was lost, no axis is worse than another: the longer side is halved.
                 let axis = if tails[axis].is_finite() { axis } else { cell.longest_axis() };
-                return Fit::Unfitted { axis, years: interval[1], error };
+                return Fit::Unfitted { axis, cause: Cause::Bends { years: interval[1], error } };
             }
             largest = largest.max(error);
         }
-        let (years, error) = (self.times[self.times.len() - 1], largest);
+        let error = largest;
         let Some(critical) = self.critical else {
             return Fit::Fitted { states, passing: Passing::Unasked, error, passage_error: 0.0 };
         };
@@ -176,7 +157,7 @@ impl<'a, M: Model, const N: usize> Builder<'a, M, N> {
         let orbits = passing::Orbits { times: &times, lowest: &lowest, critical, checks: &self.points[nodes..] };
         match orbits.decide(&self.basis) {
             Decision::Known(passing, passage_error) => Fit::Fitted { states, passing, error, passage_error },
-            Decision::Halve(axis) => Fit::Unfitted { axis, years, error },
+            Decision::Halve(axis) => Fit::Unfitted { axis, cause: Cause::FirstPassages },
         }
     }
 

@@ -27,15 +27,20 @@ pub(super) struct Basis {
     matrix: Vec<f64>,
 }
 
+/// How many nodes there are along an axis for functions of so many variables.
+pub(super) const fn nodes_along_an_axis(dimensions: usize) -> usize {
+    match dimensions {
+        1 | 2 => MOST_NODES,
+        3 => 10,
+        4 => 8,
+        _ => 6,
+    }
+}
+
 impl Basis {
     /// A basis for functions of so many variables.
     pub fn of(dimensions: usize) -> Self {
-        let count = match dimensions {
-            1 | 2 => MOST_NODES,
-            3 => 10,
-            4 => 8,
-            _ => 6,
-        };
+        let count = nodes_along_an_axis(dimensions);
         let angle = |j: usize| PI * (j as f64 + 0.5) / count as f64;
         let entry = |k: usize, j: usize| if k == 0 { 1.0 } else { 2.0 * (k as f64 * angle(j)).cos() } / count as f64;
         Self { count, matrix: (0..count * count).map(|i| entry(i / count, i % count)).collect() }

@@ -1,7 +1,22 @@
 //! The determinant of a map's derivative, by which it changes a density.
+//!
+//! The derivative is less accurate than the map. A polynomial of degree `n` that is nowhere above `ε` on `[-1, 1]` has a slope of `n² ε` at most
+//! (A. Markov 1889), so that is what a slope of the map may be off where the map itself is off by `ε`. Where the determinant is small against
+//! that, as next to `e = 0`, at which all solar angles are one state, it says nothing, and the density changes by Liouville's theorem instead.
 
 use super::FlowMap;
+use super::chebyshev::nodes_along_an_axis;
 use crate::model::plane::{PlanarHamiltonian, State, density_growth};
+
+/// What a determinant may be off at most, relatively, to change a density.
+const LARGEST_DOUBT: f64 = 1e-3;
+
+/// A determinant, and what it may be off relatively.
+#[derive(Debug, Clone, Copy)]
+struct Determinant {
+    value: f64,
+    doubt: f64,
+}
 
 impl<M: PlanarHamiltonian> FlowMap<M, 2> {
     /// The determinant of the derivative of the state at snapshot `index` by the state at the start, of the orbit that starts with these
@@ -11,9 +26,13 @@ impl<M: PlanarHamiltonian> FlowMap<M, 2> {
     /// # Panics
     /// If there is no such snapshot.
     pub fn determinant(&self, variables: &[f64; 2], index: usize) -> Option<f64> {
+        self.determinant_with_doubt(variables, index).map(|determinant| determinant.value)
+    }
+
+    fn determinant_with_doubt(&self, variables: &[f64; 2], index: usize) -> Option<Determinant> {
         let (number, local) = self.locate(variables)?;
         if index == 0 {
-            return Some(1.0);
+            return Some(Determinant { value: 1.0, doubt: 0.0 });
         }
         let [x1, x2] = self.states(number, index) else { return None };
         let ([x1_a, x1_b], [x2_a, x2_b]) = (x1.slopes(&local), x2.slopes(&local));
@@ -24,19 +43,23 @@ impl<M: PlanarHamiltonian> FlowMap<M, 2> {
         let slope = |end: [f64; 2], k: usize| 0.5 * (end[k] - corner[k]);
         let of_variables = slope(along_a, 0) * slope(along_b, 1) - slope(along_a, 1) * slope(along_b, 0);
         let [_, e] = *variables;
-        Some((x1_a * x2_b - x1_b * x2_a).abs() / (e * of_variables).abs())
+        let of_state = (x1_a * x2_b - x1_b * x2_a).abs();
+        let slope_error = (nodes_along_an_axis(2) - 1).pow(2) as f64 * self.summary.error;
+        let doubt = slope_error * [x1_a, x1_b, x2_a, x2_b].map(f64::abs).iter().sum::<f64>() / of_state;
+        Some(Determinant { value: of_state / (e * of_variables).abs(), doubt })
     }
 
     /// The factor by which a density per unit `phi`-`e` area has changed by snapshot `index` on the way from the variables at the start to the
-    /// state `end`: by the determinant of the map, or in closed form where the orbit is propagated directly.
+    /// state `end`: by the determinant of the map, or in closed form where that is not known to a thousandth, or where the orbit is propagated
+    /// directly.
     ///
     /// # Panics
     /// If there is no such snapshot.
     pub fn growth(&self, variables: &[f64; 2], end: State, index: usize) -> f64 {
         let [phi, e] = *variables;
-        match self.determinant(variables, index) {
-            Some(determinant) => end.eccentricity() / (e * determinant),
-            None => density_growth(State::from_polar(phi, e), end),
+        match self.determinant_with_doubt(variables, index) {
+            Some(Determinant { value, doubt }) if doubt <= LARGEST_DOUBT => end.eccentricity() / (e * value),
+            _ => density_growth(State::from_polar(phi, e), end),
         }
     }
 }

@@ -21,6 +21,7 @@
 //! | `chebyshev` | the polynomials, their coefficients and tails, and their values at many points |
 //! | `cell` | boxes and the tree of their halvings |
 //! | `build` | how the cells are found |
+//! | [`refused`] | why there is no map, or none of a part of the cloud |
 //! | `passing` | whether and when the orbits of a cell first reach the critical value |
 //! | [`draw`] | how the starts of the orbits are drawn |
 //! | [`mapped`] | a set of orbits that moves by a map |
@@ -37,13 +38,13 @@ pub mod draw;
 mod left;
 pub mod mapped;
 mod passing;
+pub mod refused;
 #[cfg(test)]
 mod tests;
 
 use crate::flow::Flow;
 use crate::gaussian::Gaussian;
 use crate::model::Model;
-use crate::model::variable::Place;
 
 use cell::{Cell, Locals, Tree, UNMAPPED};
 use chebyshev::Polynomial;
@@ -51,6 +52,7 @@ use passing::Passing;
 
 pub use by_angle::{AngleMap, AngleOrbits};
 pub use mapped::MappedOrbits;
+pub use refused::{Cause, Refused, Unresolved};
 
 /// How far the domain of a map reaches from the mean along each axis unless set, in standard deviations. Beyond lie 8e-11 of a Gaussian.
 pub const REACH: f64 = 6.5;
@@ -75,65 +77,6 @@ impl Default for Settings {
     fn default() -> Self {
         Self { error: 1e-9, most_orbits: 300_000, smallest_share: 1e-5, least_mapped: 0.5, reach: REACH }
     }
-}
-
-/// Why there is no map.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum Refused {
-    /// More accurate than the orbits.
-    #[error(
-        "a flow map cannot have an error of {error:e}: orbits themselves are known to {of_orbits:e} after {years} yr; it can have \
-         {least:e} or more"
-    )]
-    TooFine {
-        /// The error asked for.
-        error: f64,
-        /// The error of the orbits.
-        of_orbits: f64,
-        /// The last snapshot time \[yr\].
-        years: f64,
-        /// The least error that can be asked for.
-        least: f64,
-    },
-    /// There is no angle.
-    #[error(
-        "a flow map by action and angle needs a planar model whose eccentricity grows wherever e sin(phi) > 0, and this is none: the \
-         pull towards the Sun must outweigh all else that drives the eccentricity; a map by cells has no such limit"
-    )]
-    TurnsBack,
-    /// The flow bends too much.
-    #[error(
-        "a flow map of {orbits} orbits covers {mapped:.3} of the cloud only, less than the {least} for which it is worth its orbits: \
-         about {place} neighbouring orbits come apart too far, and by t = {years} yr the map is off by {error:.1e} there; allow \
-         more orbits or a larger error, take earlier snapshots, or propagate directly"
-    )]
-    TooBent {
-        /// Number of orbits taken.
-        orbits: usize,
-        /// Probability covered.
-        mapped: f64,
-        /// Least probability to be covered.
-        least: f64,
-        /// The middle of the most probable cell without a map.
-        place: Place,
-        /// The first snapshot time at which its polynomial is off by too much \[yr\].
-        years: f64,
-        /// The estimate of its error then.
-        error: f64,
-    },
-}
-
-/// The most probable cell that has no map.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unresolved {
-    /// Its middle.
-    pub place: Place,
-    /// Its probability.
-    pub share: f64,
-    /// The first snapshot time at which its polynomial is off by too much \[yr\].
-    pub years: f64,
-    /// The estimate of its error then; infinite if an orbit could not be followed.
-    pub error: f64,
 }
 
 /// What a map is made of and how far it is off.
@@ -175,6 +118,24 @@ pub struct FlowMap<M, const N: usize> {
     tree: Tree<N>,
     cells: Vec<CellMap<N>>,
     summary: Summary,
+}
+
+impl Summary {
+    /// That of a map of which nothing has been made yet.
+    fn empty() -> Self {
+        Self { orbits: 0, cells: 0, coefficients: 0, error: 0.0, passage_error: 0.0, mapped: 0.0, unresolved: None }
+    }
+
+    /// Refuses a map that covers too little.
+    fn check(&self, settings: &Settings) -> Result<(), Refused> {
+        match self.unresolved {
+            Some(unresolved) if self.mapped < settings.least_mapped => {
+                let (orbits, mapped, least) = (self.orbits, self.mapped, settings.least_mapped);
+                Err(Refused::CoversTooLittle { orbits, mapped, least, unresolved })
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 impl<M: Model, const N: usize> FlowMap<M, N> {

@@ -25,7 +25,7 @@ use crate::model::Model;
 /// How far the pilot reaches from the mean, in standard deviations: beyond lie 6e-13 of two dimensions, 2e-11 of four.
 pub(super) const REACH: f64 = 7.5;
 /// The least number of orbits.
-const LEAST: usize = 500;
+pub(super) const LEAST: usize = 500;
 /// Shares of the orbits that explore, and that refine in each of the three steps.
 const EXPLORE: f64 = 0.2;
 const REFINE: f64 = 0.1;
@@ -88,7 +88,7 @@ pub fn importance<M: Model, const N: usize>(
     let n = count as f64;
     let mean = weights.iter().sum::<f64>() / n;
     let variance = weights.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    Ok(Answer::new(mean, (variance / n).sqrt(), used))
+    Answer::new(mean, (variance / n).sqrt(), used)
 }
 
 /// Looks for regions of the event; returns kernels about the points found and the number of orbits.

@@ -72,12 +72,18 @@ pub struct Answer {
     pub orbits: usize,
 }
 
+/// The least probability that is told. Rarer events begin to lie beyond the reach of the pilot, and intervals would be too narrow.
+pub const RAREST: f64 = 1e-10;
+
 impl Answer {
-    fn new(probability: f64, standard_error: f64, orbits: usize) -> Self {
+    fn new(probability: f64, standard_error: f64, orbits: usize) -> Result<Self, Refused> {
+        if probability < RAREST {
+            return Err(Refused::TooRare { least: RAREST, orbits });
+        }
         let probability = probability.min(1.0);
         let factor = (QUANTILE * standard_error / probability).exp();
         let interval = (probability / factor, (probability * factor).min(1.0));
-        Self { probability, standard_error, interval, orbits }
+        Ok(Self { probability, standard_error, interval, orbits })
     }
 }
 
@@ -94,6 +100,14 @@ pub enum Refused {
         orbits: usize,
         /// How far they reach.
         reach: f64,
+    },
+    /// The event is rarer than what can be told.
+    #[error("the event is rarer than {least:e}, and {orbits} orbits say no more of it")]
+    TooRare {
+        /// The least probability that is told.
+        least: f64,
+        /// Number of orbits propagated.
+        orbits: usize,
     },
     /// The estimate rests on too few orbits.
     #[error(

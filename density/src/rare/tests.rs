@@ -71,31 +71,60 @@ fn seeds() -> u64 {
     std::env::var("PHASECLOUD_SEEDS").ok().map_or(40, |text| text.parse().expect("a number"))
 }
 
+/// How many of the intervals of so many seeds hold the exact probability, the largest relative standard error, and the spread of the
+/// logarithm of the estimate.
+fn coverage(right: f64, seeds: u64, answer: impl Fn(u64) -> Answer) -> (u64, f64, f64) {
+    let (mut held, mut worst, mut squares) = (0, 0.0f64, 0.0);
+    for seed in 0..seeds {
+        let answer = answer(seed);
+        held += u64::from(answer.interval.0 <= right && right <= answer.interval.1);
+        worst = worst.max(answer.standard_error / answer.probability);
+        squares += (answer.probability / right).ln().powi(2);
+    }
+    (held, worst, (squares / seeds as f64).sqrt())
+}
+
+/// Fails if intervals hold the exact probability less often than 95 % ones do, or more often.
+fn check_coverage(held: u64, seeds: u64) {
+    // Four standard deviations of the count below its mean; at 200 seeds the count itself is to lie from 180 to 198.
+    let mean = 0.95 * seeds as f64;
+    let least = if seeds >= 200 { 0.9 * seeds as f64 } else { mean - 4.0 * (0.05 * mean).sqrt() };
+    assert!(held as f64 >= least, "{held} of {seeds}");
+    assert!(seeds < 200 || held as f64 <= 0.99 * seeds as f64, "{held} of {seeds}");
+}
+
 #[test]
 #[ignore = "long; .ci/long runs it"]
 fn the_interval_of_importance_sampling_holds_the_exact_probability_in_95_of_100_seeds() {
     let seeds = seeds();
-    // Four standard deviations of the count below its mean; at 200 seeds the count itself is to lie from 180 to 198.
-    let mean = 0.95 * seeds as f64;
-    let least = if seeds >= 200 { 0.9 * seeds as f64 } else { mean - 4.0 * (0.05 * mean).sqrt() };
-    for (number, critical, event) in [(1, 0.8086, Event::Ever), (1, 0.4643, Event::AtEnd), (3, 0.6, Event::Ever)] {
+    for (number, critical, event) in
+        [(1, 0.8086, Event::Ever), (1, 0.4643, Event::AtEnd), (1, 0.54, Event::AtEnd), (3, 0.6, Event::Ever)]
+    {
         let problem = scenario(number);
         let right = exact(&problem, critical, event).value;
         let question = question(&problem, critical, event);
-        let (mut held, mut worst, mut squares) = (0, 0.0f64, 0.0);
-        for seed in 0..seeds {
-            let answer = importance(&question, ORBITS, seed).unwrap();
-            held += u32::from(answer.interval.0 <= right && right <= answer.interval.1);
-            worst = worst.max(answer.standard_error / answer.probability);
-            squares += (answer.probability / right - 1.0).powi(2);
-        }
-        let spread = (squares / seeds as f64).sqrt();
+        let (held, worst, spread) = coverage(right, seeds, |seed| importance(&question, ORBITS, seed).unwrap());
         println!(
             "scenario {number}, e {critical} {event:?}, {right:.3e}: {held} of {seeds}, largest standard error {worst:.3}, spread {spread:.4}"
         );
-        assert!(f64::from(held) >= least, "{held} of {seeds}");
-        assert!(seeds < 200 || f64::from(held) <= 0.99 * seeds as f64, "{held} of {seeds}");
+        check_coverage(held, seeds);
         assert!(worst < 0.1, "a standard error of {worst}");
+    }
+}
+
+#[test]
+#[ignore = "long; .ci/long runs it"]
+fn the_interval_of_subset_simulation_holds_the_exact_probability_in_95_of_100_seeds() {
+    let seeds = seeds();
+    for (number, critical, event) in EVENTS {
+        let problem = scenario(number);
+        let right = exact(&problem, critical, event).value;
+        let question = question(&problem, critical, event);
+        let (held, worst, spread) = coverage(right, seeds, |seed| subset(&question, ORBITS / 6, seed).unwrap());
+        println!(
+            "scenario {number}, e {critical} {event:?}, {right:.3e}: {held} of {seeds}, largest standard error {worst:.3}, spread {spread:.4}"
+        );
+        check_coverage(held, seeds);
     }
 }
 
@@ -103,6 +132,12 @@ fn the_interval_of_importance_sampling_holds_the_exact_probability_in_95_of_100_
 fn an_event_that_cannot_happen_is_refused_in_words() {
     let refused = importance(&question(&scenario(1), 0.9, Event::Ever), ORBITS, 1).unwrap_err();
     assert!(refused.to_string().contains("up to 7.5 standard deviations from the mean has the event"), "{refused}");
+    for rarer in [
+        importance(&question(&scenario(1), 0.5666, Event::AtEnd), ORBITS, 1),
+        subset(&question(&scenario(1), 0.5666, Event::AtEnd), 1000, 1),
+    ] {
+        assert!(matches!(rarer, Err(Refused::TooRare { .. })), "{rarer:?}");
+    }
     let few = importance(&question(&scenario(1), 0.8, Event::Ever), 100, 1).unwrap_err();
     assert!(few.to_string().contains("at least 500 are needed"), "{few}");
 }

@@ -227,10 +227,14 @@ pub enum Mode {
 
 /// For serde: a whole number that is at least 1.
 pub(crate) fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
-    match i64::deserialize(deserializer)? {
-        number @ 1.. => usize::try_from(number).map_err(D::Error::custom),
-        number => Err(D::Error::custom(format!("{number} is not allowed, it must be at least 1"))),
-    }
+    at_least::<1, D>(deserializer)
+}
+
+/// For serde: a whole number that is at least `LEAST`.
+pub(crate) fn at_least<'de, const LEAST: usize, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+    let number = i64::deserialize(deserializer)?;
+    let fits = usize::try_from(number).ok().filter(|number| *number >= LEAST);
+    fits.ok_or_else(|| D::Error::custom(format!("{number} is not allowed, it must be at least {LEAST}")))
 }
 
 /// For serde: a whole number that is at least 1, if the key is present.

@@ -12,7 +12,7 @@ use messages::content::Samples;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::files::input::{natural_option, positive, positive_option};
+use crate::files::input::{at_least, natural_option, positive_option};
 use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::lattice_degree::usual_degree;
@@ -23,6 +23,9 @@ use kit::assignment::{Assignment, Plane};
 use kit::failure::Failure;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
+
+/// The least number of characteristics: they span a square at least.
+const LEAST_CHARACTERISTICS: usize = 4;
 
 /// What moves by the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -57,7 +60,7 @@ pub struct Settings {
     #[serde(deserialize_with = "choice")]
     pub by: ByChoice,
     /// Number of samples, or of characteristics: of these the largest square number up to it.
-    #[serde(deserialize_with = "positive")]
+    #[serde(deserialize_with = "at_least::<2, _>")]
     pub samples: usize,
     /// Seed of the samples; 1 unless set.
     #[serde(deserialize_with = "natural_option", skip_serializing_if = "Option::is_none")]
@@ -136,9 +139,9 @@ impl Method for Settings {
             () if degree.is_some() && !carries => {
                 Err(Misfit::no_effect("degree", "unless sends = \"characteristics\""))
             }
-            () if samples < if carries { 4 } else { 2 } => Err(Misfit::new(
+            () if carries && samples < LEAST_CHARACTERISTICS => Err(Misfit::new(
                 "samples",
-                format!("{samples} is not enough; it must be at least {}", if carries { 4 } else { 2 }),
+                format!("{samples} is not enough for characteristics, it must be at least {LEAST_CHARACTERISTICS}"),
             )),
             () if carries && (self.degree() > MOST_DEGREE || self.degree() >= side) => {
                 let (degree, most) = (self.degree(), MOST_DEGREE.min(side - 1));

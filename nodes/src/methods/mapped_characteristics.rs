@@ -19,7 +19,7 @@ use kit::failure::Failure;
 use messages::content::{Characteristics, Lattice};
 use rayon::prelude::*;
 
-use crate::methods::mapped_samples::{By, Mapping};
+use crate::methods::mapped_samples::{By, Mapping, refusal};
 
 /// The characteristics of a case on their way.
 #[derive(Debug)]
@@ -62,7 +62,7 @@ impl MappedCharacteristics {
             By::ActionAngle => AngleMap::new(flow, &problem.initial, &problem.times, None, &mapping.map)
                 .map(|map| Moved::Angles(AngleOrbits::new(map, numbers, draw))),
         };
-        let moved = moved.map_err(|refused| Failure::Refused(refused.to_string()))?;
+        let moved = moved.map_err(refusal)?;
         Ok(Self { problem: problem.clone(), start, range, moved, index: 0 })
     }
 

@@ -193,6 +193,18 @@ pub fn map_for(samples: usize, error: f64) -> MapSettings {
     }
 }
 
+/// A refused map in the words of the settings that make it larger.
+pub(super) fn refusal(refused: Refused) -> Failure {
+    let way_out = match refused {
+        Refused::CoversTooLittle { .. } => {
+            "; with more samples a map may have more orbits and smaller cells, with a larger map_error it needs fewer (in the plane, by = \
+             \"action-angle\" takes far fewer orbits); node = \"mc\" follows every orbit"
+        }
+        _ => "",
+    };
+    Failure::Refused(format!("{refused}{way_out}"))
+}
+
 impl MappedSamples {
     /// Whether such draws can move by a flow map.
     ///
@@ -246,7 +258,7 @@ impl MappedSamples {
                 }
             }
         };
-        let cloud = cloud.map_err(|refused| Failure::Refused(refused.to_string()))?;
+        let cloud = cloud.map_err(refusal)?;
         Ok(Self { cloud, critical })
     }
 

@@ -11,9 +11,9 @@ use crate::exact::measure::Measure;
 use crate::flow::{Accuracy, Flow};
 use crate::flow_map::build::accuracy_for;
 use crate::flow_map::chebyshev::{Basis, MOST_NODES};
+use crate::flow_map::refused::{Cause, Limit, rounded_place};
 use crate::flow_map::{Refused, Settings, Summary, Unresolved};
 use crate::model::plane::{PlanarHamiltonian, State, VARIABLES};
-use crate::model::variable::Place;
 use crate::problem::InitialGaussian;
 use crate::sampling::{Draws, SamplingPlan};
 
@@ -116,15 +116,7 @@ impl<'a, M: PlanarHamiltonian> Builder<'a, M> {
         let cuts = parts.iter().flat_map(|&part| cut(part, &special));
         let mut level: Vec<Tried> = cuts.map(|interval| Tried { interval, error: f64::INFINITY, years: 0.0 }).collect();
         let mut panels: Vec<Panel> = Vec::new();
-        let mut summary = Summary {
-            orbits: 0,
-            cells: 0,
-            coefficients: 0,
-            error: 0.0,
-            passage_error: 0.0,
-            mapped: 0.0,
-            unresolved: None,
-        };
+        let mut summary = Summary::empty();
         while !level.is_empty() {
             summary.orbits += level.len() * self.orbits_of_a_panel();
             let fits: Vec<Fit> = level.par_iter().map(|tried| self.fit(tried.interval)).collect();
@@ -144,21 +136,13 @@ impl<'a, M: PlanarHamiltonian> Builder<'a, M> {
         }
         panels.sort_by(|a, b| a.low.total_cmp(&b.low));
         summary.cells = panels.len();
-        let Settings { least_mapped, .. } = *self.settings;
-        match summary.unresolved {
-            Some(Unresolved { place, years, error, .. }) if summary.mapped < least_mapped => {
-                let Summary { orbits, mapped, .. } = summary;
-                Err(Refused::TooBent { orbits, mapped, least: least_mapped, place, years, error })
-            }
-            _ => {
-                let starts = self.starts_to_compare(&panels, initial);
-                let (axis, times, critical) = (self.axis, self.times.to_vec(), self.critical);
-                let mut map = AngleMap { flow: direct, axis, times, critical, panels, summary };
-                map.summary.orbits += starts.len();
-                map.summary.error = map.off(self.flow, &starts);
-                Ok(map)
-            }
-        }
+        summary.check(self.settings)?;
+        let starts = self.starts_to_compare(&panels, initial);
+        let (axis, times, critical) = (self.axis, self.times.to_vec(), self.critical);
+        let mut map = AngleMap { flow: direct, axis, times, critical, panels, summary };
+        map.summary.orbits += starts.len();
+        map.summary.error = map.off(self.flow, &starts);
+        Ok(map)
     }
 
     /// Starts from which the map is compared with orbits: in each panel some of the cloud's, from the first to the last in the order of their
@@ -207,14 +191,20 @@ impl<'a, M: PlanarHamiltonian> Builder<'a, M> {
             let (share, middle) = (share(&tried), low.midpoint(high));
             let is_wide = high - low > 1e3 * f64::EPSILON;
             let may_fall = error > FLOOR * self.settings.error || error < FALLS * before;
-            if share > self.settings.smallest_share && cost <= left && is_wide && may_fall {
+            let is_worth_it = share > self.settings.smallest_share;
+            if is_worth_it && cost <= left && is_wide && may_fall {
                 left -= cost;
                 halves.extend([(low, middle), (middle, high)].map(|interval| Tried { interval, ..tried }));
             } else if let Some((_, start)) = pilots.get(pilots.len() / 2)
                 && summary.unresolved.is_none_or(|found| found.share < share)
             {
-                summary.unresolved =
-                    Some(Unresolved { place: Place::new(&VARIABLES, |k| start[k]), share, years, error });
+                let limit = match () {
+                    () if !is_worth_it => Limit::Share,
+                    () if is_wide && may_fall => Limit::Orbits,
+                    () => Limit::NoGain,
+                };
+                let (place, cause) = (rounded_place(&VARIABLES, |k| start[k]), Cause::Bends { years, error });
+                summary.unresolved = Some(Unresolved { place, share, cause, limit });
             }
         }
         halves

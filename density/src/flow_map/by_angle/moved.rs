@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::AngleMap;
 use super::panel::Spot;
+use crate::angle::fold;
 use crate::first_passage::empirical::point;
 use crate::flow_map::draw::Draw;
 use crate::flow_map::left::Left;
@@ -99,6 +100,9 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
     }
 
     fn read_out_chunk(&self, chunk: usize, phi: &mut [f64], e: &mut [f64]) {
+        if self.index == 0 {
+            return self.read_out_starts(chunk, phi, e);
+        }
         let time = self.map.times[self.index];
         self.with_found(chunk, |row, found| {
             let Some((number, spot)) = found else { return };
@@ -107,6 +111,14 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
             (phi[row], e[row]) = (state.solar_angle(), state.eccentricity());
         });
         self.left.read_out(time, self.places_of(chunk), |row, variables| [phi[row], e[row]] = variables);
+    }
+
+    /// Writes the starts of a chunk as they were drawn: a state next to `e = 0` that went through the tables would have lost its angle.
+    fn read_out_starts(&self, chunk: usize, phi: &mut [f64], e: &mut [f64]) {
+        let starts = (self.draw)(chunk_of(&self.numbers, chunk));
+        for (row, [start_phi, start_e]) in starts.into_iter().enumerate() {
+            (phi[row], e[row]) = (fold(start_phi, 0.0), start_e);
+        }
     }
 
     /// Calls `work` with the row and the spot of every start of a chunk.
@@ -168,7 +180,11 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
 
 /// The starts of a chunk on their panels.
 fn find<M: PlanarHamiltonian>(map: &AngleMap<M>, draw: &Draw<2>, numbers: &Range<usize>, chunk: usize) -> Vec<Found> {
+    draw(chunk_of(numbers, chunk)).iter().map(|&[phi, e]| map.locate(State::from_polar(phi, e))).collect()
+}
+
+/// The numbers of a chunk.
+fn chunk_of(numbers: &Range<usize>, chunk: usize) -> Range<usize> {
     let first = numbers.start + chunk * CHUNK;
-    let numbers = first..numbers.end.min(first + CHUNK);
-    draw(numbers).iter().map(|&[phi, e]| map.locate(State::from_polar(phi, e))).collect()
+    first..numbers.end.min(first + CHUNK)
 }

@@ -16,9 +16,13 @@ fn a_setting_that_changes_nothing_or_does_not_fit_is_refused_by_name() {
         ("degree = 3", "degree"),
         ("sends = \"characteristics\"\nsamples = 16\ndegree = 7", "degree"),
         ("map_error = 1e-12", "map_error"),
-        ("samples = 1", "samples"),
+        ("sends = \"characteristics\"\nsamples = 3", "samples"),
     ] {
         assert_eq!(settings(text).check().unwrap_err().key, key, "{text}");
+    }
+    for few in [0, 1] {
+        let refused = toml::from_str::<Settings>(&format!("samples = {few}")).unwrap_err().to_string();
+        assert!(refused.contains("it must be at least 2"), "{refused}");
     }
     for good in ["", "by = \"action-angle\"\nseed = 4", "sends = \"characteristics\"\nsamples = 16"] {
         settings(good).check().unwrap();
@@ -80,5 +84,33 @@ fn characteristics_are_those_of_dee_with_the_density_by_the_determinant_of_eithe
                 assert!((a - b).abs() < 1e-7, "{by}: {a} {b}");
             }
         }
+    }
+}
+
+#[test]
+fn characteristics_of_a_cloud_that_reaches_e_0_keep_their_lattice_and_their_density_by_both_maps() {
+    let mut near_zero = assignment();
+    let plane = near_zero.plane.as_mut().unwrap();
+    (plane.problem.initial.mean_e, plane.problem.initial.sigma_e) = (0.05, 0.01);
+    let carried = |name: &str, settings: &str| {
+        let case = BuiltIn::from_settings(name, toml::de::Deserializer::parse(settings).unwrap()).unwrap().unwrap();
+        compute(case, &near_zero, Wanted::ALL, &mut || Ok(())).unwrap().snapshots
+    };
+    let right = carried("dee", "samples = 961");
+    for by in ["cells", "action-angle"] {
+        let found = carried("flow-map", &format!("by = \"{by}\"\nsends = \"characteristics\"\nsamples = 961"));
+        let largest = |columns: &[f64]| columns[2 * 961..].iter().copied().fold(0.0, f64::max);
+        for (found, right) in found.iter().zip(&right) {
+            let scale = largest(&right.columns);
+            for row in 0..961 {
+                let column = |computed: &Computed, k: usize| computed.columns[k * 961 + row];
+                assert!((column(found, 0) - column(right, 0)).sin().abs() * column(right, 1) < 1e-8, "{by}, row {row}");
+                assert!((column(found, 1) - column(right, 1)).abs() < 1e-8, "{by}, row {row}");
+                let off = (column(found, 2) - column(right, 2)).abs();
+                assert!(off < 1e-3 * column(right, 2) + 1e-9 * scale, "{by}, row {row}: {off:e} of {scale:e}");
+            }
+        }
+        let start = |computed: &[Computed]| computed[0].columns[..2 * 961].to_vec();
+        assert_eq!(start(&found), start(&right), "{by}: the start is as it was placed");
     }
 }
