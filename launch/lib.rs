@@ -13,6 +13,8 @@
 //! | `sweep` | many scenarios from one file |
 //! | `map` | a quantity over one or two numbers of a scenario |
 //! | `check` | whether a propagator keeps the contract |
+//! | `output`, `shown` | printing that never fails, and the options by which a command says how much it shows |
+//! | `exit` | exit codes that several commands have |
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]

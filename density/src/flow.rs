@@ -2,6 +2,7 @@
 //!
 //! | file | idea |
 //! |---|---|
+//! | `carry` | what is asked of the integrator and what it tells |
 //! | `taylor` | the integrator: lanes, steps, which orbit enters a lane and which has arrived |
 //! | `step_size` | how far a series reaches |
 //! | `accuracy` | how accurately orbits are propagated |
@@ -14,6 +15,7 @@
 
 mod accuracy;
 mod approach;
+pub(crate) mod carry;
 mod dormand_prince;
 pub mod equations;
 mod from_equations;
@@ -24,14 +26,14 @@ mod step_size;
 mod taylor;
 mod threshold;
 
+use carry::{Batch, Watch};
 use rayon::prelude::*;
-use taylor::{Batch, Watch};
 use threshold::Threshold;
 
 pub use accuracy::Accuracy;
+pub use carry::{Carry, Loss};
 pub use from_equations::FromEquations;
 pub use runge_kutta::{Edged, RungeKutta};
-pub use taylor::{Carry, Loss};
 pub use threshold::Passages;
 
 use crate::model::variable::Place;

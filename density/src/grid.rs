@@ -1,7 +1,7 @@
 //! The common grid on which the densities of all methods are compared.
 //!
 //! There is one grid per snapshot, fixed by the problem alone: the image of the 4-sigma ellipse under the flow bounds
-//! the cloud.
+//! the cloud. The file `grid/by_batch.rs` finds the bins of many samples side by side.
 
 pub(crate) mod by_batch;
 

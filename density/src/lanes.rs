@@ -7,7 +7,11 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 use multiversion::multiversion;
 
-use crate::model::{LANES, Lanes};
+/// Number of orbits that the integrator moves side by side: three sums in as many vector registers as AVX2 has to spare.
+pub const LANES: usize = 16;
+
+/// One number per lane.
+pub type Lanes = [f64; LANES];
 
 /// π/2 is `FRAC_PI_2 + PI_2_REST`.
 const PI_2_REST: f64 = 6.123_233_995_736_766e-17;

@@ -23,6 +23,13 @@
 //!
 //! The samples of neither kind are independent. Their standard errors are measured by drawing `R` groups that are
 //! independent of one another and comparing the groups, [`crate::standard_errors::of_groups`].
+//!
+//! | file | idea |
+//! |---|---|
+//! | `streams` | the random numbers of many independent draws, side by side |
+//! | `sobol` | the scrambled Sobol sequence |
+//! | `quantile` | the tail of the normal distribution and its inverse |
+//! | `shares` | draws as shares of the probability, for whoever has a distribution with quantiles of its own |
 
 mod quantile;
 mod shares;

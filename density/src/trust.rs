@@ -50,6 +50,11 @@ pub enum Diagnosis {
 }
 
 impl Diagnosis {
+    /// Whether the method states the errors of its density itself.
+    pub fn is_stated(&self) -> bool {
+        matches!(self, Self::Stated { .. })
+    }
+
     /// Of a carried mesh, from its numbers in the order of [`Diagnosis::Mesh`].
     pub fn mesh([measure_defect, flipped_mass, truncated_mass, misplaced_mass]: [f64; 4]) -> Self {
         Self::Mesh { measure_defect, flipped_mass, truncated_mass, misplaced_mass }

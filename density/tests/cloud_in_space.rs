@@ -5,15 +5,15 @@ use std::num::NonZeroUsize;
 
 use density::flow::{Accuracy, Passages};
 use density::in_space::sampled::Sampled;
-use density::in_space::simplification::Simplification;
 use density::in_space::{SpaceProblem, example};
+use density::model::model_name::ModelName;
 use density::model::osculating::Osculating;
 use density::model::space_registry::SpaceModel;
 use density::model::vectorial::Vectorial;
 use density::sampling::{Draws, SamplingPlan};
 
 /// The variables of all orbits at a time, one column after the other.
-fn carried(problem: &SpaceProblem, simplification: Option<Simplification>, orbits: usize, time: f64) -> Vec<Vec<f64>> {
+fn carried(problem: &SpaceProblem, simplification: Option<ModelName>, orbits: usize, time: f64) -> Vec<Vec<f64>> {
     let plan = SamplingPlan { draws: Draws::Independent, seed: 4, replicates: NonZeroUsize::MIN };
     let sampled = Sampled { problem, simplification, plan, accuracy: Accuracy::Fine };
     let mut cloud = sampled.cloud(0..orbits).unwrap();
@@ -37,7 +37,7 @@ fn in_the_equator_without_obliquity_every_orbit_is_the_planar_models() {
     flat.model = SpaceModel::Vectorial { model: Vectorial { forces, sun_longitude, obliquity: 0.0 }, axis: None };
     (flat.initial.mean[2], flat.initial.sigma[2]) = (0.0, 0.0);
     flat.initial.correlation = [0.3, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let (in_space, planar) = (carried(&flat, None, 200, 2.0), carried(&flat, Some(Simplification::Planar), 200, 2.0));
+    let (in_space, planar) = (carried(&flat, None, 200, 2.0), carried(&flat, Some(ModelName::Planar), 200, 2.0));
     for i in 0..200 {
         let e = in_space[1][i];
         assert!((e - planar[1][i]).abs() < 1e-10 && e * apart(in_space[0][i], planar[0][i]) < 1e-10, "orbit {i}");
@@ -58,7 +58,7 @@ fn unaveraged() -> SpaceProblem {
 #[test]
 fn averages_of_unaveraged_orbits_stay_near_the_averaged_ones() {
     let (full, averaged) =
-        (carried(&unaveraged(), None, 48, 0.3), carried(&unaveraged(), Some(Simplification::Vectorial), 48, 0.3));
+        (carried(&unaveraged(), None, 48, 0.3), carried(&unaveraged(), Some(ModelName::Vectorial), 48, 0.3));
     for i in 0..48 {
         assert!((full[1][i] - averaged[1][i]).abs() < 4e-3, "e of orbit {i}: {} {}", full[1][i], averaged[1][i]);
         assert!(apart(full[0][i], averaged[0][i]) < 2e-2, "phi of orbit {i}: {} {}", full[0][i], averaged[0][i]);
@@ -69,7 +69,7 @@ fn averages_of_unaveraged_orbits_stay_near_the_averaged_ones() {
 #[test]
 fn the_averages_at_the_start_are_the_osculating_elements_but_for_what_oscillates() {
     let (full, start) =
-        (carried(&unaveraged(), None, 64, 0.0), carried(&unaveraged(), Some(Simplification::Vectorial), 64, 0.0));
+        (carried(&unaveraged(), None, 64, 0.0), carried(&unaveraged(), Some(ModelName::Vectorial), 64, 0.0));
     let mean = |k: usize, f: fn(f64) -> f64| (0..64).map(|i| f(full[k][i] - start[k][i])).sum::<f64>() / 64.0;
     let (bias, size) = (mean(1, |x| x), mean(1, |x| x * x).sqrt());
     assert!((1e-5..2e-3).contains(&size), "{size}");
@@ -83,7 +83,7 @@ fn the_averages_at_the_start_are_the_osculating_elements_but_for_what_oscillates
 fn a_model_that_needs_more_than_the_scenario_says_is_refused() {
     let problem = example::problem();
     let plan = SamplingPlan { draws: Draws::Independent, seed: 4, replicates: NonZeroUsize::MIN };
-    let simplification = Some(Simplification::Osculating);
+    let simplification = Some(ModelName::Osculating);
     let sampled = Sampled { problem: &problem, simplification, plan, accuracy: Accuracy::Fine };
     let why = sampled.cloud(0..1).unwrap_err().to_string();
     assert!(why.contains("does not say where the Moon is"), "{why}");

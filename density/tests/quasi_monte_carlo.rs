@@ -6,8 +6,8 @@ use std::num::NonZeroUsize;
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_groups, point};
 use density::flow::{Accuracy, Passages};
 use density::in_space::sampled::Sampled;
-use density::in_space::simplification::Simplification;
 use density::in_space::{SpaceProblem, example};
+use density::model::model_name::ModelName;
 use density::projected::{Cloud, Question, of_samples};
 use density::sampling::{Draws, SamplingPlan};
 
@@ -20,7 +20,7 @@ const STUDENT: f64 = 2.131;
 const CRITICAL: f64 = 0.53;
 
 /// The cloud at the last time, and its first passages.
-fn run(draws: Draws, seed: u64, samples: usize, simplification: Option<Simplification>) -> (Cloud, EmpiricalCurve) {
+fn run(draws: Draws, seed: u64, samples: usize, simplification: Option<ModelName>) -> (Cloud, EmpiricalCurve) {
     let problem = SpaceProblem { critical_e: CRITICAL, ..example::problem() };
     let groups = if draws == Draws::Sobol { GROUPS } else { 1 };
     let plan = SamplingPlan { draws, seed, replicates: NonZeroUsize::new(groups).unwrap() };
@@ -72,7 +72,7 @@ fn intervals_of_replicates_hold_the_truth_in_about_19_of_20_cases() {
 
 #[test]
 fn the_error_of_a_mean_is_far_below_that_of_as_many_independent_draws() {
-    for simplification in [None, Some(Simplification::Planar)] {
+    for simplification in [None, Some(ModelName::Planar)] {
         let error = |draws| {
             let (cloud, _) = run(draws, 3, GROUPS * 1024, simplification);
             cloud.errors.unwrap().mean

@@ -5,8 +5,6 @@ use std::sync::Arc;
 use density::first_passage::curve_times;
 use density::grid::{Axis, Grid};
 use density::in_space::SpaceProblem;
-use density::model::parameter::Named;
-use density::model::planar::Force;
 use density::model::plane::VARIABLES;
 use density::model::registry::Planar;
 use density::problem::Problem;
@@ -142,8 +140,7 @@ impl Assignment {
 
     /// The scenario's model as its author names it, with the Earth's shadow if there is one.
     pub fn model_in_words(&self) -> String {
-        let is_planar = self.in_space.as_ref().is_some_and(SpaceProblem::is_shadowed_plane);
-        let name = if is_planar { Force::NAME } else { &self.said.model };
+        let name = self.in_space.as_ref().map_or(self.said.model.as_str(), |problem| problem.model_name().text());
         let shadow = if self.has_shadow() { " with the Earth's shadow" } else { "" };
         format!("\"{name}\"{shadow}")
     }
@@ -166,7 +163,7 @@ impl Assignment {
         let said = Description::decode(header, items)?;
         check_bins(&said.projections)?;
         let axes: Vec<Vec<Axis>> = said.snapshots.iter().map(|moment| axes(&said, moment)).collect::<Result<_, _>>()?;
-        let is_planar = Planar::ALL.iter().any(|(name, _)| *name == said.model);
+        let is_planar = Planar::has(&said.model);
         let is_uncertain = said.variables.len() == VARIABLES.len() + 1;
         let plane = if is_planar && !is_uncertain { Some(plane(&said, &axes)?) } else { None };
         let uncertain = if is_planar && is_uncertain { Some(uncertain(&said, &axes)?) } else { None };

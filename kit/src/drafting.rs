@@ -41,7 +41,7 @@ impl Drafting {
     /// The content of the snapshot that `propagator` has reached.
     pub fn content(&self, propagator: &impl Propagator) -> Result<Content, Failure> {
         let content = if self.reduces.is_some() { self.content } else { propagator.content(self.content) };
-        if content.code() != self.content.code() {
+        if content.kind() != self.content.kind() {
             let planned = self.content;
             return Err(Failure::Refused(format!("a snapshot is {content:?} where {planned:?} was announced")));
         }

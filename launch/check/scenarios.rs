@@ -6,9 +6,12 @@
 
 use std::f64::consts::TAU;
 
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use density::flow::Flow;
 use density::grid::{Axis, Grid, comparison_grids};
 use density::in_space::{InitialInSpace, SpaceProblem, pilot};
+use density::model::model_name::ModelName;
 use density::model::planar::Force;
 use density::model::registry::Planar;
 use density::model::space_registry::SpaceModel;
@@ -48,7 +51,7 @@ impl Scenario {
 }
 
 /// The model of the problems.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TrialModel {
     /// The averaged model in the plane.
     #[default]
@@ -57,22 +60,32 @@ pub enum TrialModel {
     Vectorial,
 }
 
+impl ValueEnum for TrialModel {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Planar, Self::Vectorial]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (name, help) = match self {
+            Self::Planar => (ModelName::Planar, "The averaged model in the plane"),
+            Self::Vectorial => (ModelName::Vectorial, "The averaged model in space"),
+        };
+        Some(PossibleValue::new(name.text()).help(help))
+    }
+}
+
 /// Two problems whose right answers are known. Variables are correlated in the second one, in space in both.
 pub fn known(model: TrialModel) -> [Result<Scenario, LostOrbit>; 2] {
-    if model == TrialModel::Vectorial {
-        return [in_space("check-1", first_in_space()), in_space("check-2", second_in_space())];
-    }
     let paper = Force { radiation: 0.15, oblateness: 0.40921 };
     let other = Force { radiation: 0.25, oblateness: 0.2 };
-    [
-        bounded("check-1", paper, cloud(2.2069, 0.145, 0.005, 0.0008), vec![0.0, 0.3, 0.8, 1.3, 2.0]),
-        bounded(
-            "check-2",
-            other,
-            InitialGaussian { correlation: 0.6, ..cloud(0.9, 0.3, 0.005, 0.001) },
-            vec![0.0, 0.6, 1.0],
-        ),
-    ]
+    let correlated = InitialGaussian { correlation: 0.6, ..cloud(0.9, 0.3, 0.005, 0.001) };
+    match model {
+        TrialModel::Planar => [
+            bounded("check-1", paper, cloud(2.2069, 0.145, 0.005, 0.0008), vec![0.0, 0.3, 0.8, 1.3, 2.0]),
+            bounded("check-2", other, correlated, vec![0.0, 0.6, 1.0]),
+        ],
+        TrialModel::Vectorial => [in_space("check-1", first_in_space()), in_space("check-2", second_in_space())],
+    }
 }
 
 /// Snapshots of the longest scenario.
@@ -80,13 +93,15 @@ pub const LONGEST: usize = 64;
 
 /// The first scenario with far more snapshots.
 pub fn long(model: TrialModel) -> Result<Scenario, LostOrbit> {
-    // Orbits in space take ten times as long.
-    let step = if model == TrialModel::Vectorial { 0.1 } else { 0.5 };
-    let times: Vec<f64> = (0..LONGEST as u32).map(|k| step * f64::from(k)).collect();
-    if model == TrialModel::Vectorial {
-        return in_space("check-long", SpaceProblem { times, ..first_in_space() });
+    let times = |step: f64| (0..LONGEST as u32).map(|k| step * f64::from(k)).collect();
+    match model {
+        TrialModel::Planar => {
+            let force = Force { radiation: 0.15, oblateness: 0.40921 };
+            bounded("check-long", force, cloud(2.2069, 0.145, 0.005, 0.0008), times(0.5))
+        }
+        // Orbits in space take ten times as long.
+        TrialModel::Vectorial => in_space("check-long", SpaceProblem { times: times(0.1), ..first_in_space() }),
     }
-    bounded("check-long", Force { radiation: 0.15, oblateness: 0.40921 }, cloud(2.2069, 0.145, 0.005, 0.0008), times)
 }
 
 /// Without oblateness the flow turns `(e cos phi, e sin phi, sqrt(1 - e²))` about an axis `atan(C)` away from the last

@@ -90,13 +90,8 @@ pub fn run(arguments: &AskArguments) -> ExitCode {
     }
 }
 
-/// Says that an answer may take long.
-pub(super) fn announce() {
-    remark!("computing: a wide cloud or a long time may take a minute or more");
-}
-
 fn in_plane(scenario: ScenarioFile, in_json: bool) -> Result<(), Error> {
-    announce();
+    super::long_work::announce();
     let answer = answer(scenario)?;
     if in_json {
         say!("{}", self::in_json(&answer))

@@ -38,7 +38,7 @@ struct Answer<'a> {
 pub fn run(scenario: &ScenarioInSpace, seed: u64, in_json: bool) -> Result<(), String> {
     let Some(problem) = &scenario.cloud else { return Ok(()) };
     problem.check_task().map_err(|error| by_key(&error))?;
-    super::ask::announce();
+    super::long_work::announce();
     let answer = answer(scenario, problem, seed).map_err(|trouble| trouble.to_string())?;
     if in_json {
         say!("{}", answer.json())

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use clap::Args;
 use density::in_space::fidelity::{Figures, QUANTITIES, REPLICATES, Shift, Variant, comparisons, figures};
 use density::in_space::{SpaceProblem, VARIABLES};
-use density::model::space_registry::PLANAR;
 use nodes::files::input::InputFile;
 use nodes::files::scenario_file::{self, AnyScenario};
 
@@ -83,6 +82,8 @@ fn refuse(problem: &str) -> ExitCode {
 /// A simpler model, the fuller one with which it is compared, and how far its figures are off at each snapshot.
 struct Row {
     simpler: String,
+    /// Whether the simpler model is one in space.
+    is_in_space: bool,
     fuller: String,
     shifts: Vec<[Shift; QUANTITIES]>,
 }
@@ -100,7 +101,8 @@ fn compare(problem: &SpaceProblem, orbits: usize, seed: u64) -> Result<Vec<Row>,
         let find = |variant: Variant| done.iter().find(|(known, _)| *known == variant).map(|(_, found)| found);
         let (Some(own), Some(other)) = (find(simpler), find(fuller)) else { continue };
         let shifts = own.iter().zip(other).map(|(own, other)| own.against(other)).collect();
-        rows.push(Row { simpler: name(problem, simpler), fuller: name(problem, fuller), shifts });
+        let is_in_space = simpler.model(problem).is_in_space();
+        rows.push(Row { simpler: name(problem, simpler), is_in_space, fuller: name(problem, fuller), shifts });
     }
     Ok(rows)
 }
@@ -108,10 +110,11 @@ fn compare(problem: &SpaceProblem, orbits: usize, seed: u64) -> Result<Vec<Row>,
 /// The figures of a variant. Those that take long say how far they are.
 fn of(problem: &SpaceProblem, variant: Variant, orbits: usize, seed: u64) -> Result<Vec<Figures>, String> {
     let (name, end) = (name(problem, variant), problem.times.last().copied().unwrap_or(0.0));
+    let takes_long = !variant.model(problem).is_averaged();
     let tenth = std::cell::Cell::new(0);
     let progress = |time: f64| {
         let tenths = (10.0 * time / end) as u32;
-        if name == "osculating" && tenths > tenth.replace(tenths) {
+        if takes_long && tenths > tenth.replace(tenths) {
             remark!("{name}: {} % done", 10 * tenths);
         }
     };
@@ -119,9 +122,9 @@ fn of(problem: &SpaceProblem, variant: Variant, orbits: usize, seed: u64) -> Res
 }
 
 /// What a variant is called.
-fn name(problem: &SpaceProblem, Variant { simplification, without }: Variant) -> String {
-    let model = simplification.map_or(problem.model.name(), |simplification| simplification.name());
-    without.map_or(model.to_owned(), |force| format!("{model} without {force}"))
+fn name(problem: &SpaceProblem, variant: Variant) -> String {
+    let model = variant.model(problem).text();
+    variant.without.map_or(model.to_owned(), |force| format!("{model} without {force}"))
 }
 
 /// The name and the unit of a figure.
@@ -136,7 +139,7 @@ fn quantity(q: usize) -> (String, &'static str) {
 
 fn print(problem: &SpaceProblem, rows: &[Row]) {
     let times = &problem.times;
-    for Row { simpler, fuller, shifts } in rows {
+    for Row { simpler, fuller, shifts, .. } in rows {
         let heads = times.iter().map(|t| format!("t = {t} yr"));
         let mut table = new_table([String::new()].into_iter().chain(heads).collect(), 1);
         for q in 0..QUANTITIES {
@@ -151,7 +154,7 @@ fn print(problem: &SpaceProblem, rows: &[Row]) {
         }
         say!("\n{simpler} less {fuller}, and two standard errors\n{table}");
     }
-    if rows.iter().any(|row| row.simpler == PLANAR) {
+    if rows.iter().any(|row| !row.is_in_space) {
         say!("\nThe planar model has no inclination and no node.");
     }
     say!("{REPLICATES} replicates; e_cri = {}", problem.critical_e);
@@ -159,7 +162,7 @@ fn print(problem: &SpaceProblem, rows: &[Row]) {
 
 fn print_csv(problem: &SpaceProblem, rows: &[Row]) {
     say!("model,against,t_yr,quantity,value,shift,se_shift");
-    for Row { simpler, fuller, shifts } in rows {
+    for Row { simpler, fuller, shifts, .. } in rows {
         for (time, shifts) in problem.times.iter().zip(shifts) {
             for (q, Shift { value, shift, error }) in shifts.iter().enumerate().filter(|(_, s)| !s.shift.is_nan()) {
                 say!("{simpler},{fuller},{time},{},{value},{shift},{error}", quantity(q).0);

@@ -16,6 +16,7 @@ mod graph;
 mod init;
 #[cfg(feature = "hosts")]
 mod join;
+mod long_work;
 mod map;
 mod new;
 pub(crate) mod node;

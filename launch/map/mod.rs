@@ -3,6 +3,7 @@
 //!
 //! | module | what is in it |
 //! |---|---|
+//! | `order` | what is to be drawn |
 //! | `parts` | the points that are computed together |
 //! | `allotment` | who computes which parts |
 //! | `folder` | the folder in which all this lies, and which may be used |
@@ -18,19 +19,17 @@ mod computed;
 pub mod contributing;
 mod folder;
 mod interruption;
+mod order;
 mod output;
 mod parts;
 mod progress;
 #[cfg(feature = "hosts")]
 mod welcome;
 
-use std::path::Path;
 use std::sync::Arc;
 
 use density::reliability::refinement::{Cell, Known, fill};
-use nodes::files::map_file::MapFile;
 
-use crate::plan::hosts::Hosts;
 use allotment::{Allotment, HOME, Outcome};
 use computed::Computed;
 use interruption::Watch;
@@ -38,23 +37,11 @@ use parts::{Parts, Place};
 use progress::{Progress, Tally};
 
 pub use folder::prepare;
+pub use order::Order;
 pub use output::{FIGURE, PAGE, TABLE};
 
 #[cfg(feature = "hosts")]
 use welcome::with_others;
-
-/// A map that is to be drawn.
-#[derive(Debug, Clone, Copy)]
-pub struct Order<'a> {
-    /// What is drawn.
-    pub map: &'a MapFile,
-    /// The folder in which its parts are kept and its files are written.
-    pub folder: &'a Path,
-    /// The hosts that may contribute.
-    pub hosts: Option<&'a Hosts>,
-    /// Whether nothing but errors is printed.
-    pub is_quiet: bool,
-}
 
 /// Computes a map, keeps its parts in its folder, and writes its files.
 ///

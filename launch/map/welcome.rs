@@ -7,8 +7,8 @@ use bridge::dealing::{Answer, Brought, Dealer, Dealing, Question};
 use bridge::plan::MapPlan;
 use density::exact::Estimated;
 
-use super::Order;
 use super::allotment::{Allotment, Outcome};
+use super::order::Order;
 use super::parts::Found;
 use crate::domain;
 use crate::plan::hosts::Hosts;

@@ -8,24 +8,41 @@ use super::moments::{shown, symbol, table_3, times};
 use super::{new_table, number, time_heads};
 use crate::plan::launch_file::Launch;
 
-/// Methods of Table 3, and why their numbers differ from one another.
-const REASONS: [(&str, &str); 4] = [
-    ("mc", "paper and ours differ from exact by sampling error alone, a few σ/316 with 1e5 draws"),
-    (
-        "dee-961",
-        "as printed lacks the Jacobian e_t/e_0 and fills the concave sides of the cloud; with 961 random points two seeds \
-         differ by per cents, too",
-    ),
-    (
-        "dee-1e5",
-        "as printed lacks the Jacobian e_t/e_0 (all means shift) and interpolates over the hull of the final points (σ_e too \
-         large at 1 and 2 yr); corrected carries a mesh whose triangles keep their probability",
-    ),
-    (
-        "gmm-ut",
-        "as printed splits along e, not along φ as the text says, and its 39 components bend with the flow; corrected splits \
-         along both on a lattice planned for the problem",
-    ),
+/// A method of the paper's Table 3.
+struct PaperMethod {
+    /// The label of its case, which is also its name in the table.
+    label: &'static str,
+    /// What the case with this label is called: a method that the paper prints with errors has a corrected case besides.
+    ours: &'static str,
+    /// Why the numbers differ from one another.
+    reason: &'static str,
+}
+
+/// The methods of Table 3.
+const METHODS: [PaperMethod; 4] = [
+    PaperMethod {
+        label: "mc",
+        ours: "ours",
+        reason: "paper and ours differ from exact by sampling error alone, a few σ/316 with 1e5 draws",
+    },
+    PaperMethod {
+        label: "dee-961",
+        ours: "as printed",
+        reason: "as printed lacks the Jacobian e_t/e_0 and fills the concave sides of the cloud; with 961 random points two seeds \
+                 differ by per cents, too",
+    },
+    PaperMethod {
+        label: "dee-1e5",
+        ours: "as printed",
+        reason: "as printed lacks the Jacobian e_t/e_0 (all means shift) and interpolates over the hull of the final points (σ_e too \
+                 large at 1 and 2 yr); corrected carries a mesh whose triangles keep their probability",
+    },
+    PaperMethod {
+        label: "gmm-ut",
+        ours: "as printed",
+        reason: "as printed splits along e, not along φ as the text says, and its 39 components bend with the flow; corrected splits \
+                 along both on a lattice planned for the problem",
+    },
 ];
 
 /// Whether the launch file has a corrected case beside one as printed.
@@ -42,18 +59,17 @@ pub fn print(launch: &Launch, rows: &[&MomentsRow]) {
     let reference = launch.references.first().map_or("", String::as_str);
     let paper = table_3();
     let paper: Vec<&MomentsRow> = paper.iter().collect();
-    for (method, reason) in REASONS {
-        let ours = if method == "mc" { "ours" } else { "as printed" };
+    for PaperMethod { label, ours, reason } in METHODS {
         let sources = [
-            ("paper", of(&paper, method)),
-            (ours, of(rows, method)),
-            ("corrected", of(rows, &corrected(method))),
+            ("paper", of(&paper, label)),
+            (ours, of(rows, label)),
+            ("corrected", of(rows, &corrected(label))),
             (reference, of(rows, reference)),
         ];
-        say!("\n{method}: {reason}\n{}", table(&sources, &times(rows)));
+        say!("\n{label}: {reason}\n{}", table(&sources, &times(rows)));
     }
     let shown = |label: &str| {
-        label == reference || REASONS.iter().any(|(method, _)| label == *method || label == corrected(method))
+        label == reference || METHODS.iter().any(|method| label == method.label || label == corrected(method.label))
     };
     for case in launch.cases.iter().filter(|case| !shown(&case.label)) {
         let sources = [case.label.as_str(), reference].map(|label| (label, of(rows, label)));

@@ -94,7 +94,7 @@ fn layout<T: Described>(of: &str) -> String {
 
 /// The details of a kind of snapshot.
 fn details(table: &KindTable) -> String {
-    let name = kind::CODES.name_of(table.code.into()).unwrap_or_default();
+    let name = kind::CODES.name_of(table.kind.code().into()).unwrap_or_default();
     format!("### Details of kind `{name}`\n\n{}\n\n", plain(table.details_doc)) + &fields(table.details)
 }
 

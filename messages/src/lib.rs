@@ -19,6 +19,7 @@
 //! - [`patience`]: clocks that leave out the time in which their own process did not run;
 //! - [`recording`]: every message of a run in one file;
 //! - [`report`]: the report of a node, as a value;
+//! - [`reporter`]: who reports: a service, or a propagator;
 //! - [`service`]: the processes that a run has besides its propagators;
 //! - [`wait`]: sleeping until a message or a signal to stop arrives;
 //! - [`scenario`]: the problem, with a description of its variables;

@@ -5,7 +5,9 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-use messages::content::{Characteristics, DETAIL_WORDS, Kind, Mixture, Samples, table, treatment};
+use messages::content::{
+    Characteristics, DETAIL_WORDS, KINDS, Kind, KindTable, Mixture, Samples, SnapshotKind, kind, treatment,
+};
 use messages::describe::{Described, Entries, Field, FieldKind};
 use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, StatusHeader, event};
 use messages::scenario::{ParameterEntry, ProjectionEntry, ScenarioHeader, VariableEntry, range};
@@ -13,9 +15,9 @@ use messages::scenario::{ParameterEntry, ProjectionEntry, ScenarioHeader, Variab
 /// Set to 1 to fail where Python is missing, instead of skipping.
 const REQUIRE: &str = "PHASECLOUD_REQUIRE_PYTHON";
 
-/// Prints the layouts of the Python file in the form of [`rust_says`].
+/// Prints the layouts of the Python file in the form of [`rust_says`], and the kinds of snapshots whose names are its arguments.
 const PYTHON_SAYS: &str = r#"
-import ctypes, layout
+import ctypes, layout, sys
 names = {ctypes.c_uint64: "u64", ctypes.c_double: "f64", ctypes.c_uint32: "u32", ctypes.c_uint8: "u8"}
 def rust_name(kind):
     if kind in names:
@@ -27,7 +29,7 @@ for header in (layout.VariableEntry, layout.ParameterEntry, layout.ProjectionEnt
     print(header.type_name(), ctypes.sizeof(header), ctypes.alignment(header))
     for name, kind in header._fields_:
         print(name, rust_name(kind), getattr(header, name).offset)
-for name in ("SAMPLES", "CHARACTERISTICS", "MIXTURE"):
+for name in sys.argv[1:]:
     kind = getattr(layout, name)
     print(name, kind, layout.COLUMNS[kind], layout.DETAILS[kind].type_name())
 for name in ("CARRIED_MESH", "HULL_MESH", "READY", "PROGRESS", "DONE", "FAILED",
@@ -70,7 +72,8 @@ fn rust_says() -> String {
 #[test]
 fn python_has_the_same_headers_and_codes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../python/phasecloud/kit");
-    let python = Command::new("python3").args(["-B", "-c", PYTHON_SAYS]).env("PYTHONPATH", folder).output();
+    let kinds = sent_from_python().map(name);
+    let python = Command::new("python3").args(["-B", "-c", PYTHON_SAYS]).args(kinds).env("PYTHONPATH", folder).output();
     let output = match python {
         Ok(output) => output,
         Err(error) => {
@@ -83,12 +86,23 @@ fn python_has_the_same_headers_and_codes() {
     assert_eq!(String::from_utf8_lossy(&output.stdout), rust_says() + &codes());
 }
 
+/// The kinds of snapshots that a propagator in Python may send.
+fn sent_from_python() -> impl Iterator<Item = &'static KindTable> {
+    KINDS.iter().filter(|table| match table.kind {
+        SnapshotKind::Samples | SnapshotKind::Characteristics | SnapshotKind::Mixture => true,
+        SnapshotKind::Density | SnapshotKind::Reduced => false,
+    })
+}
+
+/// The name of a kind's code.
+fn name(table: &KindTable) -> &'static str {
+    kind::CODES.name_of(table.kind.code().into()).unwrap()
+}
+
 fn codes() -> String {
     let mut text = String::new();
-    let kinds = [("SAMPLES", Samples::CODE), ("CHARACTERISTICS", Characteristics::CODE), ("MIXTURE", Mixture::CODE)];
-    for (name, kind) in kinds {
-        let table = table(kind).unwrap();
-        writeln!(text, "{name} {kind} {} {}", table.columns.len(), table.details_name).unwrap();
+    for table in sent_from_python() {
+        writeln!(text, "{} {} {} {}", name(table), table.kind.code(), table.columns.len(), table.details_name).unwrap();
     }
     let codes = [
         ("CARRIED_MESH", treatment::CARRIED_MESH as usize),

@@ -67,8 +67,7 @@ pub fn compute(
     wanted: Wanted,
     check_stop: &mut dyn FnMut() -> Result<(), Failure>,
 ) -> Result<Outcome, Failure> {
-    // The exact curve follows from the initial density, whatever the snapshots are.
-    let needs_snapshots = wanted.estimates || wanted.columns || !matches!(case, BuiltIn::Exact(_));
+    let needs_snapshots = wanted.estimates || wanted.columns || case.curve_needs_snapshots();
     let mut propagator = case.propagator();
     let form = propagator.begin(assignment)?;
     let mut work = Work { assignment, form, wanted, estimator: CaseEstimator::default() };

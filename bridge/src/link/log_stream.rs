@@ -16,7 +16,7 @@ use zenoh::{Session, Wait};
 use super::contact::Contact;
 use super::serve::{answer, questions};
 use super::session::refused;
-use super::wire::{self, Ask, PIECE, Piece, kind};
+use super::wire::{self, Answer, Ask, PIECE, Piece};
 
 /// The name of the log's stream, beside the streams of the topics.
 pub const NAME: &str = "log";
@@ -39,8 +39,8 @@ pub fn serve(zenoh: &Session, key: &str, path: &Path, contact: &Contact) -> Resu
         let Ok(Some(question)) = questions.recv_timeout(PERIOD / 5) else { continue };
         let Some(ask) = question.payload().and_then(|payload| wire::read::<Ask>(&payload.to_bytes())) else { continue };
         let bytes = read(path, ask.offset).unwrap_or_default();
-        let what = if bytes.is_empty() { kind::NOTHING } else { kind::PIECE };
-        answer(&question, Piece { epoch: 0, sequence: 0, offset: ask.offset, total: 0, kind: what }, &bytes);
+        let what = if bytes.is_empty() { Answer::Nothing } else { Answer::Piece };
+        answer(&question, Piece { epoch: 0, sequence: 0, offset: ask.offset, total: 0, kind: what.code() }, &bytes);
     }
 }
 
@@ -90,6 +90,6 @@ fn piece(zenoh: &Session, key: &str, ask: Ask, patience: Duration) -> Result<Vec
     let Ok(Some(reply)) = answers.recv_timeout(patience) else { return Ok(Vec::new()) };
     let Ok(sample) = reply.result() else { return Ok(Vec::new()) };
     let piece = sample.attachment().and_then(|bytes| wire::read::<Piece>(&bytes.to_bytes()));
-    let fits = piece.is_some_and(|piece| piece.kind == kind::PIECE && piece.offset == ask.offset);
+    let fits = piece.is_some_and(|piece| piece.answer() == Some(Answer::Piece) && piece.offset == ask.offset);
     Ok(if fits { sample.payload().to_bytes().into_owned() } else { Vec::new() })
 }

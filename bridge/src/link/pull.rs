@@ -14,7 +14,7 @@ use zenoh::{Session, Wait};
 use super::contact::Contact;
 use super::serve::draw;
 use super::session::refused;
-use super::wire::{self, Ask, Piece, kind};
+use super::wire::{self, Answer, Ask, Piece};
 
 /// Longest wait for the next piece before the question is asked again.
 pub const PATIENCE: Duration = Duration::from_secs(4);
@@ -105,7 +105,7 @@ impl<T: Topic> Reader<T> {
         let Ok(sample) = reply.result() else { return Ok(false) };
         let piece = sample.attachment().and_then(|bytes| wire::read::<Piece>(&bytes.to_bytes()));
         let Some(piece) = piece else { return Ok(false) };
-        if piece.kind == kind::END {
+        if piece.answer() == Some(Answer::End) {
             contact.end();
             return Ok(false);
         }
@@ -114,7 +114,9 @@ impl<T: Topic> Reader<T> {
             self.part = None;
             self.ask = Ask { epoch: piece.epoch, sequence: 0, offset: 0, ..self.ask };
         }
-        if piece.kind != kind::PIECE || (piece.sequence, piece.offset) != (self.ask.sequence, self.ask.offset) {
+        if piece.answer() != Some(Answer::Piece)
+            || (piece.sequence, piece.offset) != (self.ask.sequence, self.ask.offset)
+        {
             return Ok(false);
         }
         let bytes = sample.payload().to_bytes();

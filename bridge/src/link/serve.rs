@@ -20,7 +20,7 @@ use zenoh::{Session, Wait};
 
 use super::contact::Contact;
 use super::session::refused;
-use super::wire::{self, Ask, PIECE, Piece, kind};
+use super::wire::{self, Answer, Ask, PIECE, Piece};
 
 /// How long a question waits for a message before it is answered that there is none.
 const LONGEST_WAIT: Duration = Duration::from_millis(800);
@@ -77,7 +77,7 @@ pub fn serve<T: Screened>(
         }
         let Some(ask) = question.payload().and_then(|payload| wire::read::<Ask>(&payload.to_bytes())) else { continue };
         if stopped.is_some() {
-            answer(&question, stream.piece(ask, kind::END), &[]);
+            answer(&question, stream.piece(ask, Answer::End), &[]);
             return Ok(());
         }
         stream.answer(&question, ask, || contact.is_to_stop() || !questions.is_empty())?;
@@ -102,8 +102,8 @@ impl<T: Screened> Stream<T> {
         Ok(Self { domain, inlet, run_id, reader: 0, epoch: draw(), next: 0, held: None })
     }
 
-    fn piece(&self, ask: Ask, kind: u64) -> Piece {
-        Piece { epoch: self.epoch, sequence: ask.sequence, offset: ask.offset, total: 0, kind }
+    fn piece(&self, ask: Ask, answer: Answer) -> Piece {
+        Piece { epoch: self.epoch, sequence: ask.sequence, offset: ask.offset, total: 0, kind: answer.code() }
     }
 
     /// Answers with the rest of the message asked for, piece by piece; stops when `is_void` becomes true.
@@ -119,7 +119,7 @@ impl<T: Screened> Stream<T> {
             self.next += u64::from(self.held.is_some());
         }
         let Some(message) = &self.held else {
-            answer(question, self.piece(ask, kind::NOTHING), &[]);
+            answer(question, self.piece(ask, Answer::Nothing), &[]);
             return Ok(());
         };
         let (head, body): (&[u8], &[u8]) = (bytes_of(message.header()), cast_slice(message.items()));
@@ -127,7 +127,7 @@ impl<T: Screened> Stream<T> {
         let mut offset = ask.offset as usize;
         while offset < total && !is_void() {
             let bytes = span(head, body, offset);
-            let place = Piece { offset: offset as u64, total: total as u64, ..self.piece(ask, kind::PIECE) };
+            let place = Piece { offset: offset as u64, total: total as u64, ..self.piece(ask, Answer::Piece) };
             answer(question, place, &bytes);
             offset += bytes.len();
         }

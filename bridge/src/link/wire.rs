@@ -36,18 +36,40 @@ pub struct Piece {
     pub offset: u64,
     /// Length of the whole message \[bytes\].
     pub total: u64,
-    /// What the answer is, see [`kind`].
+    /// What the answer is, as the code of an [`Answer`].
     pub kind: u64,
 }
 
+impl Piece {
+    /// What the answer is; `None` for a code that this version does not know.
+    pub fn answer(&self) -> Option<Answer> {
+        Answer::ALL.into_iter().find(|answer| answer.code() == self.kind)
+    }
+}
+
 /// What an answer is.
-pub mod kind {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Answer {
     /// A piece of a message.
-    pub const PIECE: u64 = 1;
+    Piece,
     /// There is no such message yet.
-    pub const NOTHING: u64 = 2;
+    Nothing,
     /// There will be none: the sender ends.
-    pub const END: u64 = 3;
+    End,
+}
+
+impl Answer {
+    /// All of them.
+    const ALL: [Self; 3] = [Self::Piece, Self::Nothing, Self::End];
+
+    /// The code that stands for it on the wire.
+    pub const fn code(self) -> u64 {
+        match self {
+            Self::Piece => 1,
+            Self::Nothing => 2,
+            Self::End => 3,
+        }
+    }
 }
 
 /// The name under which `host` sends the messages of `topic` in a run.

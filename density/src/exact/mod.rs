@@ -17,6 +17,30 @@
 //!
 //! The marginals are the sums of the joint density's rows and columns, as for every other method: they miss what lies
 //! outside the grid, [`ExactSnapshot::mass_outside`].
+//!
+//! | file | idea |
+//! |---|---|
+//! | [`axis`] | the point by which each orbit is identified: where it is least eccentric |
+//! | [`contour`] | one closed orbit, followed once round |
+//! | `trail` | an orbit as points close enough together for cubic interpolation |
+//! | `crossings` | where an orbit passes the lines of a grid |
+//! | [`measure`] | the initial probability, and the one-form whose circulation measures it |
+//! | `share` | how the initial probability is spread along one orbit |
+//! | [`hamiltonian_range`] | which orbits are in the cloud |
+//! | [`family`] | integrals over all orbits of the cloud |
+//! | [`detail`] | how finely these orbits are resolved |
+//! | `rules`, `adaptive` | quadrature rules, and intervals that are halved where the error is largest |
+//! | `at_start` | the moments at `t = 0` |
+//! | [`moments`] | moments and the probability above the critical eccentricity |
+//! | [`joint`] | the joint density as averages over the bins |
+//! | `joint_way` | by which of the two ways the joint density is computed |
+//! | `by_blocks`, `block`, `chebyshev_curve` | the way by blocks of bins on which the backward flow is one polynomial |
+//! | `by_orbits` | the way by orbits, which works however long the cloud has been wound up |
+//! | `self_check` | the check against orbits that start at random |
+//! | [`over_leaves`] | integrals over an uncertain radiation parameter |
+//! | [`leaves`] | the exact density where the radiation parameter is uncertain |
+//! | `leaves_density`, `leaves_joint` | its density at points, and its joint density from these |
+//! | `bin_averages` | averages over bins of a function that is known at points |
 
 mod adaptive;
 mod at_start;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::taylor::{Batch, Carry, Step, Watch};
+use super::carry::{Batch, Carry, Step, Watch};
 use super::threshold::{Passages, Threshold};
 use super::{CHUNK, Flow, chunks};
 use crate::model::Model;

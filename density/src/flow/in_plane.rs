@@ -2,8 +2,8 @@
 //!
 //! The motion does not depend on time, so only the length of an interval matters.
 
+use super::carry::{Batch, Carry};
 use super::record::{Recorder, Step};
-use super::taylor::{Batch, Carry};
 use super::threshold::Passages;
 use super::{Escaped, Flow};
 use crate::model::Model;

@@ -1,6 +1,7 @@
 //! Orbits recorded as the integrator's own Taylor series, step by step: dense output without further evaluations.
 
-use super::taylor::{self, MOST_COEFFICIENTS, Watch};
+use super::carry::{self, Watch};
+use super::taylor::MOST_COEFFICIENTS;
 use crate::model::plane::State;
 
 /// A step of a planar orbit as polynomials in the time since its start \[1/n_sun\].
@@ -36,7 +37,7 @@ impl Watch for Recorder {
         false
     }
 
-    fn see(&mut self, &taylor::Step { coordinate, lengths, crew, .. }: &taylor::Step<'_>) {
+    fn see(&mut self, &carry::Step { coordinate, lengths, crew, .. }: &carry::Step<'_>) {
         let coefficients = |k: usize, lane: usize| {
             let mut coefficients = [0.0; MOST_COEFFICIENTS];
             coefficients.iter_mut().zip(coordinate(k)).for_each(|(coefficient, lanes)| *coefficient = lanes[lane]);

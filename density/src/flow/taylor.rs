@@ -12,6 +12,7 @@
 use multiversion::multiversion;
 
 use super::accuracy::Accuracy;
+use super::carry::{Batch, Carry, Crew, Loss, Step, Watch};
 use super::step_size::radii;
 use crate::model::earth::SUN_MEAN_MOTION;
 use crate::model::{Coordinates, LANES, Lanes, Model, Series, Task};
@@ -25,18 +26,6 @@ const MOST_STEPS: f64 = 10_000.0;
 const MOST_STEPS_A_YEAR: f64 = 2e6;
 /// An orbit is given up if the steps that it may still take would have to be longer than the last one by this factor.
 const HASTE: f64 = 4.0;
-
-/// Orbits to be moved.
-#[derive(Debug)]
-pub struct Batch<'a, 'b> {
-    /// Their states: one column per coordinate, one row per orbit.
-    pub columns: &'a mut [&'b mut [f64]],
-    /// Time at the start \[yr\].
-    pub from: f64,
-    /// Number of years by which each orbit is moved, backwards if negative. The last entry also counts for all further
-    /// orbits.
-    pub years: &'a [f64],
-}
 
 impl Batch<'_, '_> {
     /// The state and the years of an orbit, if there is such an orbit.
@@ -53,20 +42,6 @@ impl Batch<'_, '_> {
             column[orbit] = state.component(k);
         }
     }
-}
-
-/// Moves orbits and returns those that were lost, which keep their states.
-///
-/// The largest error after two years is about 14 tolerances in a cloud of 1e5 orbits and 24 tolerances among orbits
-/// four standard deviations from the mean, whatever the order. The orders are the cheapest by measurement, by a small
-/// margin.
-pub struct Carry<'a, 'b, 'c> {
-    /// How accurately orbits are propagated.
-    pub accuracy: Accuracy,
-    /// The orbits.
-    pub batch: Batch<'a, 'b>,
-    /// The observer of every step, if there is one.
-    pub watch: Option<&'c mut dyn Watch>,
 }
 
 impl Task for Carry<'_, '_, '_> {
@@ -131,52 +106,6 @@ fn advance<const P: usize, M: Model>(
 #[inline(always)]
 fn state<const P: usize, S: Series<P>>(series: &S, lane: usize) -> <S::Model as Model>::State<f64> {
     Coordinates::from_fn(|k| series.coordinate(k)[0][lane])
-}
-
-/// An observer of the orbits on their way. The integrator calls it through a pointer: its loop would otherwise be compiled once for
-/// every kind of observer, and a call costs nothing beside the step of [`LANES`] orbits.
-pub trait Watch {
-    /// Whether it reads the clearance.
-    fn sees_clearance(&self) -> bool;
-
-    /// Sees a step of all lanes before it is taken.
-    fn see(&mut self, step: &Step<'_>);
-}
-
-/// The step that all lanes are about to take.
-pub struct Step<'a> {
-    /// Coefficients of a coordinate of the state, by its number.
-    pub coordinate: &'a dyn Fn(usize) -> &'a [Lanes],
-    /// Coefficients of the clearance.
-    pub clearance: &'a [Lanes],
-    /// The length of each lane's step, without a sign \[1/n_sun\].
-    pub lengths: &'a Lanes,
-    /// Which orbit is in which lane.
-    pub crew: &'a Crew,
-}
-
-/// Which orbit is in which lane, and how far it has to go.
-#[derive(Debug)]
-pub struct Crew {
-    pub(super) orbit: [Option<usize>; LANES],
-    /// -1 for an orbit that runs backwards.
-    sign: Lanes,
-    /// Time left after the step under way \[1/n_sun\].
-    pub(super) left: Lanes,
-    /// Number of steps that the orbit may still take.
-    steps: Lanes,
-    at_work: usize,
-}
-
-/// Why an orbit could not be followed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
-pub enum Loss {
-    /// It reached `e = 1` or another boundary of the model's equations of motion, or became non-finite.
-    #[error("left the domain e < 1 of the equations of motion")]
-    LeftTheDomain,
-    /// Its steps became too short to make progress: it turns too fast, as orbits next to `e = 1` do.
-    #[error("turns too fast to be followed (the integrator would need more than 2e6 steps a year)")]
-    Stuck,
 }
 
 impl Crew {

@@ -7,7 +7,8 @@
 
 use multiversion::multiversion;
 
-use super::taylor::{Crew, MOST_COEFFICIENTS, Step, Watch};
+use super::carry::{Crew, Step, Watch};
+use super::taylor::MOST_COEFFICIENTS;
 use crate::model::earth::SUN_MEAN_MOTION;
 use crate::model::{LANES, Lanes};
 

@@ -7,10 +7,10 @@
 use std::num::NonZeroUsize;
 
 use super::sampled::Sampled;
-use super::simplification::Simplification;
 use super::{REENTRY, SpaceProblem, VARIABLES};
 use crate::angle::nearest;
 use crate::flow::{Accuracy, Passages};
+use crate::model::model_name::ModelName;
 use crate::orbits::LostOrbit;
 use crate::problem_error::ProblemError;
 use crate::projected::{Question, of_samples};
@@ -26,17 +26,24 @@ pub const QUANTITIES: usize = 2 * VARIABLES.len() + 2;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variant {
     /// The model in which orbits move, if not in the problem's.
-    pub simplification: Option<Simplification>,
+    pub simplification: Option<ModelName>,
     /// The force that is left out, if one is.
     pub without: Option<&'static str>,
+}
+
+impl Variant {
+    /// The model in which orbits of the problem move.
+    pub fn model(&self, problem: &SpaceProblem) -> ModelName {
+        self.simplification.unwrap_or(problem.model.model_name())
+    }
 }
 
 /// The variants that are compared, each with the one that it simplifies.
 pub fn comparisons(problem: &SpaceProblem) -> Vec<(Variant, Variant)> {
     let model = |simplification| Variant { simplification, without: None };
     let own = model(None);
-    let averaged = if problem.model.is_averaged() { own } else { model(Some(Simplification::Vectorial)) };
-    let planar = model(Some(Simplification::Planar));
+    let averaged = if problem.model.is_averaged() { own } else { model(Some(ModelName::Vectorial)) };
+    let planar = model(Some(ModelName::Planar));
     let models = if averaged == own { vec![(own, planar)] } else { vec![(own, averaged), (own, planar)] };
     let lacking = problem.acting().into_iter().map(|force| (averaged, Variant { without: Some(force), ..averaged }));
     models.into_iter().chain(lacking).collect()
@@ -193,7 +200,7 @@ mod tests {
 
     #[test]
     fn nothing_is_said_of_inclination_and_node_in_the_plane() {
-        let shifts = shifts(Variant { simplification: Some(Simplification::Planar), without: None }, 16);
+        let shifts = shifts(Variant { simplification: Some(ModelName::Planar), without: None }, 16);
         assert!(shifts[2].shift.is_finite() && shifts[4..8].iter().all(|shift| shift.shift.is_nan()), "{shifts:?}");
     }
 
@@ -202,6 +209,6 @@ mod tests {
         let comparisons = comparisons(&example::problem());
         let names: Vec<_> = comparisons.iter().map(|(_, variant)| (variant.simplification, variant.without)).collect();
         let forces = ["srp", "j2", "sun", "moon"].map(|force| (None, Some(force)));
-        assert_eq!(names, [&[(Some(Simplification::Planar), None)][..], &forces].concat());
+        assert_eq!(names, [&[(Some(ModelName::Planar), None)][..], &forces].concat());
     }
 }

@@ -17,7 +17,6 @@
 //! | file | idea |
 //! |---|---|
 //! | here | the problem |
-//! | [`simplification`] | the simpler models that a case may take in the place of the problem's |
 //! | [`acting`] | the forces that act |
 //! | [`draws`] | the orbits of a cloud by their numbers |
 //! | [`cloud`] | orbits on their way, of whichever model |
@@ -36,12 +35,12 @@ pub mod fidelity;
 pub mod mean_cloud;
 pub mod pilot;
 pub mod sampled;
-pub mod simplification;
 pub mod task;
 
 use std::f64::consts::PI;
 
 use crate::gaussian::Gaussian;
+use crate::model::model_name::ModelName;
 use crate::model::space_registry::SpaceModel;
 use crate::model::{Variable, vectorial};
 use crate::problem::{STRONGEST_CORRELATION, check_times};
@@ -129,6 +128,11 @@ impl SpaceProblem {
         let Some(model) = self.model.if_averaged() else { return false };
         let InitialInSpace { mean: [_, _, inclination, _], sigma: [_, _, sigma, _], .. } = self.initial;
         self.shadow && model.obliquity == 0.0 && model.sun_longitude == 0.0 && inclination == 0.0 && sigma == 0.0
+    }
+
+    /// The model as the author of the scenario names it.
+    pub fn model_name(&self) -> ModelName {
+        if self.is_shadowed_plane() { ModelName::Planar } else { self.model.model_name() }
     }
 
     fn check_shadow(&self) -> Result<(), ProblemError> {

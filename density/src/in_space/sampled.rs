@@ -7,11 +7,11 @@ use rayon::prelude::*;
 use super::cloud::Cloud;
 use super::draws::{Distributed, Start};
 use super::mean_cloud::{MeanCloud, Unaveraged};
-use super::simplification::Simplification;
 use super::{SpaceProblem, VARIABLES};
 use crate::flow::{Accuracy, Flow, Passages};
 use crate::model::Model;
 use crate::model::irradiated::{Irradiated, WithRadiation};
+use crate::model::model_name::ModelName;
 use crate::model::osculating::Osculating;
 use crate::model::shadow::{ShadowedOsculating, ShadowedVectorial};
 use crate::model::space_registry::SpaceModel;
@@ -73,7 +73,7 @@ pub struct Sampled<'a> {
     /// The problem.
     pub problem: &'a SpaceProblem,
     /// The model in which orbits move, if not in the problem's.
-    pub simplification: Option<Simplification>,
+    pub simplification: Option<ModelName>,
     /// How orbits are drawn.
     pub plan: SamplingPlan,
     /// How accurately they are moved.
@@ -89,12 +89,12 @@ impl Sampled<'_> {
         let draw = Distributed::of(self.problem)?.draw(&self.plan);
         let starts: Vec<Start> = range.into_par_iter().map(draw).collect();
         match (self.simplification, self.problem.model) {
-            (Some(Simplification::Planar), _) if self.problem.shadow => self.shadowed(true, &starts),
-            (Some(Simplification::Planar), _) => Ok(self.in_plane(&starts)),
-            (Some(Simplification::Vectorial), _) | (None, SpaceModel::Vectorial { .. }) if self.problem.shadow => {
+            (Some(ModelName::Planar), _) if self.problem.shadow => self.shadowed(true, &starts),
+            (Some(ModelName::Planar), _) => Ok(self.in_plane(&starts)),
+            (Some(ModelName::Vectorial), _) | (None, SpaceModel::Vectorial { .. }) if self.problem.shadow => {
                 self.shadowed(false, &starts)
             }
-            (Some(Simplification::Vectorial), _) | (None, SpaceModel::Vectorial { .. }) => Ok(self.averaged(&starts)),
+            (Some(ModelName::Vectorial), _) | (None, SpaceModel::Vectorial { .. }) => Ok(self.averaged(&starts)),
             (_, SpaceModel::Osculating { model, mean_anomaly }) => {
                 let (has_shadow, reentry_radius) = (self.problem.shadow, self.problem.reentry_radius());
                 match (has_shadow, reentry_radius) {
@@ -105,7 +105,7 @@ impl Sampled<'_> {
                     }
                 }
             }
-            (Some(Simplification::Osculating), SpaceModel::Vectorial { .. }) => {
+            (Some(ModelName::Osculating), SpaceModel::Vectorial { .. }) => {
                 let problem =
                     "\"osculating\" needs a scenario of that model: an averaged one does not say where the Moon is";
                 Err(ProblemError::misfit(Field::Model, problem))

@@ -4,6 +4,14 @@
 //! have a singularity where a state passes `e = 0`, and `phi` jumps by a turn where the state passes the cut of its
 //! branch. So means are sums over Gauss-Legendre points in every lattice cell, with the initial Gaussian in the
 //! weights. Cells whose images reach `e = 0` or the cut are divided ([`divided`]). All weights are positive.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `samples` | weighted points of a cloud, and their moments |
+//! | `disc` | a disc within which the image of a cell lies |
+//! | `divided` | cells whose images reach `e = 0` or the cut |
+//! | `spread` | the points as places that fill the plane, from which a density can be counted |
+//! | `direct` | points that orbits reach instead of polynomials |
 
 mod direct;
 mod disc;

@@ -6,9 +6,9 @@
 //! error of the moments and of the probability in parts that were left out at a bound: a mixture is trusted to give moments to a tenth of its disagreement ([`crate::trust`]). In up to four
 //! variables that error is estimated from the components' points ([`super::fifth_degree`]); in more it is `Σ w E_c`.
 
-use super::MixtureError;
 use super::any_model::{MixturePropagator, SigmaPointRule};
 use super::component::Component;
+use super::error::MixtureError;
 use super::fifth_degree;
 use super::part::Part;
 pub use super::splitting::Fineness;

@@ -12,8 +12,8 @@
 
 use rayon::prelude::*;
 
-use super::MixtureError;
 use super::component::Component;
+use super::error::MixtureError;
 use super::fifth_degree::{self, Which};
 use super::library::Library;
 use super::pieces::Piece;

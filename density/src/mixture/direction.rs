@@ -10,7 +10,7 @@
 
 use std::f64::consts::PI;
 
-use super::MixtureError;
+use super::error::MixtureError;
 use super::linearity::Bends;
 use super::split::{Axes, state};
 use super::unscented::Unscented;

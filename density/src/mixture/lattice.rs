@@ -20,7 +20,7 @@
 //! With `n + zeta = 3` the ripple is 0.3 % of the density in each direction, on the scale of a component. With the
 //! paper's 1.28 it is 4e-7, but the components are wider by half and bend more.
 
-use super::MixtureError;
+use super::error::MixtureError;
 use super::split::{Axes, CutComponent, SigmaPoints, is_inside, state};
 use super::unscented::Unscented;
 use crate::problem::InitialGaussian;

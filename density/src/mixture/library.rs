@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::MixtureError;
+use super::error::MixtureError;
 
 /// Largest number of components of a library.
 pub const MOST: usize = 99;

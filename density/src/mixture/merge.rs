@@ -15,7 +15,7 @@
 
 use rayon::prelude::*;
 
-use super::MixtureError;
+use super::error::MixtureError;
 use super::planar_component::{PlanarComponent, check};
 use crate::angle::nearest;
 

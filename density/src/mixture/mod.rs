@@ -13,6 +13,7 @@
 //!
 //! | file | idea |
 //! |---|---|
+//! | `settings`, `error` | the settings of a mixture, and what can be wrong with one |
 //! | [`library`] | the best homoscedastic mixture for a standard normal in one dimension |
 //! | [`split`] | the initial Gaussian as components along one or two directions |
 //! | [`lattice`] | the same on an even lattice, where neighbours share their sigma points |
@@ -65,8 +66,6 @@
 //! component that reaches across `e = 0` is not Gaussian in `(phi, e)`. In scenario 1 at two years the cloud passes the
 //! origin at 3.3 standard deviations, which fine components survive (`L1` 0.001) and coarse ones do not.
 
-use crate::flow::Escaped;
-
 pub mod adaptive;
 pub mod any_model;
 pub mod bins;
@@ -75,6 +74,7 @@ pub mod criterion;
 mod curvature;
 mod differences;
 pub mod direction;
+mod error;
 mod fifth_degree;
 pub mod lattice;
 pub mod library;
@@ -88,6 +88,7 @@ mod pilot;
 pub mod plan;
 pub mod planar_component;
 pub mod propagator;
+mod settings;
 pub mod split;
 mod splitting;
 mod triangular;
@@ -98,127 +99,8 @@ mod exact_joint;
 #[cfg(test)]
 mod tests;
 
+pub use error::MixtureError;
 pub use moments::{estimate, mass_below_zero};
 pub use planar_component::PlanarComponent;
 pub use propagator::{Mixture, PlanarMixturePropagator};
-
-/// Settings of a mixture method.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct MixtureSettings {
-    /// How the initial Gaussian is split.
-    pub split: Split,
-    /// How the sigma points of a component are placed and weighed.
-    pub unscented: unscented::Unscented,
-}
-
-impl MixtureSettings {
-    /// Table 3 of the paper: 39 components along `e`, `alpha = 0.8`, `beta = 0`, `eta = 2`.
-    pub fn paper() -> Self {
-        Self {
-            split: Split::Library {
-                along: split::Direction::Eccentricity,
-                components: 39,
-                across: 1,
-                variance: library::Variance::Free,
-            },
-            unscented: unscented::Unscented::PAPER,
-        }
-    }
-}
-
-/// How the initial Gaussian is split. All lengths are in standard deviations of the initial Gaussian.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Split {
-    /// By the univariate splitting library (Eq. 15): `components` along a direction times `across` perpendicular to it.
-    /// Both are odd; 1 does not split.
-    Library {
-        /// The direction.
-        along: split::Direction,
-        /// Components along it.
-        components: usize,
-        /// Components perpendicular to it.
-        across: usize,
-        /// Whether the library keeps the variance.
-        variance: library::Variance,
-    },
-    /// On a given lattice.
-    Lattice(lattice::Lattice),
-    /// On a lattice planned for the problem.
-    Adaptive(plan::Adaptive),
-}
-
-impl Default for Split {
-    fn default() -> Self {
-        Self::Adaptive(plan::Adaptive::default())
-    }
-}
-
-/// What can be wrong with a mixture or its settings.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum MixtureError {
-    /// A library that cannot be made.
-    #[error("a splitting library has an odd number of components from 1 (no split) to {most}, not {0}", most = library::MOST)]
-    LibrarySize(usize),
-    /// A library whose optimisation did not converge.
-    #[error("the splitting library of {0} components did not converge; choose another odd number of components")]
-    LibraryDiverged(usize),
-    /// Sigma points at no distance from their centre.
-    #[error("n + zeta = alpha² (n + beta) must be positive and finite, but is {0}")]
-    SigmaDistance(f64),
-    /// Covariance weights that can make a variance negative.
-    #[error("the central covariance weight is {weight}; below {least} a variance can turn negative: raise eta")]
-    CovarianceWeight {
-        /// The weight that the parameters give.
-        weight: f64,
-        /// The smallest weight that is safe.
-        least: f64,
-    },
-    /// Lattice spacings that cannot reproduce the initial Gaussian.
-    #[error(
-        "a lattice needs a spacing above 0 and below {limit:.3} standard deviations in both directions \
-         and a reach from 3 to 8, not spacings {spacing:?} and reach {reach}"
-    )]
-    Lattice {
-        /// The spacings given.
-        spacing: [f64; 2],
-        /// The reach given.
-        reach: f64,
-        /// The spacing they must stay below.
-        limit: f64,
-    },
-    /// A plan without room.
-    #[error("a plan needs a tolerance above 0 and at least {least} sigma points, not {tolerance} and {points}")]
-    SplitPlan {
-        /// The tolerance given.
-        tolerance: f64,
-        /// The sigma points allowed.
-        points: usize,
-        /// The smallest number of sigma points that is enough.
-        least: usize,
-    },
-    /// No part of the initial Gaussian is inside `0 < e < 1`.
-    #[error(
-        "no component of the initial Gaussian has all its sigma points inside 0 < e < 1; check its mean and deviation"
-    )]
-    NothingInside,
-    /// A snapshot time that is not a finite number.
-    #[error("cannot propagate to t = {0} yr; a snapshot time is a finite number")]
-    Time(f64),
-    /// A row that is not a Gaussian.
-    #[error(
-        "component {index} is no Gaussian: {row:?} (w, m_phi, m_e, P_phiphi, P_phie, P_ee) must be finite, the weight not \
-         negative, the variances positive and the covariance not indefinite"
-    )]
-    NoGaussian {
-        /// Index of the component.
-        index: usize,
-        /// Its row.
-        row: [f64; 6],
-    },
-    /// A mixture without probability.
-    #[error("the mixture has no weight: it needs at least one component of positive weight")]
-    Weightless,
-    /// A sigma point could not be followed by the equations of motion.
-    #[error("a sigma point cannot be propagated")]
-    Escaped(#[from] Escaped),
-}
+pub use settings::{MixtureSettings, Split};

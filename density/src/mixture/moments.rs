@@ -8,8 +8,9 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use super::bins;
+use super::error::MixtureError;
 use super::planar_component::{PlanarComponent, check};
-use super::{MixtureError, bins};
 use crate::angle::{Circular, nearest};
 use crate::estimate::{Estimate, Moments, ordered_sum};
 use crate::grid::Grid;

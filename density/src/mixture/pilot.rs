@@ -4,7 +4,7 @@
 //! are not the derivatives at the node but their mean over a component or more, which is what matters here. See
 //! [`super::plan`] for their use.
 
-use super::MixtureError;
+use super::error::MixtureError;
 use super::lattice::Lattice;
 use super::linearity::{Bends, RESOLUTION};
 use super::split::{Axes, is_inside, state};

@@ -18,7 +18,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::MixtureError;
+use super::error::MixtureError;
 use super::lattice::Lattice;
 use super::pilot::Pilot;
 use super::unscented::Unscented;

@@ -1,6 +1,6 @@
 //! A component of a mixture in the plane of solar angle and eccentricity, and what of it lies above `e = 0`.
 
-use super::MixtureError;
+use super::error::MixtureError;
 
 /// One Gaussian of a mixture in the `(phi, e)` plane: one row of the snapshot that a propagator publishes.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,10 +6,13 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::criterion::search;
+use super::error::MixtureError;
 use super::library::Library;
+use super::planar_component::PlanarComponent;
+use super::settings::{MixtureSettings, Split};
 use super::split::{Direction, SigmaPoints, split};
 use super::unscented::{Stencil, Unscented};
-use super::{MixtureError, MixtureSettings, PlanarComponent, Split, direction, linearity, moments, plan};
+use super::{direction, linearity, moments, plan};
 use crate::angle::nearest;
 use crate::flow::Flow;
 use crate::gaussian::Gaussian;

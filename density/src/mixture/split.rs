@@ -13,8 +13,8 @@
 //! there is left out. The others count if their means are below `e = 1` and all their sigma points inside `|e| < 1`.
 //! The weights of those that count are scaled to sum to 1.
 
-use super::MixtureError;
 use super::criterion::Criterion;
+use super::error::MixtureError;
 use super::library::Library;
 use super::planar_component::Above;
 use super::unscented::{Stencil, Unscented};

@@ -14,9 +14,9 @@
 
 use rayon::prelude::*;
 
-use super::MixtureError;
 use super::curvature::Curvature;
 use super::differences::{places, points};
+use super::error::MixtureError;
 use super::fifth_degree;
 use super::part::Part;
 use super::pieces::{Piece, Position};

@@ -20,7 +20,8 @@
 
 use std::f64::consts::PI;
 
-use super::{MixtureError, PlanarComponent};
+use super::error::MixtureError;
+use super::planar_component::PlanarComponent;
 use crate::angle::nearest;
 use crate::model::plane::State;
 

@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 
 use super::uncertain_radiation::Scale;
 use super::{Coordinates, LANES, Lanes, Model, Quantity, Series, Variable};
-use crate::flow::{Carry, Loss};
+use crate::flow::carry::{Carry, Loss};
 
 /// A model in which the radiation parameter may be another one for every orbit.
 pub trait Irradiated<S: Scale>: CarryIrradiated {
@@ -33,7 +33,10 @@ pub trait CarryIrradiated: Model {
 macro_rules! irradiated_carried_here {
     ($model:ty) => {
         impl $crate::model::irradiated::CarryIrradiated for $model {
-            fn carry_irradiated(&self, orbits: $crate::flow::Carry<'_, '_, '_>) -> Vec<(usize, $crate::flow::Loss)> {
+            fn carry_irradiated(
+                &self,
+                orbits: $crate::flow::carry::Carry<'_, '_, '_>,
+            ) -> Vec<(usize, $crate::flow::carry::Loss)> {
                 let model =
                     $crate::model::irradiated::WithRadiation::<Self, $crate::model::uncertain_radiation::Linear>::new(
                         *self,

@@ -41,6 +41,7 @@
 //! | [`elements`] | the elements of an orbit in space, and the vectors that stand for them |
 //! | [`ecliptic`] | directions in the ecliptic |
 //! | [`earth`] | constants of the Earth and the Sun |
+//! | [`model_name`] | the models that a scenario file, or a case that simplifies its scenario, can name |
 //! | [`registry`] | every planar model by its name |
 //! | [`space_registry`] | every model in space by its name |
 
@@ -49,6 +50,7 @@ pub mod earth;
 pub mod ecliptic;
 pub mod elements;
 pub mod irradiated;
+pub mod model_name;
 pub mod osculating;
 pub mod parameter;
 mod part;
@@ -73,13 +75,9 @@ pub use plane::PlanarHamiltonian;
 pub use quantity::{Dual, Quantity};
 pub use variable::{Kind, Variable};
 
-use crate::flow::{Carry, Loss};
+pub use crate::lanes::{LANES, Lanes};
 
-/// Number of orbits that the integrator moves side by side: three sums in as many vector registers as AVX2 has to spare.
-pub const LANES: usize = 16;
-
-/// One number per lane.
-pub type Lanes = [f64; LANES];
+use crate::flow::carry::{Carry, Loss};
 
 /// A model of an orbit's motion. Time is in years.
 pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
@@ -171,7 +169,7 @@ macro_rules! carried_here {
         carried_here!(carry);
     };
     ($name:ident) => {
-        fn $name(&self, orbits: $crate::flow::Carry<'_, '_, '_>) -> Vec<(usize, $crate::flow::Loss)> {
+        fn $name(&self, orbits: $crate::flow::carry::Carry<'_, '_, '_>) -> Vec<(usize, $crate::flow::carry::Loss)> {
             $crate::model::Task::with(orbits, self)
         }
     };

@@ -17,7 +17,7 @@ use super::coordinates::Coordinates;
 use super::earth::SUN_MEAN_MOTION;
 use super::parameter::Parameter;
 use super::{Kind, Lanes, Model, Quantity, Series, Task, Variable, acceleration};
-use crate::flow::{Carry, Loss};
+use crate::flow::carry::{Carry, Loss};
 use crate::lanes::polar;
 
 /// The variables of every planar model: solar angle and eccentricity.

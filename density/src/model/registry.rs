@@ -1,7 +1,8 @@
 //! Every planar model by its name.
 //!
-//! A model is made from the numbers of a scenario. Its name and its parameters in a scenario are stated here and in the
-//! model's own file, and nowhere else.
+//! A model is made here from the named numbers of a scenario. Its name and the names, symbols and ranges of its parameters are stated in
+//! the model's own file alone ([`Named`]), and this file lists the models. The keys by which scenario files give the parameters are declared once more
+//! in `nodes/src/files/scenario_file/orbit.rs`.
 
 use super::Task;
 use super::parameter::{Named, Parameter};
@@ -9,7 +10,8 @@ use super::planar::Force;
 use super::plane::{PlanarHamiltonian, State};
 use super::quantity::Quantity;
 use super::sun_moon::SunMoon;
-use crate::flow::{Carry, FromEquations, Loss};
+use crate::flow::FromEquations;
+use crate::flow::carry::{Carry, Loss};
 use crate::problem_error::ProblemError;
 
 /// The registry: an enumeration of models that is itself a model.
@@ -164,7 +166,7 @@ fn superfluous(model: &'static str, parameters: &[Parameter], other: &str) -> Mo
     ModelError::Superfluous { model, parameter: other.into(), known }
 }
 
-/// The name of the model in which these forces act and as few others as can be; `None` if there is no such model.
+/// The name of the planar model in which these forces act and as few others as can be; `None` if there is no such model.
 pub fn with_forces(forces: &[&str]) -> Option<&'static str> {
     let acts = |parameters: &[Parameter], force: &str| parameters.iter().any(|parameter| parameter.force == force);
     let fitting = Planar::ALL.iter().filter(|(_, parameters)| forces.iter().all(|force| acts(parameters, force)));
@@ -191,6 +193,11 @@ pub fn parameters(name: &str) -> &'static [Parameter] {
 }
 
 impl Planar {
+    /// Whether there is a planar model of this name.
+    pub fn has(name: &str) -> bool {
+        Self::ALL.iter().any(|(known, _)| *known == name)
+    }
+
     /// The model `name` with these named parameters, in any order. Whether their values are right is checked with the problem
     /// ([`crate::problem::Problem::new`]).
     ///

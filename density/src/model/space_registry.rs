@@ -1,13 +1,15 @@
 //! Every model in space by its name.
 //!
-//! A model is made from the numbers of a scenario. The names of the models and of their parameters in a scenario are stated here and nowhere
-//! else.
+//! A model is made here from the named numbers of a scenario message, and says here which named numbers state it. The names of the models are in
+//! [`ModelName`], those of the forces' parameters in the files of the planar models, and those of all other parameters in this file. The keys of scenario
+//! files, most of which have the same names, are declared once more in `nodes/src/files/scenario_file/`.
 
 use std::f64::consts::FRAC_PI_2;
 
 use super::irradiated::WithRadiation;
+use super::model_name::ModelName;
 use super::osculating::{self, Osculating};
-use super::parameter::{Named, Parameter, check_ranges};
+use super::parameter::{Parameter, check_ranges};
 use super::planar::{Force, OBLATENESS, RADIATION};
 use super::registry::{ModelError, Planar};
 use super::shadow::ShadowedVectorial;
@@ -17,13 +19,6 @@ use super::vectorial::{self, Vectorial};
 use super::{Task, Variable};
 use crate::problem_error::{Field, ProblemError, check};
 use crate::uncertain::Distribution;
-
-/// The name of the planar model.
-pub const PLANAR: &str = Force::NAME;
-/// The name of the averaged model in space.
-pub const VECTORIAL: &str = "vectorial";
-/// The name of the unaveraged model.
-pub const OSCULATING: &str = "osculating";
 
 /// A model in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,12 +49,17 @@ const SEMI_MAJOR_AXIS: (&str, &str) = ("semi_major_axis", "a");
 const MEAN_ANOMALY: (&str, &str) = ("mean_anomaly", "M");
 
 impl SpaceModel {
+    /// Which model it is.
+    pub fn model_name(&self) -> ModelName {
+        match self {
+            Self::Vectorial { .. } => ModelName::Vectorial,
+            Self::Osculating { .. } => ModelName::Osculating,
+        }
+    }
+
     /// Its name.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Vectorial { .. } => VECTORIAL,
-            Self::Osculating { .. } => OSCULATING,
-        }
+        self.model_name().text()
     }
 
     /// Whether it is averaged over the revolutions of the satellite, so that an orbit's place in its revolution is none of its variables.
@@ -190,7 +190,14 @@ impl SpaceModel {
     /// # Errors
     /// The parameter that is missing or not one of the model's.
     pub fn by_name(name: &str, given: &[(&str, f64)]) -> Option<Result<Self, ModelError>> {
-        [VECTORIAL, OSCULATING].into_iter().find(|known| *known == name).map(|name| make(name, given))
+        let model = ModelName::read(name)?;
+        let given = Given { model, values: given };
+        let made = match model {
+            ModelName::Planar => return None,
+            ModelName::Vectorial => given.vectorial(),
+            ModelName::Osculating => given.osculating(),
+        };
+        Some(made.and_then(|made| given.with_nothing_else(made)))
     }
 
     /// Checks that the parameters are in their ranges.
@@ -210,23 +217,50 @@ impl SpaceModel {
     }
 }
 
-fn make(name: &'static str, given: &[(&str, f64)]) -> Result<SpaceModel, ModelError> {
-    let value = |wanted: &str| given.iter().find(|(name, _)| *name == wanted).map(|&(_, value)| value);
-    let needed = |wanted: &'static str| value(wanted).ok_or(ModelError::Missing { model: name, parameter: wanted });
-    let force = Force { radiation: needed(RADIATION.name)?, oblateness: needed(OBLATENESS.name)? };
-    let forces = SunMoon { force, sun: needed(SUN.name)?, moon: needed(MOON.name)? };
-    let (obliquity, sun_longitude) = (needed(OBLIQUITY.0)?, needed(SUN_LONGITUDE.0)?);
-    let model = if name == VECTORIAL {
-        SpaceModel::Vectorial { model: Vectorial { forces, obliquity, sun_longitude }, axis: value(SEMI_MAJOR_AXIS.0) }
-    } else {
-        let (semi_major_axis, moon_longitude) = (needed(SEMI_MAJOR_AXIS.0)?, needed(MOON_LONGITUDE.0)?);
+/// Named parameters from which a model is made.
+struct Given<'a> {
+    /// The model, for words about what is missing.
+    model: ModelName,
+    values: &'a [(&'a str, f64)],
+}
+
+impl Given<'_> {
+    fn value(&self, wanted: &str) -> Option<f64> {
+        self.values.iter().find(|(name, _)| *name == wanted).map(|&(_, value)| value)
+    }
+
+    fn needed(&self, wanted: &'static str) -> Result<f64, ModelError> {
+        self.value(wanted).ok_or(ModelError::Missing { model: self.model.text(), parameter: wanted })
+    }
+
+    /// The averaged model, whose parameters all models in space have.
+    fn averaged(&self) -> Result<Vectorial, ModelError> {
+        let force = Force { radiation: self.needed(RADIATION.name)?, oblateness: self.needed(OBLATENESS.name)? };
+        let forces = SunMoon { force, sun: self.needed(SUN.name)?, moon: self.needed(MOON.name)? };
+        let (obliquity, sun_longitude) = (self.needed(OBLIQUITY.0)?, self.needed(SUN_LONGITUDE.0)?);
+        Ok(Vectorial { forces, obliquity, sun_longitude })
+    }
+
+    fn vectorial(&self) -> Result<SpaceModel, ModelError> {
+        Ok(SpaceModel::Vectorial { model: self.averaged()?, axis: self.value(SEMI_MAJOR_AXIS.0) })
+    }
+
+    fn osculating(&self) -> Result<SpaceModel, ModelError> {
+        let Vectorial { forces, obliquity, sun_longitude } = self.averaged()?;
+        let (semi_major_axis, moon_longitude) = (self.needed(SEMI_MAJOR_AXIS.0)?, self.needed(MOON_LONGITUDE.0)?);
         let model = Osculating { semi_major_axis, forces, obliquity, sun_longitude, moon_longitude };
-        SpaceModel::Osculating { model, mean_anomaly: value(MEAN_ANOMALY.0) }
-    };
-    let known: Vec<&'static str> = model.parameters().into_iter().map(|(name, ..)| name).collect();
-    match given.iter().find(|(name, _)| !known.contains(name)) {
-        Some((other, _)) => Err(ModelError::Superfluous { model: name, parameter: (*other).into(), known }),
-        None => Ok(model),
+        Ok(SpaceModel::Osculating { model, mean_anomaly: self.value(MEAN_ANOMALY.0) })
+    }
+
+    /// The model that was made, if it has all the parameters that were given.
+    fn with_nothing_else(&self, made: SpaceModel) -> Result<SpaceModel, ModelError> {
+        let known: Vec<&'static str> = made.parameters().into_iter().map(|(name, ..)| name).collect();
+        match self.values.iter().find(|(name, _)| !known.contains(name)) {
+            Some((other, _)) => {
+                Err(ModelError::Superfluous { model: self.model.text(), parameter: (*other).into(), known })
+            }
+            None => Ok(made),
+        }
     }
 }
 

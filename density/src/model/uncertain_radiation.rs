@@ -13,7 +13,8 @@ use super::plane::{State, VARIABLES, density_growth};
 use super::registry::Planar;
 use super::sun_moon::SunMoon;
 use super::{Kind, LANES, Lanes, Model, PlanarHamiltonian, Quantity, Series, Task, Variable};
-use crate::flow::{Carry, FromEquations, Loss};
+use crate::flow::FromEquations;
+use crate::flow::carry::{Carry, Loss};
 
 /// What the third variable is.
 pub trait Scale: Copy + Debug + PartialEq + Send + Sync + 'static {

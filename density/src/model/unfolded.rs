@@ -8,7 +8,8 @@ use super::irradiated::{Irradiated, WithRadiation};
 use super::uncertain_radiation::Scale;
 use super::vectorial::{VARIABLES, Vectorial};
 use super::{Coordinates, Kind, Lanes, Model, Quantity, Task, Variable};
-use crate::flow::{Carry, FromEquations, Loss};
+use crate::flow::FromEquations;
+use crate::flow::carry::{Carry, Loss};
 
 /// The variables of a cloud in space, with an inclination that may be negative.
 const WITHOUT_BOUND: [Variable; 4] = [

@@ -12,6 +12,15 @@
 //!
 //! a cloud that fills its grid has `s` and `t` of order one, so central moments by shifting the origin lose few digits
 //! (`μ_20 = a_20 - a_10²` and so on, `a_jk = S_jk/n`; Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Chapter 3).
+//!
+//! | file | idea |
+//! |---|---|
+//! | `halves` | the whole numbers in which is summed, in two halves of 64 bits |
+//! | `reducer` | samples in parts: whole batches at once, the rest one by one |
+//! | `by_batch` | a batch of samples |
+//! | `by_sector` | samples gathered by sector, and the sums of a sector |
+//! | `branch` | sums on the branch of `phi` around the circular mean |
+//! | `finish` | density, moments and standard errors from the sums of all samples |
 
 mod branch;
 mod by_batch;

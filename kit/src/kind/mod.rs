@@ -1,8 +1,9 @@
 //! The registry of the kinds of snapshots: how each kind is checked and estimated.
 //!
 //! Each kind has one file here, with an `impl` of [`Kind`] for its content, and one line in [`of`]. Its columns and
-//! its fields are declared in [`messages::content`]. Outside these files only `phasecloud check` distinguishes kinds
-//! of snapshots, for its own rules.
+//! its fields are declared in [`messages::content`]. Beyond these files kinds of snapshots are told apart where one of them is made
+//! (each propagator makes one kind, and [`crate::reduced`] another), by the rules of `phasecloud check` that hold for single kinds, and where
+//! the Python package gives the columns of a snapshot their names.
 
 mod characteristics;
 mod mixture;
@@ -18,7 +19,7 @@ use density::model::registry::Planar;
 use density::problem::Problem;
 use density::projected::{Cloud, Projection, Question};
 use density::trust::Diagnosis;
-use messages::content::{Content, kind as code};
+use messages::content::{Content, SnapshotKind};
 use messages::layout::{DensityHeader, SnapshotHeader};
 use messages::scenario::Range;
 
@@ -109,14 +110,14 @@ pub fn of(content: &Content) -> &dyn Kind {
 
 /// Number of samples from which a density was counted; `None` if it was not counted from samples.
 pub fn counted_samples(density: &DensityHeader) -> Option<u32> {
-    (density.kind == code::SAMPLES).then_some(density.rows)
+    (SnapshotKind::of_code(density.kind) == Some(SnapshotKind::Samples)).then_some(density.rows)
 }
 
 /// Trajectories that were followed for a snapshot, as its propagator counts them. If it does not say, each sample or
 /// characteristic counts as one.
 pub fn trajectories_behind(snapshot: &SnapshotHeader) -> u64 {
-    match (snapshot.trajectories, snapshot.kind) {
-        (0, code::SAMPLES | code::CHARACTERISTICS) => snapshot.rows.into(),
+    match (snapshot.trajectories, SnapshotKind::of_code(snapshot.kind)) {
+        (0, Some(SnapshotKind::Samples | SnapshotKind::Characteristics)) => snapshot.rows.into(),
         (said, _) => said,
     }
 }

@@ -75,7 +75,7 @@ impl SnapshotHeader {
     /// variables.
     pub fn with_variables(self, content: impl Into<Content>, variables: usize) -> Self {
         let content = content.into();
-        let (kind, columns) = (content.code(), content.column_count(variables) as u32);
+        let (kind, columns) = (content.kind().code(), content.column_count(variables) as u32);
         Self { kind, columns, details: content.details(), ..self }
     }
 }

@@ -93,8 +93,8 @@ pub trait Kind: Sized {
 /// The properties of a kind that are the same for all its snapshots.
 #[derive(Debug, Clone, Copy)]
 pub struct KindTable {
-    /// Its code, see [`kind`].
-    pub code: u32,
+    /// The kind.
+    pub kind: SnapshotKind,
     /// The names of its columns, with units.
     pub columns: &'static [&'static str],
     /// The name of its details.
@@ -114,6 +114,27 @@ macro_rules! kinds {
             $($(#[doc = $doc])* $kind($kind)),+
         }
 
+        /// A kind of snapshot, without the fields that it has.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum SnapshotKind {
+            $($(#[doc = $doc])* $kind),+
+        }
+
+        impl SnapshotKind {
+            /// All kinds.
+            pub const ALL: &[Self] = &[$(Self::$kind),+];
+
+            /// Its code, see [`kind`].
+            pub const fn code(self) -> u32 {
+                match self { $(Self::$kind => <$kind as Kind>::CODE),+ }
+            }
+
+            /// The kind with this code; `None` for a code that this version does not know.
+            pub fn of_code(code: u32) -> Option<Self> {
+                Self::ALL.iter().copied().find(|kind| kind.code() == code)
+            }
+        }
+
         $(impl From<$kind> for Content {
             fn from(kind: $kind) -> Self {
                 Self::$kind(kind)
@@ -122,7 +143,7 @@ macro_rules! kinds {
 
         /// All kinds.
         pub const KINDS: &[KindTable] = &[$(KindTable {
-            code: <$kind as Kind>::CODE,
+            kind: SnapshotKind::$kind,
             columns: <$kind as Kind>::COLUMNS,
             details_name: <<$kind as Kind>::Details as Described>::TYPE_NAME,
             details_doc: <<$kind as Kind>::Details as Described>::DOC,
@@ -132,9 +153,9 @@ macro_rules! kinds {
         $(const _: () = assert!(size_of::<<$kind as Kind>::Details>() <= size_of::<Details>());)+
 
         impl Content {
-            /// The code of its kind, see [`kind`].
-            pub fn code(self) -> u32 {
-                match self { $(Self::$kind(_) => <$kind as Kind>::CODE),+ }
+            /// Its kind.
+            pub const fn kind(self) -> SnapshotKind {
+                match self { $(Self::$kind(_) => SnapshotKind::$kind),+ }
             }
 
             /// How many columns it has in a space of `variables` variables.
@@ -178,7 +199,7 @@ kinds!(
 
 /// The table of a kind; `None` for a kind that this version does not know.
 pub fn table(code: u32) -> Option<&'static KindTable> {
-    KINDS.iter().find(|table| table.code == code)
+    KINDS.iter().find(|table| table.kind.code() == code)
 }
 
 /// The fields that a header has in addition because of its kind, with offsets from the beginning of the header.

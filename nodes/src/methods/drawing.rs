@@ -9,8 +9,8 @@ use density::in_space::acting::SHADOW;
 use density::in_space::cloud::Cloud;
 use density::in_space::draws::{Distributed, Start};
 use density::in_space::sampled::Sampled;
-use density::in_space::simplification::Simplification;
 use density::model::Model;
+use density::model::model_name::ModelName;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
 use density::orbits::Orbits;
 use density::sampling::{Draws, SamplingPlan, draw_variables};
@@ -26,9 +26,9 @@ use crate::methods::Misfit;
 /// The model in which a case moves its orbits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "&str")]
-pub struct ModelChoice(Simplification);
+pub struct ModelChoice(ModelName);
 
-impl From<ModelChoice> for Simplification {
+impl From<ModelChoice> for ModelName {
     fn from(ModelChoice(simplification): ModelChoice) -> Self {
         simplification
     }
@@ -36,7 +36,7 @@ impl From<ModelChoice> for Simplification {
 
 impl From<ModelChoice> for &str {
     fn from(ModelChoice(simplification): ModelChoice) -> Self {
-        simplification.name()
+        simplification.text()
     }
 }
 
@@ -44,9 +44,9 @@ impl TryFrom<String> for ModelChoice {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
-        let names = || Simplification::ALL.map(|one| format!("\"{}\"", one.name())).join(", ");
+        let names = || ModelName::ALL.map(|one| format!("\"{}\"", one.text())).join(", ");
         let unknown = || format!("\"{name}\" is no model, there are {}", names());
-        Simplification::named(&name).map(Self).ok_or_else(unknown)
+        ModelName::read(&name).map(Self).ok_or_else(unknown)
     }
 }
 
@@ -56,7 +56,7 @@ impl JsonSchema for ModelChoice {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let names = Simplification::ALL.map(Simplification::name);
+        let names = ModelName::ALL.map(ModelName::text);
         json_schema!({"description": "The model in which a case moves its orbits.", "type": "string", "enum": names})
     }
 }
@@ -135,7 +135,7 @@ fn with_only(problem: &SpaceProblem, forces: &Forces) -> Result<SpaceProblem, Fa
 pub(super) struct Drawing {
     pub(super) plan: SamplingPlan,
     /// The model, if not the scenario's.
-    pub(super) simplification: Option<Simplification>,
+    pub(super) simplification: Option<ModelName>,
     /// The forces, if not all of the scenario's.
     pub(super) forces: Option<Forces>,
     pub(super) accuracy: Accuracy,
@@ -156,8 +156,8 @@ impl Drawing {
             let why = "forces: a case may have forces of its own where the scenario's model is \"vectorial\" or \"osculating\"; leave it out";
             return Err(Failure::Refused(why.into()));
         }
-        if let Some(other) = simplification.filter(|model| *model != Simplification::Planar) {
-            let (own, other) = (assignment.model_in_words(), other.name());
+        if let Some(other) = simplification.filter(|model| *model != ModelName::Planar) {
+            let (own, other) = (assignment.model_in_words(), other.text());
             return Err(Failure::Refused(format!(
                 "model: the scenario's model is {own}; a case may have a simpler one, which \"{other}\" is not"
             )));

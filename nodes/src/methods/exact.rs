@@ -120,6 +120,11 @@ impl Method for Settings {
         bins.0.saturating_mul(bins.1).saturating_add(MOST_HEAD)
     }
 
+    /// The exact curve follows from the initial density, whatever the snapshots are.
+    fn curve_needs_snapshots(&self) -> bool {
+        false
+    }
+
     fn rows_to_share(&self) -> Result<usize, String> {
         Err("the exact density is refined where the whole of it needs that; exact cannot be split".into())
     }

@@ -72,6 +72,11 @@ pub trait Method: Clone + Serialize + DeserializeOwned {
     /// The most numbers that a snapshot can hold, with these numbers of bins in `phi` and `e` and of variables of the cloud.
     fn most_numbers(&self, bins: (usize, usize), variables: usize) -> usize;
 
+    /// Whether its first-passage curve follows from the snapshots, so that it is computed after all of them.
+    fn curve_needs_snapshots(&self) -> bool {
+        true
+    }
+
     /// The rows that the processes of a case in parts would share.
     ///
     /// # Errors

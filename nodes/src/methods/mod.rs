@@ -1,6 +1,16 @@
 //! The propagators that come with phasecloud, by the name that a launch file gives as `node`.
 //!
 //! A method is one file here with an `impl` of [`Method`] for its settings and one of [`kit::Propagator`], and one line of the registry.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `method` | what a method says of itself: [`Method`] |
+//! | [`exact`], [`mc`], [`qmc`], [`dee`], [`gmm_ut`], [`flow_map`] | the methods |
+//! | `sampling_settings`, [`accuracy`], `lattice_degree` | settings that several methods have |
+//! | `drawing` | the orbits that a sampling method draws, in the scenario's model or in a simpler one |
+//! | `course` | orbits on their way through the snapshots |
+//! | `mapped_samples`, `mapped_characteristics` | samples and characteristics that move by a flow map |
+//! | `radiation` | what samples say of an uncertain radiation parameter |
 
 pub mod accuracy;
 mod course;
@@ -96,6 +106,11 @@ macro_rules! methods {
             /// Why the case cannot do the scenario.
             pub fn check_scenario(&self, assignment: &Assignment, shard: Shard) -> Result<(), Failure> {
                 match self { $(Self::$variant(settings) => settings.check_scenario(assignment, shard)),+ }
+            }
+
+            /// See [`Method::curve_needs_snapshots`].
+            pub fn curve_needs_snapshots(&self) -> bool {
+                match self { $(Self::$variant(settings) => settings.curve_needs_snapshots()),+ }
             }
 
             fn rows_to_share(&self) -> Result<usize, String> {

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use messages::content::kind;
+use messages::content::SnapshotKind;
 use messages::layout::{DensityHeader, SnapshotHeader};
 use messages::patience::Watch;
 use messages::port::{Inlet, Message, Outlet};
@@ -276,7 +276,7 @@ fn publish(outlet: &Outlet<Density>, Answer { snapshot, estimated, seconds }: &A
         rows: estimated.reduced.unwrap_or(snapshot.rows),
         quantities: values.len() as u32,
         // The kind of the result does not depend on where the samples were reduced.
-        kind: if estimated.reduced.is_some() { kind::SAMPLES } else { snapshot.kind },
+        kind: if estimated.reduced.is_some() { SnapshotKind::Samples.code() } else { snapshot.kind },
         diagnostic,
         diagnostics,
         carried_density_error: estimated.carried_density_error,

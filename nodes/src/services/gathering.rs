@@ -108,7 +108,7 @@ fn check(
 ) -> Result<(), String> {
     let SnapshotHeader { shard, shards, total, rows, .. } = **header;
     // Contents are compared by their bytes, since NaN is not equal to itself.
-    let form = |content: Content| (content.code(), content.details());
+    let form = |content: Content| (content.kind(), content.details());
     if (shards, total, form(whole)) != (first.shards, first.total, form(*first_whole)) {
         return Err(format!(
             "it is of another form than what shard {} has sent: {total} rows of {shards} shards in all, {whole:?}, for {} rows of \

@@ -17,8 +17,17 @@
 //! which are farthest from all points, in the cells where polynomials are used. To it is added twice what the last halving changed the moments by, in
 //! standard deviations, and to the misplaced mass what it changed the joint density by. (Where both halves of the layers are off independently of each other,
 //! as among orbits that have come apart, the change is about as large as the error of their mean.)
+//!
+//! | file | idea |
+//! |---|---|
+//! | `points` | where the characteristics start |
+//! | `lattice` | the lattice, its layers where the flow has carried them, and those between them |
+//! | `layer` | sums over one layer, and how well its polynomials resolve the flow |
+//! | `unresolved` | cells that the polynomials do not resolve, and the orbits in their place |
+//! | `figures` | density, moments and diagnostics from the sums of all layers |
 
 mod figures;
+mod lattice;
 mod layer;
 mod points;
 mod unresolved;
@@ -26,19 +35,18 @@ mod unresolved;
 use rayon::prelude::*;
 
 use self::figures::{Changed, read};
-use self::layer::{LayerMesh, Middles, Sums};
+use self::lattice::Carried;
+use self::layer::Sums;
 use self::unresolved::Unresolved;
-use super::lattice::{check_degree, lattice_lines, stencil};
-use super::points::unfold;
 use super::quadrature::{Quadrature, Whole};
 use super::{MeshDiagnostics, MeshError, check_points};
 use crate::angle::Circular;
 use crate::estimate::Estimate;
-use crate::exact::measure::normal_density;
 use crate::grid::Grid;
 use crate::model::plane::State;
-use crate::uncertain::{ThirdMoments, UncertainProblem};
+use crate::uncertain::ThirdMoments;
 
+pub use self::lattice::Stack;
 pub use self::points::{Layers, cubic_lattice, cubic_side, layered_lattice};
 
 /// Largest change of a moment, in standard deviations, by the last halving of the step.
@@ -49,17 +57,6 @@ const JOINT: f64 = 5e-3;
 const MOST_HALVINGS: u32 = 3;
 /// Layers of which the sums are held at a time.
 const BATCH: usize = 16;
-
-/// A stack of carried meshes, ready to be carried.
-#[derive(Debug, Clone)]
-pub struct Stack {
-    problem: UncertainProblem,
-    side: usize,
-    degree: usize,
-    /// The third variable of each layer, in standard deviations.
-    levels: Vec<f64>,
-    layer: LayerMesh,
-}
 
 /// What is known of a cloud with an uncertain radiation parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,28 +70,6 @@ pub struct StackEstimate {
 }
 
 impl Stack {
-    /// The stack of the initial points in these columns, solar angle, eccentricity and third variable: layers of `side` by `side` points.
-    ///
-    /// # Errors
-    /// [`MeshError`] if the columns are no such lattice, or if the degree does not fit it.
-    pub fn new(
-        problem: &UncertainProblem,
-        [phi, e, third]: [&[f64]; 3],
-        side: usize,
-        degree: usize,
-    ) -> Result<Self, MeshError> {
-        let layers = points::layers_of(phi.len(), side);
-        check_points(phi, e, layers.saturating_mul(side.saturating_pow(2)))?;
-        check_degree(degree, side.min(layers))?;
-        let levels = points::levels(problem, [phi, e, third], (side, layers))?;
-        let initial = &problem.plane.initial;
-        let (phi, e) = (&phi[..side * side], &e[..side * side]);
-        let unfolded = unfold(initial, phi, e, side);
-        let standard: Vec<[f64; 2]> = unfolded.iter().zip(e).map(|(&p, &e)| initial.standardise(p, e).into()).collect();
-        let layer = LayerMesh::new(initial, lattice_lines(&standard, side)?, degree)?;
-        Ok(Self { problem: problem.clone(), side, degree, levels, layer })
-    }
-
     /// The density at a snapshot at `time` \[yr\], from the points' present solar angles \[rad\] and eccentricities.
     ///
     /// # Errors
@@ -111,28 +86,6 @@ impl Stack {
         let direct = Unresolved::find(&carried, time);
         Ok(carried.estimate(grid, &direct))
     }
-
-    /// The weight of a layer at `z` in a sum of step 1.
-    fn density(&self, z: f64) -> f64 {
-        normal_density(z) / self.problem.mass_inside()
-    }
-
-    /// The third variable in standard deviations at a position, counted in layers.
-    fn z_at(&self, position: f64) -> f64 {
-        self.levels[0] + position * (self.levels[1] - self.levels[0])
-    }
-
-    /// Whether the distribution is cut at the lowest layer.
-    fn is_cut(&self) -> bool {
-        self.levels[0] <= self.problem.lowest() + 1e-9
-    }
-}
-
-/// A stack whose points the flow has carried.
-struct Carried<'a> {
-    stack: &'a Stack,
-    x1: Vec<f64>,
-    x2: Vec<f64>,
 }
 
 /// What the sums over all layers have in common.
@@ -219,37 +172,6 @@ impl Carried<'_> {
             layer.quadrature().replace(&mut whole, &cells, sparse, carry);
         }
         (states, whole)
-    }
-
-    /// The states in the middle of the gap after layer `gap`.
-    fn middles(&self, gap: usize) -> Middles {
-        let position = gap as f64 + 0.5;
-        self.stack.layer.middles(&self.states(position), self.rough_states(position).as_ref())
-    }
-
-    /// The states of the layer at a position, counted in layers of the lattice.
-    fn states(&self, position: f64) -> [Vec<f64>; 2] {
-        if position.fract() == 0.0 {
-            let size = self.stack.side * self.stack.side;
-            let first = position as usize * size;
-            return [&self.x1, &self.x2].map(|values| values[first..first + size].to_vec());
-        }
-        self.between_layers(position, self.stack.degree)
-    }
-
-    /// The same by polynomials two degrees lower, of a layer between those of the lattice.
-    fn rough_states(&self, position: f64) -> Option<[Vec<f64>; 2]> {
-        let degree = self.stack.degree.checked_sub(2).filter(|degree| *degree > 0)?;
-        Some(self.between_layers(position, degree))
-    }
-
-    fn between_layers(&self, position: f64, degree: usize) -> [Vec<f64>; 2] {
-        let Stack { side, levels, .. } = self.stack;
-        let size = side * side;
-        let lines: Vec<f64> = (0..levels.len()).map(|k| k as f64).collect();
-        let stencil = stencil(&lines, position as usize, degree, position);
-        let of = |values: &[f64]| (0..size).map(|i| stencil.sum(degree, |k| values[k * size + i])).collect();
-        [of(&self.x1), of(&self.x2)]
     }
 
     /// The weighted sum over layers at these positions, and their diagnostics if they are wanted. The layers of the lattice have their points

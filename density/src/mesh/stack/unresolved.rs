@@ -11,7 +11,7 @@
 
 use rayon::prelude::*;
 
-use super::Carried;
+use super::lattice::Carried;
 use super::layer::Middles;
 use crate::flow::{Accuracy, Flow};
 use crate::mesh::gaussian::Standard;

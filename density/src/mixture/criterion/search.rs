@@ -1,6 +1,6 @@
 //! The direction that a criterion prefers for a Gaussian and the times at which it will be looked at.
 
-use super::super::MixtureError;
+use super::super::error::MixtureError;
 use super::criteria::Criterion;
 use super::local_flow::{LocalFlow, Probe};
 use super::spectral::Preferred;

@@ -1,18 +1,20 @@
 //! The table `[difference]` of a map file: what is subtracted.
 
+use density::model::model_name::ModelName;
 use density::reliability::{Other, Quantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::files::input::{InputError, InputFile};
+use crate::methods::{Method, mc};
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawDifference {
-    #[schemars(with = "Option<String>", extend("enum" = ["planar"]))]
+    #[schemars(with = "Option<String>", extend("enum" = [SIMPLER.text()]))]
     model: Option<Spanned<String>>,
-    #[schemars(with = "Option<String>", extend("enum" = ["mc"]))]
+    #[schemars(with = "Option<String>", extend("enum" = [SAMPLED]))]
     method: Option<Spanned<String>>,
     #[schemars(with = "Option<usize>")]
     samples: Option<Spanned<usize>>,
@@ -20,9 +22,18 @@ pub(super) struct RawDifference {
     seed: Option<Spanned<u32>>,
 }
 
+/// The model in which the cloud of a scenario in space can be computed for comparison.
+const SIMPLER: ModelName = ModelName::Planar;
+/// The method by which a quantity can be computed for comparison.
+const SAMPLED: &str = <mc::Settings as Method>::NAME;
 /// Orbits of a point by Monte Carlo unless set, and the most.
 const SAMPLES: usize = 10_000;
 const MOST_SAMPLES: usize = 10_000_000;
+
+/// What the table must have.
+fn must_have() -> String {
+    format!("must have either model = \"{}\" or method = \"{SAMPLED}\"", SIMPLER.text())
+}
 
 impl RawDifference {
     /// What is subtracted from a quantity of scenarios that are in space or not.
@@ -42,7 +53,7 @@ impl RawDifference {
         match (&self.model, &self.method) {
             (Some(model), None) => self.in_model(file, model, is_in_space),
             (None, Some(method)) => self.by_method(file, method),
-            _ => Err(file.error(table, "must have either model = \"planar\" or method = \"mc\"")),
+            _ => Err(file.error(table, &must_have())),
         }
     }
 
@@ -50,24 +61,25 @@ impl RawDifference {
         let given =
             [("samples", self.samples.as_ref().map(|s| s.span())), ("seed", self.seed.as_ref().map(|s| s.span()))];
         if let Some((_, Some(span))) = given.into_iter().find(|(_, span)| span.is_some()) {
-            let problem = "has no effect on a difference between models; it belongs to method = \"mc\"";
-            return Err(file.error(&Spanned::new(span, ()), problem));
+            let problem = format!("has no effect on a difference between models; it belongs to method = \"{SAMPLED}\"");
+            return Err(file.error(&Spanned::new(span, ()), &problem));
         }
-        match (model.get_ref().as_str(), is_in_space) {
-            ("planar", true) => Ok(Other::Planar),
-            ("planar", false) => Err(file.error(model, "has no effect: the scenario is in the plane already")),
-            (other, _) => {
-                let problem = format!(
-                    "\"{other}\" is not allowed, it must be \"planar\", to which a scenario in space is compared"
-                );
-                Err(file.error(model, &problem))
-            }
+        if ModelName::read(model.get_ref()) != Some(SIMPLER) {
+            let (given, right) = (model.get_ref(), SIMPLER.text());
+            let problem =
+                format!("\"{given}\" is not allowed, it must be \"{right}\", to which a scenario in space is compared");
+            return Err(file.error(model, &problem));
+        }
+        match is_in_space {
+            true => Ok(Other::Planar),
+            false => Err(file.error(model, "has no effect: the scenario is in the plane already")),
         }
     }
 
     fn by_method(&self, file: &InputFile, method: &Spanned<String>) -> Result<Other, InputError> {
-        if method.get_ref() != "mc" {
-            let problem = format!("\"{}\" is not allowed, it must be \"mc\", plain Monte Carlo", method.get_ref());
+        if method.get_ref() != SAMPLED {
+            let given = method.get_ref();
+            let problem = format!("\"{given}\" is not allowed, it must be \"{SAMPLED}\", plain Monte Carlo");
             return Err(file.error(method, &problem));
         }
         let samples = self.samples.as_ref().map_or(SAMPLES, |samples| *samples.get_ref());

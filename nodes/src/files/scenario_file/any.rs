@@ -80,8 +80,9 @@ impl AnyScenario {
 /// [`InputError`] with file, line and key.
 pub fn check_any(file: &InputFile) -> Result<AnyScenario, InputError> {
     file.expect(FileKind::Scenario)?;
-    if model_name::is_in_space(file)? {
-        return in_space::check(file, false).map(AnyScenario::InSpace);
+    let model = model_name::read(file)?;
+    if model.is_in_space() {
+        return in_space::check(file, model, false).map(AnyScenario::InSpace);
     }
     if model_name::is_shadowed_plane(file)? {
         return shadowed_plane::check(file).map(AnyScenario::InSpace);
@@ -97,8 +98,9 @@ pub fn check_any(file: &InputFile) -> Result<AnyScenario, InputError> {
 /// [`InputError`] with file, line and key.
 pub fn check_cloud(file: &InputFile) -> Result<AnyScenario, InputError> {
     file.expect(FileKind::Scenario)?;
-    match model_name::is_in_space(file)? {
-        true => in_space::check(file, true).map(AnyScenario::InSpace),
+    let model = model_name::read(file)?;
+    match model.is_in_space() {
+        true => in_space::check(file, model, true).map(AnyScenario::InSpace),
         false => check_any(file),
     }
 }

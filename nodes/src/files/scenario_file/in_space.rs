@@ -4,9 +4,10 @@ use std::f64::consts::FRAC_PI_2;
 
 use density::in_space::SpaceProblem;
 use density::model::ecliptic::OBLIQUITY_DEGREES;
+use density::model::model_name::ModelName;
 use density::model::osculating::Osculating;
 use density::model::planar::Force;
-use density::model::space_registry::{OSCULATING, SpaceModel, VECTORIAL};
+use density::model::space_registry::SpaceModel;
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
 use density::problem::check_times;
@@ -87,14 +88,13 @@ pub(super) fn schema(generator: &mut SchemaGenerator) -> Schema {
     Raw::json_schema(generator)
 }
 
-/// Checks a scenario file whose model is one in space; it must describe a cloud if one `is_needed`.
+/// Checks a scenario file whose model is this one, in space; it must describe a cloud if one `is_needed`.
 ///
 /// # Errors
 /// [`InputError`] with file, line and key.
-pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace, InputError> {
+pub(super) fn check(file: &InputFile, name: ModelName, is_needed: bool) -> Result<ScenarioInSpace, InputError> {
     let raw: Raw = file.parse()?;
     check_name(file, &raw.name)?;
-    let is_osculating = raw.model.name.as_ref().is_some_and(|name| name.get_ref() == OSCULATING);
     let axis = orbit::semi_major_axis(file, &raw.orbit)?;
     let forces = forces(file, Some(&raw.model), &raw.orbit, axis)?;
     let shadow = orbit::has_shadow(Some(&raw.model));
@@ -111,22 +111,12 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
     let start = raw.initial.get_ref();
     let variables = start.variables(file, &raw.initial, sun_longitude)?;
     let has_cloud = is_needed || start.has_uncertainty();
-    let model = if is_osculating {
-        let moon_longitude = EpochInSpace::moon(&raw.epoch, file, epoch, forces.moon != 0.0)?;
-        let Some(semi_major_axis) = axis else {
-            let problem = "must have semi_major_axis (or altitude), with radiation or with area_to_mass and reflectivity: without an \
-                           average, the satellite goes round the Earth";
-            return Err(file.error(&raw.orbit, problem));
-        };
-        let mean_anomaly = start.mean_anomaly.as_ref().map(|anomaly| turn(file, anomaly)).transpose()?;
-        if mean_anomaly.is_none() && !has_cloud {
-            return Err(file.error(&raw.initial, "must have mean_anomaly: the model \"osculating\" has no average"));
-        }
-        let model = Osculating { semi_major_axis, forces, obliquity, sun_longitude, moon_longitude };
-        SpaceModel::Osculating { model, mean_anomaly }
+    let averaged = Vectorial { forces, obliquity, sun_longitude };
+    let model = if name.is_averaged() {
+        refuse_what_is_averaged(file, name, &raw)?;
+        SpaceModel::Vectorial { model: averaged, axis }
     } else {
-        refuse_what_is_averaged(file, &raw)?;
-        SpaceModel::Vectorial { model: Vectorial { forces, obliquity, sun_longitude }, axis }
+        unaveraged(file, &raw, (averaged, axis), epoch, has_cloud)?
     };
     model.check().map_err(|error| raw.locate(file, &error))?;
     let times = times::read(file, &raw.times, epoch.as_ref())?;
@@ -146,6 +136,29 @@ pub(super) fn check(file: &InputFile, is_needed: bool) -> Result<ScenarioInSpace
         scenario.cloud = Some(Box::new(cloud(file, &raw, &scenario)?));
     }
     Ok(scenario)
+}
+
+/// The unaveraged model with the parameters of this averaged one; a single orbit must have a place in its revolution.
+fn unaveraged(
+    file: &InputFile,
+    raw: &Raw,
+    (averaged, axis): (Vectorial, Option<f64>),
+    epoch: Option<Epoch>,
+    has_cloud: bool,
+) -> Result<SpaceModel, InputError> {
+    let Vectorial { forces, obliquity, sun_longitude } = averaged;
+    let moon_longitude = EpochInSpace::moon(&raw.epoch, file, epoch, forces.moon != 0.0)?;
+    let Some(semi_major_axis) = axis else {
+        let problem = "must have semi_major_axis (or altitude), with radiation or with area_to_mass and reflectivity: without an \
+                       average, the satellite goes round the Earth";
+        return Err(file.error(&raw.orbit, problem));
+    };
+    let mean_anomaly = raw.initial.get_ref().mean_anomaly.as_ref().map(|anomaly| turn(file, anomaly)).transpose()?;
+    if mean_anomaly.is_none() && !has_cloud {
+        return Err(file.error(&raw.initial, "must have mean_anomaly: the model \"osculating\" has no average"));
+    }
+    let model = Osculating { semi_major_axis, forces, obliquity, sun_longitude, moon_longitude };
+    Ok(SpaceModel::Osculating { model, mean_anomaly })
 }
 
 /// The cloud about the orbit of a scenario.
@@ -221,11 +234,10 @@ pub(super) fn forces(
 }
 
 /// Refuses what an averaged model has no use for.
-fn refuse_what_is_averaged(file: &InputFile, raw: &Raw) -> Result<(), InputError> {
+fn refuse_what_is_averaged(file: &InputFile, name: ModelName, raw: &Raw) -> Result<(), InputError> {
+    let name = name.text();
     let refuse = |value: &Option<Spanned<Measure>>, what: &str| match value {
-        Some(value) => {
-            Err(file.error(value, &format!("has no effect: the model \"{VECTORIAL}\" is averaged over {what}")))
-        }
+        Some(value) => Err(file.error(value, &format!("has no effect: the model \"{name}\" is averaged over {what}"))),
         None => Ok(()),
     };
     refuse(&raw.initial.get_ref().mean_anomaly, "the satellite's revolution")?;

@@ -1,7 +1,7 @@
 //! Which model a scenario file names.
 
 use density::in_space::acting::SHADOW;
-use density::model::space_registry::{OSCULATING, PLANAR as IN_PLANE, VECTORIAL};
+use density::model::model_name::ModelName;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -27,37 +27,42 @@ fn shadow(file: &InputFile) -> Result<Option<Spanned<String>>, InputError> {
 
 /// Whether the file describes an orbit in the plane that passes the Earth's shadow.
 pub(super) fn is_shadowed_plane(file: &InputFile) -> Result<bool, InputError> {
-    Ok(!is_in_space(file)? && shadow(file)?.is_some())
+    Ok(!read(file)?.is_in_space() && shadow(file)?.is_some())
 }
 
-/// The name that the file gives, if it gives one.
-fn named(file: &InputFile) -> Result<Option<Spanned<String>>, InputError> {
-    let named = file.parse::<File>()?.model.and_then(|model| model.name);
-    match named.as_ref().map(|name| name.get_ref().as_str()) {
-        None | Some(IN_PLANE | VECTORIAL | OSCULATING) => Ok(named),
-        Some(other) => {
-            let problem =
-                format!("\"{other}\" is no model, there are \"{IN_PLANE}\", \"{VECTORIAL}\", \"{OSCULATING}\"");
-            Err(named.as_ref().map_or_else(|| file.error_in_whole("model.name", &problem), |n| file.error(n, &problem)))
-        }
-    }
+/// A model that a file names.
+struct NamedModel {
+    name: ModelName,
+    /// Where the file names it.
+    place: Spanned<String>,
 }
 
-/// Whether the file names a model in space.
-pub(super) fn is_in_space(file: &InputFile) -> Result<bool, InputError> {
-    Ok(named(file)?.is_some_and(|name| name.get_ref() != IN_PLANE))
+/// The model that the file names, if it names one.
+fn named(file: &InputFile) -> Result<Option<NamedModel>, InputError> {
+    let Some(place) = file.parse::<File>()?.model.and_then(|model| model.name) else { return Ok(None) };
+    let Some(name) = ModelName::read(place.get_ref()) else {
+        let known = ModelName::ALL.map(|name| format!("\"{}\"", name.text())).join(", ");
+        return Err(file.error(&place, &format!("\"{}\" is no model, there are {known}", place.get_ref())));
+    };
+    Ok(Some(NamedModel { name, place }))
+}
+
+/// The model that the file names; the planar one, if it names none.
+pub(super) fn read(file: &InputFile) -> Result<ModelName, InputError> {
+    Ok(named(file)?.map_or(ModelName::Planar, |named| named.name))
 }
 
 /// Refuses a model in space.
 pub(super) fn expect_plane(file: &InputFile) -> Result<(), InputError> {
     match named(file)? {
-        Some(name) if name.get_ref() != IN_PLANE => {
+        Some(NamedModel { name, place }) if name.is_in_space() => {
             let problem = format!(
-                "\"{}\" is a model in space, which this command cannot do yet; it needs \"{IN_PLANE}\" (`run`, `serve`, `submit`, `orbit` and \
+                "\"{}\" is a model in space, which this command cannot do yet; it needs \"{}\" (`run`, `serve`, `submit`, `orbit` and \
                  `validate` take models in space)",
-                name.get_ref()
+                name.text(),
+                ModelName::Planar.text()
             );
-            Err(file.error(&name, &problem))
+            Err(file.error(&place, &problem))
         }
         _ => match shadow(file)? {
             Some(force) => {

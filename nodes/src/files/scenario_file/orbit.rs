@@ -2,6 +2,7 @@
 
 use density::in_space::acting::SHADOW;
 use density::model::earth;
+use density::model::model_name::ModelName;
 use density::model::parameter::Parameter;
 use density::model::registry::{self, DEFAULT_FORCES, ModelError, Planar};
 use density::problem_error::Field;
@@ -18,8 +19,9 @@ use crate::files::plain_number::plain;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Model {
-    #[schemars(with = "Option<String>", extend("enum" = ["planar", "vectorial", "osculating"]))]
-    pub(super) name: Option<Spanned<String>>,
+    #[schemars(with = "Option<String>", extend("enum" = ModelName::ALL.map(ModelName::text)))]
+    #[serde(rename = "name")]
+    _name: Option<Spanned<String>>, // `model_name` reads it before all else
     #[schemars(with = "Option<Measure>")]
     pub(super) obliquity: Option<Spanned<Measure>>,
     #[schemars(with = "Option<Vec<String>>", extend("items" = { "type": "string", "enum": ["srp", "j2", "sun", "moon", "shadow"] }))]

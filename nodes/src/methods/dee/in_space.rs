@@ -17,8 +17,7 @@ use kit::failure::Failure;
 use kit::shard::Shard;
 use messages::content::Samples;
 
-use super::Settings;
-use super::settings::POINTS;
+use super::settings::{POINTS, Settings};
 use crate::methods::mapped_samples::{By, MappedSamples, Mapping};
 
 /// Independent replicates of the points at which the flow is read out.

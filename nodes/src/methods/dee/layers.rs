@@ -13,10 +13,8 @@ use density::uncertain::{UncertainProblem, UncertainTask};
 use kit::failure::Failure;
 use messages::content::Lattice;
 
-use super::Settings;
+use super::settings::{LAYERS, Settings};
 
-/// With a third variable there are so many times the points of a case in the plane.
-pub(super) const LAYERS: usize = 4;
 /// Lines per side of the lattices from which first passages follow: enough for a mean over many values of the parameter.
 const PASSAGE_LINES: usize = 31;
 

@@ -8,17 +8,19 @@ use std::ops::Range;
 
 use density::first_passage::empirical::empirical_curve;
 use density::first_passage::passage_times;
+use density::mesh::lattice::MOST_DEGREE;
 use density::mesh::passage::{PassageCurve, passage_curve};
-use density::mesh::{Points, characteristic_densities, initial_points};
+use density::mesh::{Placement, Points, characteristic_densities, initial_points};
 use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::Problem;
-use messages::content::{Characteristics, Lattice};
+use messages::content::{Characteristics, Lattice, MOST_RESOLUTION};
 use messages::layout::{GIVEN_COLUMNS, PASSAGE_COLUMNS};
 
 use crate::files::input::Mode;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::course::Course;
+use crate::methods::{Method, Misfit};
 use in_space::InSpace;
 use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
@@ -26,6 +28,7 @@ use kit::propagator::given_row;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 use layers::LayersWork;
+use settings::{LAYERS, POINTS, degree_problem};
 pub use settings::{MeshChoice, PlacementChoice, Settings};
 
 /// The DEE propagator.
@@ -63,6 +66,83 @@ impl DensityEvolution {
     /// A propagator with these settings.
     pub fn new(settings: Settings) -> Self {
         Self { settings, shard: Shard::WHOLE, work: None, given: Vec::new() }
+    }
+}
+
+impl Method for Settings {
+    const NAME: &'static str = "dee";
+    type Propagator = DensityEvolution;
+
+    fn propagator(self) -> DensityEvolution {
+        DensityEvolution::new(self)
+    }
+
+    fn check_scenario(&self, assignment: &Assignment, shard: Shard) -> Result<(), Failure> {
+        if assignment.in_space.is_some() {
+            return self.check_in_space(shard);
+        }
+        match assignment.uncertain.is_some() {
+            true => self.check_layers().map(drop).map_err(Failure::Refused),
+            false => assignment.plane().map(drop),
+        }
+    }
+
+    fn check(&self) -> Result<(), Misfit> {
+        self.check_effects()?;
+        let (side, resolution, degree) = (self.side(), self.resolution(), self.degree());
+        if self.samples < 4 {
+            return Err(Misfit::new(
+                "samples",
+                format!("{} are too few for a mesh; it needs at least 4", self.samples),
+            ));
+        }
+        if resolution > MOST_RESOLUTION as usize {
+            let problem = format!("{resolution} is too fine; it must be at most {MOST_RESOLUTION}");
+            return Err(Misfit::new("resolution", problem));
+        }
+        if self.placement() == Placement::Lattice && (degree > MOST_DEGREE || degree >= side) {
+            return Err(Misfit::new("degree", degree_problem(degree, side)));
+        }
+        Ok(())
+    }
+
+    fn check_bins(&self, (phi, e): (usize, usize)) -> Result<(), Misfit> {
+        let (resolution, bins) = (self.resolution(), phi.max(e));
+        if self.mesh() == MeshChoice::Carried || resolution >= bins {
+            return Ok(());
+        }
+        let problem =
+            format!("{resolution} is coarser than the {bins} bins of the comparison grid; it must be at least {bins}");
+        Err(Misfit::new("resolution", problem))
+    }
+
+    fn resolved(&self) -> Self {
+        let (on_lattice, hull) = (self.placement() == Placement::Lattice, self.mesh() == MeshChoice::Hull);
+        Self {
+            seed: (!on_lattice).then(|| self.seed()),
+            placement: Some(self.placement_choice()),
+            mesh: Some(self.mesh()),
+            resolution: hull.then(|| self.resolution()),
+            degree: on_lattice.then(|| self.degree()),
+            mode: if hull { self.mode } else { Mode::Corrected },
+            ..self.clone()
+        }
+    }
+
+    fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting> {
+        &mut self.accuracy
+    }
+
+    fn most_numbers(&self, _: (usize, usize), variables: usize) -> usize {
+        match variables {
+            0..=2 => self.samples.saturating_mul(3),
+            3 => self.samples.saturating_mul(LAYERS).saturating_mul(4),
+            _ => POINTS.saturating_mul(variables),
+        }
+    }
+
+    fn rows_to_share(&self) -> Result<usize, String> {
+        Ok(self.samples.isqrt().pow(2))
     }
 }
 

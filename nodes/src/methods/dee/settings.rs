@@ -3,20 +3,16 @@
 use density::mesh::Placement;
 use density::mesh::lattice::MOST_DEGREE;
 use density::mesh::stack::cubic_side;
-use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::shard::Shard;
-use messages::content::MOST_RESOLUTION;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::DensityEvolution;
-use super::layers::LAYERS;
 use crate::files::input::{Mode, natural_option, positive, positive_option};
 use crate::files::toml_words::{choice, choice_option};
+use crate::methods::Misfit;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::lattice_degree::usual_degree;
-use crate::methods::{Method, Misfit};
 
 /// Where the characteristics start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -72,11 +68,14 @@ pub struct Settings {
     pub accuracy: Option<AccuracySetting>,
 }
 
+/// With a third variable there are so many times the points of a case in the plane.
+pub(super) const LAYERS: usize = 4;
+
 /// Points at which the flow is read out in space.
 pub(super) const POINTS: usize = 1 << 18;
 
 /// Why a lattice with `side` points per side cannot have the degree `degree`.
-fn degree_problem(degree: usize, side: usize) -> String {
+pub(super) fn degree_problem(degree: usize, side: usize) -> String {
     if degree > MOST_DEGREE {
         return format!("{degree} is not allowed, it must be at most {MOST_DEGREE}");
     }
@@ -103,7 +102,7 @@ impl Default for Settings {
 
 impl Settings {
     /// Whether all that is set changes something.
-    fn check_effects(&self) -> Result<(), Misfit> {
+    pub(super) fn check_effects(&self) -> Result<(), Misfit> {
         let on_lattice = self.placement() == Placement::Lattice;
         let carried = self.mesh() == MeshChoice::Carried;
         if self.seed.is_some() && on_lattice {
@@ -132,7 +131,7 @@ impl Settings {
     }
 
     /// Points per side of a lattice.
-    fn side(&self) -> usize {
+    pub(super) fn side(&self) -> usize {
         self.samples.isqrt()
     }
 
@@ -172,7 +171,7 @@ impl Settings {
             .into())
     }
 
-    fn placement_choice(&self) -> PlacementChoice {
+    pub(super) fn placement_choice(&self) -> PlacementChoice {
         self.placement.unwrap_or(match self.mode {
             Mode::Corrected => PlacementChoice::Lattice,
             Mode::AsPrinted => PlacementChoice::Random,
@@ -213,83 +212,6 @@ impl Settings {
             "{wrong}: in space dee reads out the flow between characteristics on a lattice that it chooses itself; it takes samples, which is the most \
              characteristics, and accuracy alone; degree has no effect"
         )))
-    }
-}
-
-impl Method for Settings {
-    const NAME: &'static str = "dee";
-    type Propagator = DensityEvolution;
-
-    fn propagator(self) -> DensityEvolution {
-        DensityEvolution::new(self)
-    }
-
-    fn check_scenario(&self, assignment: &Assignment, shard: Shard) -> Result<(), Failure> {
-        if assignment.in_space.is_some() {
-            return self.check_in_space(shard);
-        }
-        match assignment.uncertain.is_some() {
-            true => self.check_layers().map(drop).map_err(Failure::Refused),
-            false => assignment.plane().map(drop),
-        }
-    }
-
-    fn check(&self) -> Result<(), Misfit> {
-        self.check_effects()?;
-        let (side, resolution, degree) = (self.side(), self.resolution(), self.degree());
-        if self.samples < 4 {
-            return Err(Misfit::new(
-                "samples",
-                format!("{} are too few for a mesh; it needs at least 4", self.samples),
-            ));
-        }
-        if resolution > MOST_RESOLUTION as usize {
-            let problem = format!("{resolution} is too fine; it must be at most {MOST_RESOLUTION}");
-            return Err(Misfit::new("resolution", problem));
-        }
-        if self.placement() == Placement::Lattice && (degree > MOST_DEGREE || degree >= side) {
-            return Err(Misfit::new("degree", degree_problem(degree, side)));
-        }
-        Ok(())
-    }
-
-    fn check_bins(&self, (phi, e): (usize, usize)) -> Result<(), Misfit> {
-        let (resolution, bins) = (self.resolution(), phi.max(e));
-        if self.mesh() == MeshChoice::Carried || resolution >= bins {
-            return Ok(());
-        }
-        let problem =
-            format!("{resolution} is coarser than the {bins} bins of the comparison grid; it must be at least {bins}");
-        Err(Misfit::new("resolution", problem))
-    }
-
-    fn resolved(&self) -> Self {
-        let (on_lattice, hull) = (self.placement() == Placement::Lattice, self.mesh() == MeshChoice::Hull);
-        Self {
-            seed: (!on_lattice).then(|| self.seed()),
-            placement: Some(self.placement_choice()),
-            mesh: Some(self.mesh()),
-            resolution: hull.then(|| self.resolution()),
-            degree: on_lattice.then(|| self.degree()),
-            mode: if hull { self.mode } else { Mode::Corrected },
-            ..self.clone()
-        }
-    }
-
-    fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting> {
-        &mut self.accuracy
-    }
-
-    fn most_numbers(&self, _: (usize, usize), variables: usize) -> usize {
-        match variables {
-            0..=2 => self.samples.saturating_mul(3),
-            3 => self.samples.saturating_mul(LAYERS).saturating_mul(4),
-            _ => POINTS.saturating_mul(variables),
-        }
-    }
-
-    fn rows_to_share(&self) -> Result<usize, String> {
-        Ok(self.samples.isqrt().pow(2))
     }
 }
 

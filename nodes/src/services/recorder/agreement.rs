@@ -10,11 +10,10 @@
 //! McDiarmid's for the total variation. The number of comparisons is counted, and each gets its part of
 //! [`FALSE_ALARMS`].
 
-use messages::layout::diagnostic;
-
 use super::cloud::Cloud;
 use crate::services::passage_rules::{INDEPENDENT, Row, divergence, rows};
 use crate::services::reading::Reading;
+use kit::diagnosis;
 use kit::kind::counted_samples;
 use kit::space::Quantity;
 
@@ -37,7 +36,7 @@ pub(super) struct Said<'a> {
 
 impl Said<'_> {
     fn is_exact(&self) -> bool {
-        self.snapshots.first().is_some_and(|first| first.header.diagnostic == diagnostic::NUMERICAL)
+        self.snapshots.first().is_some_and(|first| diagnosis::of(&first.header).is_stated())
     }
 }
 

@@ -59,7 +59,7 @@ pub(super) struct Compared {
 impl<'a> Cloud<'a> {
     /// `None` for a method that does not know its errors.
     pub(super) fn of(reading: &'a Reading) -> Option<Self> {
-        let is_exact = matches!(diagnosis::of(&reading.header), Diagnosis::Stated { .. });
+        let is_exact = diagnosis::of(&reading.header).is_stated();
         let is_sampled = reading.error(Quantity::Mean(reading.space.reentry)).is_finite();
         let samples = if is_sampled && !is_exact { f64::from(reading.header.rows) } else { 0.0 };
         (is_exact || is_sampled).then_some(Self { reading, is_exact, samples })

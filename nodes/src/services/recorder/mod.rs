@@ -3,6 +3,21 @@
 //! The folder of a scenario is complete when the recorder reports that it is done with the scenario, and is not
 //! changed after that. A recorder that was restarted continues with the scenario under way. [`results::join`] makes one
 //! results folder of all of them.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `tape` | every message of the run as it was sent |
+//! | [`description`] | the description of the scenario |
+//! | `rows` | how messages become rows of tables |
+//! | `tables` | the files: tables, and the densities |
+//! | `densities` | which arrays a snapshot has in the file of densities |
+//! | `judgement` | notes, verdicts and usable first-passage curves of a scenario |
+//! | `notes`, `fallbacks` | what a user should know about a result, and where another case was the reference |
+//! | `verdicts` | what each method is good for |
+//! | `agreement`, `cloud` | whether methods with known errors agree, and the moments of two clouds side by side |
+//! | `passages`, `curves` | first-passage curves: put together from shards, and compared |
+//! | `given` | what re-entry says of an uncertain radiation parameter |
+//! | `so_far` | the results as far as they have come |
 
 mod agreement;
 mod cloud;

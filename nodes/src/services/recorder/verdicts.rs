@@ -6,7 +6,7 @@
 //! reference together, and for a density the counting noise of both. A distance that does not exceed `BEYOND_NOISE`
 //! times its noise is as good as sampling allows.
 
-use density::trust::{self, Diagnosis, Verdict};
+use density::trust::{self, Verdict};
 use results::rows::VerdictRow;
 
 use super::Recording;
@@ -243,7 +243,7 @@ fn graded(error: f64, noise: f64, tolerance: f64) -> Grade {
 
 /// Whether the method states a density with estimates of its errors.
 fn states_its_errors(own: &Reading) -> bool {
-    matches!(diagnosis::of(&own.header), Diagnosis::Stated { .. })
+    diagnosis::of(&own.header).is_stated()
 }
 
 fn trusted(reading: &Reading, tolerance: f64) -> Verdict {

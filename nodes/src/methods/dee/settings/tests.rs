@@ -1,4 +1,5 @@
 use super::*;
+use crate::methods::Method;
 
 fn settings(text: &str) -> Settings {
     toml::from_str(text).unwrap()
