@@ -122,13 +122,30 @@ fn a_rare_event_is_estimated_with_an_interval_and_the_exact_probability_stands_b
             assert!(of("low") < of("probability") && of("probability") < of("high"), "{event}");
         }
     }
-    let output = ask(&bench, RARE, &["--rare", "100"]);
-    assert!(!output.status.success());
-    assert!(
-        text(&output.stdout).contains("100 orbits are too few to look for an event, at least 500"),
-        "{}",
-        text(&output.stdout)
-    );
+}
+
+#[test]
+fn a_number_of_orbits_that_cannot_be_taken_and_a_seed_without_effect_are_bad_input() {
+    let bench = Bench::new();
+    let range = "it must be a whole number from 1000 to 10000000";
+    for (arguments, why) in [
+        (&["--rare", "100"][..], range),
+        (&["--rare=99999999999"], range),
+        (&["--rare", "1e4"], range),
+        (&["--rare", "scenario.toml"], "write --rare behind the scenario file"),
+        (&["--seed", "3"], "--seed has no effect without --rare"),
+    ] {
+        let output = ask(&bench, RARE, arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(text(&output.stderr).contains(why), "{arguments:?}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn a_small_probability_is_printed_with_its_digits() {
+    let bench = Bench::new();
+    let output = ask(&bench, RARE, &[]);
+    assert!(text(&output.stdout).contains("4.591e-7 ± "), "{}", text(&output.stdout));
 }
 
 const IN_SPACE: &str = "name = \"mine\"\n[model]\nname = \"vectorial\"\nforces = [\"srp\", \"j2\", \"sun\", \"moon\"]\n\

@@ -43,51 +43,67 @@ const MOMENTS: [&str; 6] = ["mean phi", "std phi", "mean e", "std e", "covarianc
 /// Judges all snapshots of an answer, up to the first that cannot be decoded.
 pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
     let assignment = &answer.assignment;
-    let plane = assignment.plane.as_ref();
     let tables = tables(answer);
     let Some(first) = tables.first() else { return };
-    let named = |result: Result<String, String>| {
-        let name = |text: String| format!("{}: {text}", assignment.said.name);
-        result.map(name).map_err(name)
-    };
     let right = match assignment.in_space.as_ref().map(|problem| Right::new(problem, assignment)).transpose() {
         Ok(right) => right,
-        Err(why) => return findings.take(Rule::Moments, named(Err(why))),
+        Err(why) => return findings.take(Rule::Moments, named(assignment, Err(why))),
     };
-    if let Some(plane) = plane {
+    if let Some(plane) = &assignment.plane {
         let trajectories = first.trajectories();
         if trajectories == Trajectories::Ordered || (trajectories == Trajectories::Unordered && !redrawn) {
-            findings.take(Rule::Hamiltonian, named(hamiltonian(plane, &tables)));
+            findings.take(Rule::Hamiltonian, named(assignment, hamiltonian(plane, &tables)));
         }
         if let Content::Characteristics(characteristics) = first.snapshot.content {
-            findings.take(Rule::CarriedDensity, named(carried_density(plane, &characteristics, &tables)));
+            findings.take(Rule::CarriedDensity, named(assignment, carried_density(plane, &characteristics, &tables)));
         }
     }
+    let Some(densities) = judge_densities(findings, assignment, &tables, right.as_ref()) else { return };
+    for passage in &answer.heard.passages {
+        match passages::judge(assignment, passage, &densities) {
+            Ok(seen) if seen.is_empty() => {}
+            seen => findings.take(Rule::FirstPassage, named(assignment, seen)),
+        }
+    }
+}
+
+/// What was seen, after the name of the scenario.
+fn named(assignment: &Assignment, seen: Result<String, String>) -> Result<String, String> {
+    let name = |text: String| format!("{}: {text}", assignment.said.name);
+    seen.map(name).map_err(name)
+}
+
+/// Judges the mass and the moments of the densities that follow from the snapshots, and returns these; `None` if no density can be made of one of them.
+fn judge_densities(
+    findings: &mut Findings,
+    assignment: &Assignment,
+    tables: &[Table],
+    right: Option<&Right>,
+) -> Option<Vec<Reading>> {
+    let plane = assignment.plane.as_ref();
+    let name = &assignment.said.name;
     let mut case = CaseEstimator::default();
     let mut worst = Worst::default();
     let mut least_mass = f64::INFINITY;
     let mut densities = Vec::new();
-    for table in &tables {
+    for table in tables {
         let estimated = match case.estimate(&table.snapshot, assignment) {
-            Ok(estimated) => {
-                densities.extend(reading(table, &estimated, assignment));
-                estimated
-            }
+            Ok(estimated) => estimated,
             Err(why) => {
-                let seen = named(Err(format!("snapshot {}: no density can be made of it: {why}", table.index)));
-                return findings.take(Rule::Mass, seen);
+                let seen = Err(format!("snapshot {}: no density can be made of it: {why}", table.index));
+                findings.take(Rule::Mass, named(assignment, seen));
+                return None;
             }
         };
+        densities.extend(reading(table, &estimated, assignment));
         match mass(table, &estimated, plane.is_some()) {
             Ok(mass) if mass.is_nan() => {
-                findings.good(Rule::Mass, format!("{}, snapshot {}: withheld", assignment.said.name, table.index));
+                findings.good(Rule::Mass, format!("{name}, snapshot {}: withheld", table.index));
             }
             Ok(mass) => least_mass = least_mass.min(mass),
-            Err(why) => {
-                findings.problem(Rule::Mass, format!("{}, snapshot {}: {why}", assignment.said.name, table.index))
-            }
+            Err(why) => findings.problem(Rule::Mass, format!("{name}, snapshot {}: {why}", table.index)),
         }
-        let compared = match (plane, &right) {
+        let compared = match (plane, right) {
             (Some(plane), _) => compared(plane, table, &estimated.values[..MOMENTS.len()]),
             (None, Some(right)) => Ok(right.compared(assignment, table, &estimated)),
             (None, None) => Ok(Vec::new()),
@@ -98,15 +114,10 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
         }
     }
     if least_mass.is_finite() {
-        findings.good(Rule::Mass, format!("{}: at least {least_mass:.4}", assignment.said.name));
+        findings.good(Rule::Mass, format!("{name}: at least {least_mass:.4}"));
     }
-    findings.take(Rule::Moments, named(worst.verdict()));
-    for passage in &answer.heard.passages {
-        match passages::judge(assignment, passage, &densities) {
-            Ok(seen) if seen.is_empty() => {}
-            seen => findings.take(Rule::FirstPassage, named(seen)),
-        }
-    }
+    findings.take(Rule::Moments, named(assignment, worst.verdict()));
+    Some(densities)
 }
 
 /// The snapshots of an answer, up to the first that cannot be decoded.

@@ -35,11 +35,11 @@ pub struct AskArguments {
     pub json: bool,
     /// Estimate rare events instead, from this many orbits for each event and method (5000 unless given): that e ever reaches
     /// its critical value, and that it is above it at the end
-    #[arg(long, value_name = "ORBITS", num_args = 0..=1, default_missing_value = "5000")]
+    #[arg(long, value_name = "ORBITS", num_args = 0..=1, default_missing_value = "5000", value_parser = super::rare::orbits)]
     pub rare: Option<usize>,
-    /// Seed of the orbits of --rare, and of those in space
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// Seed of the orbits of --rare, and of those in space; 1 unless given
+    #[arg(long)]
+    pub seed: Option<u64>,
 }
 
 /// Error estimate of a probability above which it is withheld.
@@ -74,12 +74,17 @@ pub fn run(arguments: &AskArguments) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
+    if seed.is_some() && rare.is_none() && scenario.in_plane().is_some() {
+        remark!("error: --seed has no effect without --rare on a scenario in the plane, whose answer is exact");
+        return ExitCode::from(BAD_INPUT);
+    }
+    let seed = seed.unwrap_or(1);
     if let Some(orbits) = rare {
-        return super::rare::run(&scenario, *orbits, *seed, *json);
+        return super::rare::run(&scenario, *orbits, seed, *json);
     }
     let done = match scenario {
         AnyScenario::InPlane { scenario, .. } => in_plane(scenario, *json).map_err(|error| error.to_string()),
-        AnyScenario::InSpace(scenario) => super::ask_in_space::run(&scenario, *seed, *json),
+        AnyScenario::InSpace(scenario) => super::ask_in_space::run(&scenario, seed, *json),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -185,7 +190,12 @@ fn is_lowest(factor: f64) -> bool {
 }
 
 fn in_words(p: &Estimated) -> String {
-    if is_stated(p) { format!("{:.4} ± {:.0e}", p.value, p.error) } else { "withheld".into() }
+    match p {
+        _ if !is_stated(p) => "withheld".into(),
+        // Four decimals would show none of its digits.
+        Estimated { value, error } if *value < 1e-3 && value > error => format!("{value:.3e} ± {error:.0e}"),
+        Estimated { value, error } => format!("{value:.4} ± {error:.0e}"),
+    }
 }
 
 fn print(answer: &Answer) {

@@ -1,5 +1,6 @@
 //! `phasecloud ask --rare`: events so rare that the exact curve is not the only thing to rely on, by methods that know orbits alone.
 
+use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
 use density::exact::{Estimated, Exact, ExactSettings};
@@ -23,6 +24,26 @@ use crate::report::new_table;
 /// Levels that subset simulation takes for about 1e-6: a level gets the orbits over this number.
 const LEVELS: usize = 6;
 
+/// Numbers of orbits that --rare takes: fewer say nothing of a rare event, more do not fit into memory.
+const ORBITS: RangeInclusive<usize> = 1000..=10_000_000;
+/// From so many orbits on an answer takes a while.
+const LONG_WORK: usize = 200_000;
+
+/// Reads the number of orbits.
+///
+/// # Errors
+/// What is wrong with it.
+pub(super) fn orbits(text: &str) -> Result<usize, String> {
+    let (least, most) = (ORBITS.start(), ORBITS.end());
+    match text.parse() {
+        Ok(orbits) if ORBITS.contains(&orbits) => Ok(orbits),
+        Err(_) if !text.starts_with(|c: char| c.is_ascii_digit()) => Err(
+            "this is no number of orbits; for the usual number write --rare behind the scenario file, or --rare=5000 before it".into(),
+        ),
+        _ => Err(format!("it must be a whole number from {least} to {most}")),
+    }
+}
+
 /// What is found of one event.
 struct Found {
     event: Event,
@@ -38,6 +59,9 @@ pub fn run(scenario: &AnyScenario, orbits: usize, seed: u64, in_json: bool) -> E
         remark!("error: the scenario has no end, or no critical eccentricity");
         return ExitCode::FAILURE;
     };
+    if orbits >= LONG_WORK {
+        super::long_work::announce();
+    }
     let found: Result<Vec<Found>, String> =
         [Event::Ever, Event::AtEnd].into_iter().map(|event| find(scenario, event, orbits, seed)).collect();
     let found = match found {

@@ -131,7 +131,7 @@ impl Summary {
         match self.unresolved {
             Some(unresolved) if self.mapped < settings.least_mapped => {
                 let (orbits, mapped, least) = (self.orbits, self.mapped, settings.least_mapped);
-                Err(Refused::CoversTooLittle { orbits, mapped, least, unresolved })
+                Err(Refused::CoversTooLittle { orbits, mapped, least, unresolved: Box::new(unresolved) })
             }
             _ => Ok(()),
         }

@@ -5,7 +5,7 @@ use std::fmt;
 use crate::model::variable::{Place, Variable};
 
 /// Why there is no map.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refused {
     /// More accurate than the orbits.
     #[error(
@@ -41,7 +41,7 @@ pub enum Refused {
         /// Least probability to be covered.
         least: f64,
         /// The most probable part without a map.
-        unresolved: Unresolved,
+        unresolved: Box<Unresolved>,
     },
 }
 
@@ -126,7 +126,7 @@ mod tests {
     fn a_refusal_says_what_stood_in_the_way() {
         let place = rounded_place(&VARIABLES, |k| [2.0 / 3.0, 1.0 / 7.0][k]);
         let with = |cause, limit| {
-            let unresolved = Unresolved { place, share: 0.125, cause, limit };
+            let unresolved = Box::new(Unresolved { place, share: 0.125, cause, limit });
             Refused::CoversTooLittle { orbits: 500, mapped: 0.25, least: 0.5, unresolved }.to_string()
         };
         let text = with(Cause::Bends { years: 2.0, error: 1.234e-5 }, Limit::Orbits);

@@ -115,7 +115,7 @@ fn a_map_that_would_take_too_many_orbits_is_refused_with_the_place_and_the_reaso
     let flow = Flow::new(scenario(1).model);
     let refused = PlaneMap::new(flow, at_the_saddle().into(), &[0.0, 30.0], None, &settings).unwrap_err();
     let words = refused.to_string();
-    assert!(words.contains("about phi = ") && words.contains("by t = 30 yr the map is off by"), "{words}");
+    assert!(words.contains("about phi = ") && words.contains("at t = 30 yr, and no orbits were left"), "{words}");
 }
 
 #[test]
