@@ -73,7 +73,8 @@ fn named(assignment: &Assignment, seen: Result<String, String>) -> Result<String
     seen.map(name).map_err(name)
 }
 
-/// Judges the mass and the moments of the densities that follow from the snapshots, and returns these; `None` if no density can be made of one of them.
+/// Judges the mass and the moments of the densities that follow from the snapshots, and returns these; `None` if no density can be
+/// made of one of them.
 fn judge_densities(
     findings: &mut Findings,
     assignment: &Assignment,

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::FlowMap;
 use super::chebyshev::evaluate;
-use super::draw::Draw;
+use super::draw::{Draw, numbers_of};
 use super::left::Left;
 use super::passing::Passing;
 use crate::angle::fold;
@@ -62,7 +62,7 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
     pub fn new(map: FlowMap<M, N>, numbers: Range<usize>, draw: Draw<N>) -> Self {
         let keeps = numbers.len() <= KEPT;
         let sorted = |chunk: usize| {
-            let (sorted, direct) = sort(&map, &draw, chunk_of(&numbers, chunk));
+            let (sorted, direct) = sort(&map, &draw, numbers_of(&numbers, CHUNK, chunk));
             (keeps.then_some(sorted), direct.into_iter().map(|place| chunk * CHUNK + place as usize).collect())
         };
         let chunks = numbers.len().div_ceil(CHUNK);
@@ -153,7 +153,7 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
     fn with_sorted<T>(&self, chunk: usize, work: impl FnOnce(&Sorted<N>) -> T) -> T {
         match &self.kept {
             Some(kept) => work(&kept[chunk]),
-            None => work(&sort(&self.map, &self.draw, chunk_of(&self.numbers, chunk)).0),
+            None => work(&sort(&self.map, &self.draw, numbers_of(&self.numbers, CHUNK, chunk)).0),
         }
     }
 
@@ -251,12 +251,6 @@ impl<const N: usize> Sorted<N> {
             }
         }
     }
-}
-
-/// The numbers of a chunk.
-fn chunk_of(numbers: &Range<usize>, chunk: usize) -> Range<usize> {
-    let first = numbers.start + chunk * CHUNK;
-    first..numbers.end.min(first + CHUNK)
 }
 
 /// Draws the starts of a chunk and sorts them by cell; also returns the places of those that lie in none.

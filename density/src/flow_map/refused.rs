@@ -86,10 +86,10 @@ pub enum Limit {
 impl fmt::Display for Unresolved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { place, share, cause, limit } = self;
-        write!(f, "about {place}, ")?;
+        write!(f, "about {place} ")?;
         match cause {
             Cause::Bends { error, .. } if error.is_infinite() => write!(f, "some orbits cannot be followed")?,
-            Cause::Bends { years, error } => write!(f, "it is off by {error:.1e} at t = {years} yr")?,
+            Cause::Bends { years, error } => write!(f, "the map is off by {error:.1e} at t = {years} yr")?,
             Cause::FirstPassages => write!(
                 f,
                 "some orbits first reach the critical value and others just miss it, so that the time of the first passage is no smooth \
@@ -131,7 +131,7 @@ mod tests {
         };
         let text = with(Cause::Bends { years: 2.0, error: 1.234e-5 }, Limit::Orbits);
         assert!(text.contains("covers 25.0 % of the cloud only, less than the 50 %"), "{text}");
-        assert!(text.contains("about phi = 0.666667 rad, e = 0.142857, it is off by 1.2e-5 at t = 2 yr"), "{text}");
+        assert!(text.contains("about phi = 0.666667 rad, e = 0.142857 the map is off by 1.2e-5 at t = 2 yr"), "{text}");
         assert!(text.ends_with("no orbits were left to halve that part, which holds 12.50 % of the cloud"), "{text}");
         let text = with(Cause::FirstPassages, Limit::Share);
         assert!(text.contains("others just miss it") && text.contains("too few starts"), "{text}");

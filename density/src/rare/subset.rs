@@ -6,14 +6,17 @@
 //! (Papaioannou, Betz, Zwirglmaier & Straub 2015).
 //!
 //! Points of a chain resemble one another, and so do chains that start from points of the same chain. Au & Beck's coefficient of variation
-//! (Eqs. 25 to 29) counts the first alone and takes the levels as independent, from which it is a fifth too small at 1e-9. Here the variance is
-//! that of the sums over families: the points that descend from the same chain of the level before, and that chain itself (the genealogy of a
-//! particle filter, cut after one generation: Lee & Whiteley, Biometrika 105, 2018; Olsson & Douc, Bernoulli 25, 2019):
+//! (Eqs. 25 to 29) counts the first alone and takes the levels as independent, which leaves out a fifth of the spread at 1e-9. Here the variance
+//! is that of the sums over families: the points whose chains go back, `g` levels before, to the same chain (the genealogy of a particle
+//! filter, cut after `g` generations: Lee & Whiteley, Biometrika 105, 2018; Olsson & Douc, Bernoulli 25, 2019):
 //!
 //! ```text
-//! D_k(f) = Σ_(points of family f) (1(F_k) - p_k)/(n p_k)
-//! Var(ln P) = Σ_k Σ_f D_k(f)² + 2 Σ_k Σ_f D_(k-1)(f) D_k(f)
+//! D_k(f) = Σ_(points of level k in family f) (1(F_k) - p_k)/(n p_k)
+//! Var(ln P) = Σ_k Σ_f D_k(f)² + 2 Σ_k Σ_(l = k-g)^(k-1) Σ_f D_l(f) D_k(f)
 //! ```
+//!
+//! A family of too few generations leaves out resemblance, and one of many is a sum of few terms, so the largest of one, two and three
+//! generations is taken.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -42,15 +45,23 @@ struct Level<const N: usize> {
     parents: Vec<usize>,
 }
 
-/// The variance of the logarithm of the probability, level by level.
+/// Most generations by which chains are taken together.
+const GENERATIONS: usize = 3;
+
+/// What the levels add to the logarithm of the probability, chain by chain.
 #[derive(Default)]
-struct Variance {
-    /// By families.
-    of_families: f64,
-    /// That of independent points, below which it cannot be.
+struct Genealogy {
+    levels: Vec<Generation>,
+    /// The variance of as many independent points, below which it cannot be.
     of_points: f64,
-    /// What each chain of the level before adds to the logarithm.
-    before: Vec<f64>,
+}
+
+/// The chains of a level.
+struct Generation {
+    /// What each adds to the logarithm.
+    added: Vec<f64>,
+    /// See [`Level::parents`].
+    parents: Vec<usize>,
 }
 
 /// The probability of the event, from levels of `points` orbits each, which is rounded down to a multiple of ten. An event
@@ -69,7 +80,7 @@ pub fn subset<M: Model, const N: usize>(
     }
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let (mut level, mut orbits) = first_level(question, points, &mut random)?;
-    let (mut probability, mut variance) = (1.0, Variance::default());
+    let (mut probability, mut genealogy) = (1.0, Genealogy::default());
     for _ in 0..MOST_LEVELS {
         let threshold = level.threshold().max(0.0);
         let share = level.share(threshold);
@@ -77,9 +88,9 @@ pub fn subset<M: Model, const N: usize>(
             break;
         }
         probability *= share;
-        variance.add(&level, threshold, share);
+        genealogy.add(&level, threshold, share);
         if threshold == 0.0 {
-            return Answer::new(probability, probability * variance.value().sqrt(), orbits);
+            return Answer::new(probability, probability * genealogy.variance().sqrt(), orbits);
         }
         let (next, taken) = level.next(question, threshold, &mut random)?;
         orbits += taken;
@@ -156,26 +167,45 @@ impl<const N: usize> Level<N> {
     }
 }
 
-impl Variance {
+impl Genealogy {
     /// Adds a level, of whose points `share` have a margin up to `threshold`.
     fn add<const N: usize>(&mut self, level: &Level<N>, threshold: f64, share: f64) {
         let count = level.margins.len() as f64;
         let of_point = |margin: &f64| (f64::from(*margin <= threshold) - share) / (count * share);
         let of_chain = |chain: &[f64]| chain.iter().map(of_point).sum::<f64>();
-        let chains: Vec<f64> = level.margins.chunks_exact(level.length).map(of_chain).collect();
+        let added = level.margins.chunks_exact(level.length).map(of_chain).collect();
         self.of_points += (1.0 - share) / (share * count);
-        if level.parents.is_empty() {
-            self.of_families += chains.iter().map(|d| d * d).sum::<f64>();
-        } else {
-            let mut families = vec![0.0; self.before.len()];
-            level.parents.iter().zip(&chains).for_each(|(&parent, d)| families[parent] += d);
-            self.of_families +=
-                families.iter().zip(&self.before).map(|(d, before)| d * d + 2.0 * d * before).sum::<f64>();
-        }
-        self.before = chains;
+        self.levels.push(Generation { added, parents: level.parents.clone() });
     }
 
-    fn value(&self) -> f64 {
-        self.of_families.max(self.of_points)
+    /// The variance of the logarithm of the probability.
+    fn variance(&self) -> f64 {
+        (1..=GENERATIONS).map(|generations| self.over(generations)).fold(self.of_points, f64::max)
     }
+
+    /// The variance by families of so many generations.
+    fn over(&self, generations: usize) -> f64 {
+        let of_level = |level: usize| {
+            let eldest = level.saturating_sub(generations);
+            let families = self.families(level, eldest);
+            let before = (eldest..level).map(|before| 2.0 * product(&families, &self.families(before, eldest)));
+            product(&families, &families) + before.sum::<f64>()
+        };
+        (0..self.levels.len()).map(of_level).sum()
+    }
+
+    /// What a level adds, by the chains of the level `eldest` to which its chains go back.
+    fn families(&self, level: usize, eldest: usize) -> Vec<f64> {
+        let mut sums = self.levels[level].added.clone();
+        for younger in (eldest + 1..=level).rev() {
+            let mut of_parents = vec![0.0; self.levels[younger - 1].added.len()];
+            self.levels[younger].parents.iter().zip(&sums).for_each(|(&parent, sum)| of_parents[parent] += sum);
+            sums = of_parents;
+        }
+        sums
+    }
+}
+
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -73,10 +73,11 @@ fn seeds() -> u64 {
 
 /// How many of the intervals of so many seeds hold the exact probability, the largest relative standard error, and the spread of the
 /// logarithm of the estimate.
-fn coverage(right: f64, seeds: u64, answer: impl Fn(u64) -> Answer) -> (u64, f64, f64) {
+fn coverage(right: f64, seeds: u64, answer: impl Fn(u64) -> Result<Answer, Refused>) -> (u64, f64, f64) {
     let (mut held, mut worst, mut squares) = (0, 0.0f64, 0.0);
     for seed in 0..seeds {
-        let answer = answer(seed);
+        // A seed without an answer holds nothing.
+        let Ok(answer) = answer(seed) else { continue };
         held += u64::from(answer.interval.0 <= right && right <= answer.interval.1);
         worst = worst.max(answer.standard_error / answer.probability);
         squares += (answer.probability / right).ln().powi(2);
@@ -103,7 +104,7 @@ fn the_interval_of_importance_sampling_holds_the_exact_probability_in_95_of_100_
         let problem = scenario(number);
         let right = exact(&problem, critical, event).value;
         let question = question(&problem, critical, event);
-        let (held, worst, spread) = coverage(right, seeds, |seed| importance(&question, ORBITS, seed).unwrap());
+        let (held, worst, spread) = coverage(right, seeds, |seed| importance(&question, ORBITS, seed));
         println!(
             "scenario {number}, e {critical} {event:?}, {right:.3e}: {held} of {seeds}, largest standard error {worst:.3}, spread {spread:.4}"
         );
@@ -114,18 +115,17 @@ fn the_interval_of_importance_sampling_holds_the_exact_probability_in_95_of_100_
 
 #[test]
 #[ignore = "long; .ci/long runs it"]
-fn the_interval_of_subset_simulation_holds_the_exact_probability_in_more_than_80_of_100_seeds() {
+fn the_interval_of_subset_simulation_holds_the_exact_probability_in_95_of_100_seeds() {
     let seeds = seeds();
     for (number, critical, event) in EVENTS {
         let problem = scenario(number);
         let right = exact(&problem, critical, event).value;
         let question = question(&problem, critical, event);
-        let (held, worst, spread) = coverage(right, seeds, |seed| subset(&question, ORBITS / 6, seed).unwrap());
+        let (held, worst, spread) = coverage(right, seeds, |seed| subset(&question, ORBITS / 6, seed));
         println!(
             "scenario {number}, e {critical} {event:?}, {right:.3e}: {held} of {seeds}, largest standard error {worst:.3}, spread {spread:.4}"
         );
-        // Measured at 200 seeds: 176 to 193. Families of one generation leave a tenth of the spread unseen (docs/methods.md).
-        assert!(held as f64 >= 0.8 * seeds as f64, "{held} of {seeds}");
+        check_coverage(held, seeds);
     }
 }
 

@@ -12,7 +12,7 @@ use super::AngleMap;
 use super::panel::Spot;
 use crate::angle::fold;
 use crate::first_passage::empirical::point;
-use crate::flow_map::draw::Draw;
+use crate::flow_map::draw::{Draw, numbers_of};
 use crate::flow_map::left::Left;
 use crate::grid::Grid;
 use crate::model::plane::{PlanarHamiltonian, State};
@@ -115,7 +115,7 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
 
     /// Writes the starts of a chunk as they were drawn: a state next to `e = 0` that went through the tables would have lost its angle.
     fn read_out_starts(&self, chunk: usize, phi: &mut [f64], e: &mut [f64]) {
-        let starts = (self.draw)(chunk_of(&self.numbers, chunk));
+        let starts = (self.draw)(numbers_of(&self.numbers, CHUNK, chunk));
         for (row, [start_phi, start_e]) in starts.into_iter().enumerate() {
             (phi[row], e[row]) = (fold(start_phi, 0.0), start_e);
         }
@@ -180,11 +180,5 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
 
 /// The starts of a chunk on their panels.
 fn find<M: PlanarHamiltonian>(map: &AngleMap<M>, draw: &Draw<2>, numbers: &Range<usize>, chunk: usize) -> Vec<Found> {
-    draw(chunk_of(numbers, chunk)).iter().map(|&[phi, e]| map.locate(State::from_polar(phi, e))).collect()
-}
-
-/// The numbers of a chunk.
-fn chunk_of(numbers: &Range<usize>, chunk: usize) -> Range<usize> {
-    let first = numbers.start + chunk * CHUNK;
-    first..numbers.end.min(first + CHUNK)
+    draw(numbers_of(numbers, CHUNK, chunk)).iter().map(|&[phi, e]| map.locate(State::from_polar(phi, e))).collect()
 }

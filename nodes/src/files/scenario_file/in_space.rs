@@ -155,7 +155,8 @@ fn unaveraged(
     };
     let mean_anomaly = raw.initial.get_ref().mean_anomaly.as_ref().map(|anomaly| turn(file, anomaly)).transpose()?;
     if mean_anomaly.is_none() && !has_cloud {
-        return Err(file.error(&raw.initial, "must have mean_anomaly: the model \"osculating\" has no average"));
+        let name = ModelName::Osculating.text();
+        return Err(file.error(&raw.initial, &format!("must have mean_anomaly: the model \"{name}\" has no average")));
     }
     let model = Osculating { semi_major_axis, forces, obliquity, sun_longitude, moon_longitude };
     Ok(SpaceModel::Osculating { model, mean_anomaly })
