@@ -10,7 +10,8 @@ fn main() {
     println!("cargo::rustc-env=PHASECLOUD_VERSION={version} (revision {revision}, features: {features})");
 }
 
-/// The revision of the checkout. A build for development does not ask for it: everything would be built anew after each commit.
+/// The revision of the checkout. A build for development does not ask for it: everything would be built anew after each
+/// commit.
 fn revision() -> String {
     println!("cargo::rerun-if-changed=build.rs");
     if std::env::var("PROFILE").is_ok_and(|profile| profile != "release") {

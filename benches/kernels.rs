@@ -1,4 +1,5 @@
-//! Times of the kernels on scenario 1: `cargo bench`, or `cargo bench -- NAME` for some of them. See docs/performance.md.
+//! Times of the kernels on scenario 1: `cargo bench`, or `cargo bench -- NAME` for some of them. See
+//! docs/performance.md.
 //!
 //! Every time is wall time on the given number of threads, for the cloud of the paper's launch file.
 
@@ -140,7 +141,8 @@ fn flow_vectorial_to_1e_12(bencher: Bencher, threads: usize) {
     });
 }
 
-/// A million samples to all snapshots by a flow map that is made for them, reduced there to bins and sums for the moments.
+/// A million samples to all snapshots by a flow map that is made for them, reduced there to bins and sums for the
+/// moments.
 #[divan::bench(args = THREADS)]
 fn mapped_1e6_all_snapshots(bencher: Bencher, threads: usize) {
     const MAPPED: usize = 1_000_000;

@@ -7,7 +7,8 @@ use tracing::level_filters::LevelFilter;
 /// How much of the log is shown, and how.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Logged {
-    /// Show the log's lines up to this level: error, warn, info, debug or trace; log.jsonl has all up to info in any case
+    /// Show the log's lines up to this level: error, warn, info, debug or trace; log.jsonl has all up to info in any
+    /// case
     #[arg(long, value_name = "LEVEL", env = LEVEL_VARIABLE)]
     pub log: Option<LevelFilter>,
     /// Form of the lines shown: compact or json

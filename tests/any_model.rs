@@ -1,5 +1,6 @@
-//! A model that is not phasecloud's, with three variables and no Hamiltonian, goes through two propagators of its own and through
-//! phasecloud's estimator, comparator, recorder and report: all of them know its space by the scenario message alone.
+//! A model that is not phasecloud's, with three variables and no Hamiltonian, goes through two propagators of its own
+//! and through phasecloud's estimator, comparator, recorder and report: all of them know its space by the scenario
+//! message alone.
 #![allow(missing_docs)]
 
 mod common;

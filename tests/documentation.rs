@@ -1,4 +1,5 @@
-//! The pages in Markdown: every link within the project leads to a file and a heading that are there, and every page is in the book.
+//! The pages in Markdown: every link within the project leads to a file and a heading that are there, and every page is
+//! in the book.
 
 use pulldown_cmark::{Event, LinkType, Options, Parser, Tag, TagEnd};
 use std::collections::HashMap;
@@ -99,8 +100,8 @@ fn links(text: &str) -> Vec<String> {
     Parser::new_ext(text, Options::ENABLE_TABLES).filter_map(of_event).collect()
 }
 
-/// The anchors of a page's headings, as GitHub and mdBook make them: small letters, blanks as dashes, no other punctuation, a number behind those that
-/// are there already.
+/// The anchors of a page's headings, as GitHub and mdBook make them: small letters, blanks as dashes, no other
+/// punctuation, a number behind those that are there already.
 fn anchors(text: &str) -> Vec<String> {
     let mut anchors: Vec<String> = Vec::new();
     let mut seen: HashMap<String, usize> = HashMap::new();

@@ -1,5 +1,5 @@
-//! Whatever bytes stand in a scenario or launch file, reading it neither panics nor hangs, and a refusal says where and why.
-//! `examples/fuzz_inputs.rs` does the same a million times, `fuzz/` guided by coverage.
+//! Whatever bytes stand in a scenario or launch file, reading it neither panics nor hangs, and a refusal says where and
+//! why. `examples/fuzz_inputs.rs` does the same a million times, `fuzz/` guided by coverage.
 #![allow(missing_docs)]
 
 #[path = "../fuzz/inputs.rs"]

@@ -1,4 +1,5 @@
-//! A scenario in space goes through real processes: its cloud is sampled in its own model and in simpler ones, estimated, compared and recorded.
+//! A scenario in space goes through real processes: its cloud is sampled in its own model and in simpler ones,
+//! estimated, compared and recorded.
 #![allow(missing_docs)]
 
 mod common;

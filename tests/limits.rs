@@ -1,7 +1,7 @@
 //! Limits of the machine: a clear error, a clean domain, and an exit code as `--help` says.
 //!
-//! File systems that are small or read-only are mounted in a mount namespace of the test's own; where that is not allowed, the
-//! tests say so and are skipped, unless `PHASECLOUD_REQUIRE_NAMESPACES=1`.
+//! File systems that are small or read-only are mounted in a mount namespace of the test's own; where that is not
+//! allowed, the tests say so and are skipped, unless `PHASECLOUD_REQUIRE_NAMESPACES=1`.
 #![allow(missing_docs)]
 
 mod common;

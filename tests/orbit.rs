@@ -39,7 +39,8 @@ fn table(bench: &Bench, scenario: &str, more: &[&str]) -> Table {
 const FORCES: &str = "forces = [\"srp\", \"j2\", \"sun\", \"moon\"]\n";
 const VECTORS: [&str; 6] = ["e1", "e2", "e3", "h1", "h2", "h3"];
 
-/// Runs of rows of a reference table, each of which is one orbit, as scenario files, and how far the command's vectors are from theirs.
+/// Runs of rows of a reference table, each of which is one orbit, as scenario files, and how far the command's vectors
+/// are from theirs.
 fn compare(reference: &str, model: &str, more: &[&str], tolerance: f64) {
     let bench = Bench::new();
     let all = Table::read(reference);

@@ -1,4 +1,5 @@
-//! What a case refuses of a scenario is told by `phasecloud validate` before anything is started, and by a run in whole sentences.
+//! What a case refuses of a scenario is told by `phasecloud validate` before anything is started, and by a run in whole
+//! sentences.
 #![allow(missing_docs)]
 
 mod common;

@@ -1,4 +1,5 @@
-//! The Earth's shadow through real processes: it is sampled, compared and printed, and refused by name where a Hamiltonian is needed.
+//! The Earth's shadow through real processes: it is sampled, compared and printed, and refused by name where a
+//! Hamiltonian is needed.
 #![allow(missing_docs)]
 
 mod common;

@@ -1,5 +1,5 @@
-//! A scenario whose start is correlated and whose radiation parameter is uncertain goes through a run: the parameter is a third variable, and a
-//! method that does not take it into account fails by name.
+//! A scenario whose start is correlated and whose radiation parameter is uncertain goes through a run: the parameter is
+//! a third variable, and a method that does not take it into account fails by name.
 #![allow(missing_docs)]
 
 mod common;

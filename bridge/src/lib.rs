@@ -1,4 +1,5 @@
-//! The node that carries messages between the domains of a run's hosts, over zenoh, and the questions by which worker hosts get parts of a map.
+//! The node that carries messages between the domains of a run's hosts, over zenoh, and the questions by which worker
+//! hosts get parts of a map.
 //!
 //! ```text
 //!       home                                                     worker host

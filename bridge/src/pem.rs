@@ -1,4 +1,5 @@
-//! Whether the files for TLS are what they should be, as far as this side can tell: whether the other side accepts them is its own affair.
+//! Whether the files for TLS are what they should be, as far as this side can tell: whether the other side accepts them
+//! is its own affair.
 
 use std::path::Path;
 
@@ -82,7 +83,8 @@ fn unusable(part: Part, path: &Path, why: &Error) -> Fault {
 mod tests {
     use super::*;
 
-    // Made for these tests by `openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes`; nobody trusts them.
+    // Made for these tests by `openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes`; nobody
+    // trusts them.
     const CERTIFICATE: &str = "-----BEGIN CERTIFICATE-----
 MIIBczCCARmgAwIBAgIUFwe8dpNZLQtd5bjtSGa/YESayU0wCgYIKoZIzj0EAwIw
 DjEMMAoGA1UEAwwDb25lMCAXDTI2MTEyOTAwNTIzNFoYDzIxMjYxMTA1MDA1MjM0

@@ -1,6 +1,7 @@
 //! Prints the errors of the mesh methods in the paper's three scenarios, and the time they take.
 //!
-//! `cargo run --release -p phasecloud-density --example mesh_report -- [points] [random|lattice|low-discrepancy] [degree]`
+//! `cargo run --release -p phasecloud-density --example mesh_report -- [points] [random|lattice|low-discrepancy]
+//! [degree]`
 
 #[path = "../tests/mesh_support/mod.rs"]
 mod mesh_support;

@@ -1,4 +1,5 @@
-//! What an orbit costs in each model: CPU time on one thread, to 1e-12 over two years, for the cloud of the paper's scenario 1.
+//! What an orbit costs in each model: CPU time on one thread, to 1e-12 over two years, for the cloud of the paper's
+//! scenario 1.
 //!
 //! ```sh
 //! cargo run --release -p phasecloud-density --example orbit_cost

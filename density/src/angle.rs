@@ -1,4 +1,5 @@
-//! Statistics of an angle: the solar angle has no natural start, so a cloud is described on the branch that keeps it whole.
+//! Statistics of an angle: the solar angle has no natural start, so a cloud is described on the branch that keeps it
+//! whole.
 //!
 //! Mean and standard deviation of `phi` are taken on the branch `[c - π, c + π)` around the cloud's circular mean `c`
 //! (Mardia & Jupp, *Directional Statistics*, 2000, Sect. 2.2). Taken on `[0, 2π)` they are meaningless for a cloud that

@@ -1,7 +1,7 @@
 //! How far one density lies from another on the same grid.
 //!
-//! `p` (method) and `q` (reference) are the probabilities of the cells. One further cell, "outside the grid", holds what
-//! each of the two falls short of 1.
+//! `p` (method) and `q` (reference) are the probabilities of the cells. One further cell, "outside the grid", holds
+//! what each of the two falls short of 1.
 //!
 //! ```text
 //! total variation    TV = 1/2 Σ |p - q|              largest difference of the probability of any set of cells
@@ -17,9 +17,9 @@
 //! distances between the densities themselves, and converge to them with the square of the cells' width.
 //!
 //! Where the method's probability is zero, its term of `D` is `q`: empty bins of a Monte Carlo run do no harm, which is
-//! why the method comes first. Where the reference is below [`FLOOR`] and the method above it, `q` is taken as [`FLOOR`]:
-//! infinity would say no more than that one cell far out is filled. Probabilities below zero count as zero, except in TV,
-//! L2 and K.
+//! why the method comes first. Where the reference is below [`FLOOR`] and the method above it, `q` is taken as
+//! [`FLOOR`]: infinity would say no more than that one cell far out is filled. Probabilities below zero count as zero,
+//! except in TV, L2 and K.
 
 use crate::estimate::Estimate;
 use crate::grid::Grid;

@@ -83,7 +83,8 @@ impl Estimate {
 /// threads.
 const CHUNK: usize = 8192;
 
-/// Circular mean and moments of weighted points. Weights need not be normalised; `None` gives all points the same weight.
+/// Circular mean and moments of weighted points. Weights need not be normalised; `None` gives all points the same
+/// weight.
 ///
 /// # Panics
 /// If the slices differ in length.

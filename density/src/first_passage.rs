@@ -21,7 +21,8 @@ use crate::flow::{Escaped, Flow, Passages};
 use crate::model::earth::SUN_MEAN_MOTION;
 use crate::model::plane::{PlanarHamiltonian, State};
 
-/// First time \[yr\] within `[0, end]` at which the orbit `(x1[i], x2[i])` has `e >= critical_e`; infinite if there is none.
+/// First time \[yr\] within `[0, end]` at which the orbit `(x1[i], x2[i])` has `e >= critical_e`; infinite if there is
+/// none.
 ///
 /// # Errors
 /// [`Escaped`] if an orbit cannot be followed to `end`.

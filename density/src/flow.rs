@@ -145,7 +145,8 @@ impl<M: Model> Flow<M> {
         Ok(Coordinates::from_fn(|k| values[k][0]))
     }
 
-    /// Moves a batch of orbits, the first of which has the number `first`; the error names the first orbit that is lost.
+    /// Moves a batch of orbits, the first of which has the number `first`; the error names the first orbit that is
+    /// lost.
     fn carry_batch(&self, batch: Batch<'_, '_>, first: usize, watch: Option<&mut dyn Watch>) -> Result<(), Escaped> {
         let Batch { columns, from, years } = batch;
         let batch = Batch { columns, from, years };

@@ -53,7 +53,8 @@ impl<const N: usize> Gaussian<N> {
     /// From the mean and the covariance, where a variable whose variance is 0 is certain.
     ///
     /// # Errors
-    /// [`NoCovariance`] if the covariance of the others is not positive definite, or if a certain variable has a covariance.
+    /// [`NoCovariance`] if the covariance of the others is not positive definite, or if a certain variable has a
+    /// covariance.
     pub fn with_certain_variables(mean: [f64; N], covariance: [[f64; N]; N]) -> Result<Self, NoCovariance> {
         let is_certain = |k: usize| covariance[k][k] == 0.0;
         let depends = |k: usize| (0..N).any(|j| covariance[k.max(j)][k.min(j)] != 0.0);

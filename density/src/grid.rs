@@ -116,8 +116,8 @@ impl Grid {
     }
 }
 
-/// Bounds the cloud of `problem` at each snapshot: the comparison grids, `bins_phi` x `bins_e` each. Orbits that have left `e < 1`
-/// do not count.
+/// Bounds the cloud of `problem` at each snapshot: the comparison grids, `bins_phi` x `bins_e` each. Orbits that have
+/// left `e < 1` do not count.
 ///
 /// # Errors
 /// [`LostOrbit`] if no trajectory of the 4-sigma ellipse can be followed.
@@ -144,8 +144,8 @@ pub fn comparison_grids<M: PlanarHamiltonian>(
     Ok(grids)
 }
 
-/// The comparison grids where the radiation parameter is uncertain: they enclose the images of the 4-sigma ellipse for parameters out to three
-/// deviations.
+/// The comparison grids where the radiation parameter is uncertain: they enclose the images of the 4-sigma ellipse for
+/// parameters out to three deviations.
 ///
 /// # Errors
 /// As [`comparison_grids`].

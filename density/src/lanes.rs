@@ -1,13 +1,14 @@
 //! Functions of many angles side by side.
 //!
-//! Every lane is computed by correctly rounded operations alone, the same ones whatever its neighbours, so a result is the
-//! same bytes in any lane and on any machine. They differ from those of the platform's library in the last bit.
+//! Every lane is computed by correctly rounded operations alone, the same ones whatever its neighbours, so a result is
+//! the same bytes in any lane and on any machine. They differ from those of the platform's library in the last bit.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 use multiversion::multiversion;
 
-/// Number of orbits that the integrator moves side by side: three sums in as many vector registers as AVX2 has to spare.
+/// Number of orbits that the integrator moves side by side: three sums in as many vector registers as AVX2 has to
+/// spare.
 pub const LANES: usize = 16;
 
 /// One number per lane.
@@ -18,7 +19,8 @@ const PI_2_REST: f64 = 6.123_233_995_736_766e-17;
 /// Angles up to this size are reduced to a quadrant by [`FRAC_PI_2`] and [`PI_2_REST`].
 pub const LARGEST_ANGLE: f64 = 1e4;
 
-/// Coefficients of `sin(r) = r + r z (S0 + S1 z + ...)`, `z = r²`, on `[-π/4, π/4]` (Sun Microsystems' fdlibm, `k_sin.c`).
+/// Coefficients of `sin(r) = r + r z (S0 + S1 z + ...)`, `z = r²`, on `[-π/4, π/4]` (Sun Microsystems' fdlibm,
+/// `k_sin.c`).
 #[allow(clippy::excessive_precision)]
 const SINE: [f64; 6] = [
     -1.66666666666666324348e-01,
@@ -40,7 +42,8 @@ const COSINE: [f64; 6] = [
     -1.13596475577881948265e-11,
 ];
 
-/// Numerator and denominator of `atan(t) = t + t z P(z)/Q(z)`, `z = t²`, on `[-0.66, 0.66]` (Moshier's Cephes, `atan.c`), from the constant on.
+/// Numerator and denominator of `atan(t) = t + t z P(z)/Q(z)`, `z = t²`, on `[-0.66, 0.66]` (Moshier's Cephes,
+/// `atan.c`), from the constant on.
 #[allow(clippy::excessive_precision)]
 const ARC_NUMERATOR: [f64; 5] = [
     -6.485021904942025371773e1,
@@ -76,8 +79,8 @@ pub const BATCH: usize = 64;
 /// One number of each sample of a batch.
 pub type Batch = [f64; BATCH];
 
-/// A whole number of less than 2^51 as an integer: next to 1.5 2^52 the last bits of a floating-point number count units. A
-/// conversion by `as` would not be done for many numbers at once.
+/// A whole number of less than 2^51 as an integer: next to 1.5 2^52 the last bits of a floating-point number count
+/// units. A conversion by `as` would not be done for many numbers at once.
 #[inline(always)]
 pub fn whole_number(value: f64) -> i64 {
     const MAGIC: f64 = 1.5 * (1u64 << 52) as f64;

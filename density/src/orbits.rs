@@ -199,8 +199,8 @@ mod tests {
 
     #[test]
     fn a_lost_orbit_is_named_by_where_it_started() {
-        // Without oblateness the flow turns (e, sqrt(1-e²)) about an axis. For an orbit that starts circular, e peaks at
-        // 2C/(1+C²); for one that starts at e = 0.6 and phi = 0, it passes 1 when C = 3.
+        // Without oblateness the flow turns (e, sqrt(1-e²)) about an axis. For an orbit that starts circular, e peaks
+        // at 2C/(1+C²); for one that starts at e = 0.6 and phi = 0, it passes 1 when C = 3.
         let flow = Flow::new(Force { radiation: 3.0, oblateness: 0.0 });
         let mut orbits = Orbits::from_polar(flow, &[0.3, 0.0], &[0.1, 0.6]);
         let lost = (1..100).find_map(|k| orbits.advance_to(0.005 * f64::from(k)).err()).expect("one escapes");

@@ -11,8 +11,8 @@ use crate::model::parameter::check_ranges;
 use crate::model::planar::Force;
 use crate::problem_error::{Field, ProblemError, check, check_angle};
 
-/// The initial Gaussian in `phi` and `e`, cut to `0 < e < 1`: what lies outside is left out, and what is left is scaled to
-/// a probability of 1. No point of it has a negative eccentricity, for any method.
+/// The initial Gaussian in `phi` and `e`, cut to `0 < e < 1`: what lies outside is left out, and what is left is scaled
+/// to a probability of 1. No point of it has a negative eccentricity, for any method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InitialGaussian {
     /// Mean solar angle \[rad\].
@@ -38,9 +38,9 @@ impl InitialGaussian {
         (-0.5 * (u * u + v * v)).exp() / (2.0 * PI * self.sigma_phi_given_e() * self.sigma_e * self.mass_inside())
     }
 
-    /// The standardised coordinates `(u, v)` of `(phi, e)`: before the cut they are independent, with mean 0 and deviation 1.
-    /// `v` is the eccentricity's distance from its mean in standard deviations, and `u` that of the solar angle from its
-    /// mean *given this eccentricity*, in standard deviations of the angle given the eccentricity.
+    /// The standardised coordinates `(u, v)` of `(phi, e)`: before the cut they are independent, with mean 0 and
+    /// deviation 1. `v` is the eccentricity's distance from its mean in standard deviations, and `u` that of the solar
+    /// angle from its mean *given this eccentricity*, in standard deviations of the angle given the eccentricity.
     pub fn standardise(&self, phi: f64, e: f64) -> (f64, f64) {
         let v = (e - self.mean_e) / self.sigma_e;
         ((phi - self.mean_phi_given(v)) / self.sigma_phi_given_e(), v)

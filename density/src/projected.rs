@@ -1,6 +1,8 @@
-//! Clouds over the variables of any model, read out on projections: mean, covariance, and densities of one or two variables.
+//! Clouds over the variables of any model, read out on projections: mean, covariance, and densities of one or two
+//! variables.
 //!
-//! The plane has more ([`crate::binning`], [`crate::mixture`]): what is here asks nothing of a model but which of its variables are angles.
+//! The plane has more ([`crate::binning`], [`crate::mixture`]): what is here asks nothing of a model but which of its
+//! variables are angles.
 
 mod samples;
 
@@ -94,8 +96,9 @@ pub struct AnyComponent {
 /// Components that a thread takes at a time.
 const PIECE: usize = 2048;
 
-/// Reads out a Gaussian mixture. Weights need not sum to 1. The mean vector of an angle is that of normals wrapped round the circle (Mardia
-/// & Jupp, *Directional Statistics*, 2000, Eq. 3.5.60), and what lies beyond the cut of its circle counts at the other end. Components are not cut at the bounds of their variables.
+/// Reads out a Gaussian mixture. Weights need not sum to 1. The mean vector of an angle is that of normals wrapped
+/// round the circle (Mardia & Jupp, *Directional Statistics*, 2000, Eq. 3.5.60), and what lies beyond the cut of its
+/// circle counts at the other end. Components are not cut at the bounds of their variables.
 pub fn of_mixture(components: &[AnyComponent], question: &Question<'_>) -> Cloud {
     let count = question.circles.len();
     let total: f64 = components.iter().map(|component| component.weight).sum();
@@ -129,7 +132,8 @@ pub fn of_mixture(components: &[AnyComponent], question: &Question<'_>) -> Cloud
     let above = weighted(&|c| 1.0 - normal(critical, c.mean[reentry], c.covariance[reentry][reentry].sqrt()));
     let on = |projection: &Projection| {
         let scale = 1.0 / (total * projection.cell());
-        // The pieces and the order of their sums are fixed, so that the numbers are the same bytes whatever the threads.
+        // The pieces and the order of their sums are fixed, so that the numbers are the same bytes whatever the
+        // threads.
         let piece = |components: &[AnyComponent]| {
             let mut density = vec![0.0; projection.len()];
             for component in components {
@@ -151,7 +155,8 @@ fn normal(value: f64, mean: f64, deviation: f64) -> f64 {
     0.5 * libm::erfc((mean - value) / (SQRT_2 * deviation))
 }
 
-/// The means of the images of a normal variable that reach an axis within this many deviations, beyond which there are 8e-11 of it.
+/// The means of the images of a normal variable that reach an axis within this many deviations, beyond which there are
+/// 8e-11 of it.
 const REACH: f64 = 6.5;
 
 /// The bins of an axis that a normal variable reaches.
@@ -189,7 +194,8 @@ fn add(density: &mut [f64], component: &AnyComponent, projection: &Projection, c
             let ((a, means), (b, others)) = (of(first), of(second));
             let slope = component.covariance[first.0][second.0] / (a * a);
             let rest = (b * b - slope * slope * a * a).max(0.0).sqrt().max(f64::MIN_POSITIVE);
-            // The probability of thin slices along the first variable, times that of the second given the slice's middle.
+            // The probability of thin slices along the first variable, times that of the second given the slice's
+            // middle.
             let slices = ((16.0 * first.1.width() / a).ceil() as usize).clamp(4, 64);
             let axis = Axis { bins: first.1.bins * slices, ..first.1 };
             for (mean, other) in means.iter().flat_map(|&mean| others.iter().map(move |&other| (mean, other))) {

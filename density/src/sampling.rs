@@ -1,9 +1,9 @@
 //! Random draws from the initial Gaussian, cut to `0 < e < 1`.
 //!
-//! Draw `i` depends only on the [`SamplingPlan`] and on `i`, not on how many are drawn, so results are the same bytes for any
-//! number of threads, shards or restarts. Each independent draw has its own stream of a ChaCha8 generator
-//! (Bernstein 2008; a counter-based generator whose streams are independent), many of which are computed side by side, and is repeated while `e` is outside
-//! `(0, 1)`.
+//! Draw `i` depends only on the [`SamplingPlan`] and on `i`, not on how many are drawn, so results are the same bytes
+//! for any number of threads, shards or restarts. Each independent draw has its own stream of a ChaCha8 generator
+//! (Bernstein 2008; a counter-based generator whose streams are independent), many of which are computed side by side,
+//! and is repeated while `e` is outside `(0, 1)`.
 //!
 //! The other two kinds reduce the error of Monte Carlo for the same number of orbits:
 //!
@@ -111,8 +111,8 @@ impl SamplingPlan {
         columns_of(range, states).into()
     }
 
-    /// The draws with the numbers in a range as a function of the range: `phi` \[rad\], on the branch of the initial mean, and `e`, as
-    /// [`SamplingPlan::polar`] draws them one by one.
+    /// The draws with the numbers in a range as a function of the range: `phi` \[rad\], on the branch of the initial
+    /// mean, and `e`, as [`SamplingPlan::polar`] draws them one by one.
     pub fn starts(&self, initial: &InitialGaussian) -> impl Fn(Range<usize>) -> Vec<[f64; 2]> + Sync + Send + use<> {
         let (initial, draws, polar) = (*initial, self.draws, self.polar(initial));
         let streams = Streams::new(self.seed);
@@ -162,8 +162,8 @@ fn inside_the_cut(initial: &InitialGaussian, stream: &mut impl Rng) -> (f64, f64
 }
 
 /// The independent draws with the numbers in `range` from a Gaussian over a model's variables, cut to their ranges; one
-/// column per variable. For a Gaussian of the plane whose variables are independent, the draws are those of [`SamplingPlan`],
-/// byte for byte.
+/// column per variable. For a Gaussian of the plane whose variables are independent, the draws are those of
+/// [`SamplingPlan`], byte for byte.
 pub fn draw_variables<const N: usize>(
     initial: &Gaussian<N>,
     variables: &'static [Variable],

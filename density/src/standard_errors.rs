@@ -15,10 +15,10 @@
 //! the sample: see [`Cut`].
 //!
 //! These formulas hold for independent samples only. Antithetic and low-discrepancy samples are correlated within a
-//! group of [`crate::sampling::SamplingPlan`], but the groups are not. With the same moment taken of each of `R` groups, the
-//! standard error of the whole is about `s_R / sqrt(R)`, with `s_R` the standard deviation of the groups' values (Owen,
-//! *Monte Carlo theory, methods and examples*, 2013, Chapter 17). With few groups it is itself uncertain, by
-//! `1/sqrt(2(R-1))` of its value, and an interval is `± t` of Student with `R - 1` degrees of freedom: 2.26 for 10
+//! group of [`crate::sampling::SamplingPlan`], but the groups are not. With the same moment taken of each of `R`
+//! groups, the standard error of the whole is about `s_R / sqrt(R)`, with `s_R` the standard deviation of the groups'
+//! values (Owen, *Monte Carlo theory, methods and examples*, 2013, Chapter 17). With few groups it is itself uncertain,
+//! by `1/sqrt(2(R-1))` of its value, and an interval is `± t` of Student with `R - 1` degrees of freedom: 2.26 for 10
 //! groups, not 1.96.
 
 use std::f64::consts::TAU;

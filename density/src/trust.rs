@@ -22,7 +22,8 @@ pub enum Diagnosis {
         flipped_mass: f64,
         /// Probability outside the mesh.
         truncated_mass: f64,
-        /// Estimated misplacement of the joint density in total variation, by triangles and interpolation; NaN if not estimated.
+        /// Estimated misplacement of the joint density in total variation, by triangles and interpolation; NaN if not
+        /// estimated.
         misplaced_mass: f64,
     },
     /// Of a mixture.
@@ -166,8 +167,8 @@ pub fn relative_standard_error(moments: &crate::estimate::Moments, errors: &crat
     relative.into_iter().fold(0.0, |largest: f64, error| if error.is_nan() { f64::NAN } else { largest.max(error) })
 }
 
-/// Expected total variation between the joint density of `samples` independent samples (per area, in bins of area `area`)
-/// and the exact one: half of `sqrt(2/π)` standard errors, summed over the bins.
+/// Expected total variation between the joint density of `samples` independent samples (per area, in bins of area
+/// `area`) and the exact one: half of `sqrt(2/π)` standard errors, summed over the bins.
 pub fn counting_noise(joint: &[f64], area: f64, samples: f64) -> f64 {
     let error = |share: f64| (share * (1.0 - share).max(0.0) / samples).sqrt();
     let sum: f64 = joint.iter().map(|density| error((density * area).max(0.0))).sum();
@@ -180,9 +181,9 @@ pub fn counting_noise(joint: &[f64], area: f64, samples: f64) -> f64 {
 
 /// Defect of the invariant measure, in units of the tolerance, up to which a mesh is good for moments.
 const MESH_MOMENTS: f64 = 1.0;
-/// Misplacement of the joint density above which the moments are not good either: the points are then displaced by a large part of a bin. Index
-/// 170 of the campaign's seed 1 is such a cloud, of a deviation of 1.39 rad and of 1.1e-4 in `e`: its mean of `e` was off by 1.9 % of a standard
-/// deviation at a defect of 1e-5 and a misplacement of 0.85.
+/// Misplacement of the joint density above which the moments are not good either: the points are then displaced by a
+/// large part of a bin. Index 170 of the campaign's seed 1 is such a cloud, of a deviation of 1.39 rad and of 1.1e-4 in
+/// `e`: its mean of `e` was off by 1.9 % of a standard deviation at a defect of 1e-5 and a misplacement of 0.85.
 const MESH_MISPLACED: f64 = 0.5;
 /// Total variation of the joint density per unit of the defect.
 const MESH_DENSITY: f64 = 2.0;
@@ -197,7 +198,8 @@ const MIXTURE_MOMENTS: f64 = 10.0;
 /// off by 2.4 % and 1.7 % of a standard deviation, and their covariances by 3.4 % and 5.2 %, at disagreements of 0.057
 /// and 0.063.
 const MIXTURE_ROUND: f64 = 1.0;
-/// Mean resultant length below which a cloud counts as reaching round the circle: a standard deviation of about 0.85 rad.
+/// Mean resultant length below which a cloud counts as reaching round the circle: a standard deviation of about 0.85
+/// rad.
 const ROUND: f64 = 0.7;
 /// Disagreement, in units of the tolerance, up to which a mixture is good for the density.
 const MIXTURE_DENSITY: f64 = 5.0;

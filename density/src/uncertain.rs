@@ -1,11 +1,11 @@
 //! A problem whose radiation parameter is known with an uncertainty only.
 //!
-//! `C` is proportional to the area-to-mass ratio times the reflectivity and constant along an orbit. An uncertain `C` adds a
-//! dimension to the start and none to the flow: the space is a stack of planes, called leaves here, one for each value of
-//! `C`. The density in `(phi, e)` is the mean of the leaves' densities over `C`.
+//! `C` is proportional to the area-to-mass ratio times the reflectivity and constant along an orbit. An uncertain `C`
+//! adds a dimension to the start and none to the flow: the space is a stack of planes, called leaves here, one for each
+//! value of `C`. The density in `(phi, e)` is the mean of the leaves' densities over `C`.
 //!
-//! The third variable of such a cloud is `C` itself, or its logarithm, and is a Gaussian independent of `phi` and `e`. The
-//! variable `z` below is that Gaussian's distance from its mean in standard deviations.
+//! The third variable of such a cloud is `C` itself, or its logarithm, and is a Gaussian independent of `phi` and `e`.
+//! The variable `z` below is that Gaussian's distance from its mean in standard deviations.
 
 use crate::exact::measure::{normal_density, normal_tail};
 use crate::gaussian::Gaussian;
@@ -44,13 +44,14 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Mean and standard deviation, before the cut, of the variable that is a Gaussian, where the radiation parameter has this mean.
+    /// Mean and standard deviation, before the cut, of the variable that is a Gaussian, where the radiation parameter
+    /// has this mean.
     pub fn parameters(&self, mean: f64) -> (f64, f64) {
         let relative = self.relative;
         match self.distribution {
             Distribution::Gaussian => (mean, relative * mean),
-            // The mean of a log-normal variable is exp(mu + sigma²/2), its relative variance exp(sigma²) - 1 (Johnson, Kotz &
-            // Balakrishnan, Continuous Univariate Distributions 1, 1994, Sect. 14.3).
+            // The mean of a log-normal variable is exp(mu + sigma²/2), its relative variance exp(sigma²) - 1 (Johnson,
+            // Kotz & Balakrishnan, Continuous Univariate Distributions 1, 1994, Sect. 14.3).
             Distribution::LogNormal => {
                 let variance = (relative * relative).ln_1p();
                 (mean.ln() - 0.5 * variance, variance.sqrt())

@@ -1,8 +1,9 @@
 //! A normal angle on a circle that is cut open: what lies beyond the cut appears at the other end.
 //!
-//! With `X` normal, of mean `mu` and deviation `sigma`, and the circle cut at `c ± π`, the angle on the branch is `W = X - 2π` beyond the upper end and
-//! `X + 2π` beyond the lower one. The moments of truncated normals (Johnson, Kotz & Balakrishnan, *Continuous Univariate Distributions* 1,
-//! 1994, Sect. 13.10.1) give those of `W`; a normal narrower than a turn reaches across one end at most once.
+//! With `X` normal, of mean `mu` and deviation `sigma`, and the circle cut at `c ± π`, the angle on the branch is `W =
+//! X - 2π` beyond the upper end and `X + 2π` beyond the lower one. The moments of truncated normals (Johnson, Kotz &
+//! Balakrishnan, *Continuous Univariate Distributions* 1, 1994, Sect. 13.10.1) give those of `W`; a normal narrower
+//! than a turn reaches across one end at most once.
 
 use std::f64::consts::{PI, TAU};
 
@@ -33,20 +34,22 @@ impl BeyondCut {
         -TAU * self.upper_less_lower
     }
 
-    /// What it adds to the mean square of the distance from an angle, from which the mean of the normal is `off` \[rad²\].
+    /// What it adds to the mean square of the distance from an angle, from which the mean of the normal is `off`
+    /// \[rad²\].
     pub(crate) fn square(&self, off: f64) -> f64 {
         TAU * (TAU * self.both - 2.0 * (off * self.upper_less_lower + self.edge))
     }
 
-    /// What it adds to the mean product with another variable less a value, from which its mean is `off`; `slope` is its covariance with the
-    /// angle over the angle's variance.
+    /// What it adds to the mean product with another variable less a value, from which its mean is `off`; `slope` is
+    /// its covariance with the angle over the angle's variance.
     pub(crate) fn product(&self, off: f64, slope: f64) -> f64 {
         -TAU * (off * self.upper_less_lower + slope * self.edge)
     }
 }
 
-/// What a component adds to the mean product of two variables less their means: `covariance` and `off` are its own covariance and distances from
-/// these means, and `beyond` is the part of it that lies beyond the cut of an angle's branch.
+/// What a component adds to the mean product of two variables less their means: `covariance` and `off` are its own
+/// covariance and distances from these means, and `beyond` is the part of it that lies beyond the cut of an angle's
+/// branch.
 pub(crate) fn product(
     [a, b]: [usize; 2],
     covariance: impl Fn(usize, usize) -> f64,

@@ -57,7 +57,8 @@ fn divergence_is_of_the_method_relative_to_the_reference() {
     let backward = between(&wide, &narrow, axis.width()).kullback_leibler;
     // Bins of 1/100 of the smaller deviation: x²/24 times the mean squared slope of ln(p/q), which is 9/4 and 9.
     assert!((forward - (2f64.ln() + 0.125 - 0.5)).abs() < 1e-4 / 24.0 * 9.0, "{forward}");
-    // Beyond 3.95 the narrow density is below FLOOR per bin; the wide one has 7.8e-5 there, on which 2x² - 31 is about 4.
+    // Beyond 3.95 the narrow density is below FLOOR per bin; the wide one has 7.8e-5 there, on which 2x² - 31 is
+    // about 4.
     assert!(backward > forward && (backward - (0.5f64.ln() + 2.0 - 0.5)).abs() < 5e-4, "{backward}");
 }
 

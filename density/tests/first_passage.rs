@@ -14,8 +14,8 @@ use density::model::planar::Force;
 use density::model::plane::State;
 use density::problem::{InitialGaussian, Problem};
 
-/// First time at which an orbit without oblateness reaches `critical_e`: `(x1, x2, s)` turns rigidly about `(0, C, 1)`, so `s`
-/// is a constant plus a cosine of time.
+/// First time at which an orbit without oblateness reaches `critical_e`: `(x1, x2, s)` turns rigidly about `(0, C, 1)`,
+/// so `s` is a constant plus a cosine of time.
 fn rotation_first_passage(state: State, radiation: f64, critical_e: f64) -> f64 {
     let norm = 1.0 + radiation * radiation;
     let frequency = SUN_MEAN_MOTION * norm.sqrt();

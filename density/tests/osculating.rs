@@ -109,8 +109,9 @@ fn the_recurrence_moves_orbits_as_the_equations_say() {
     }
 }
 
-/// How far the averaged model is from the mean orbit after a while, and the osculating orbit from the mean one, where all forces are
-/// multiplied by a factor. The Moon is left out: the averaged model also averages over the month, which makes a difference of the first order.
+/// How far the averaged model is from the mean orbit after a while, and the osculating orbit from the mean one, where
+/// all forces are multiplied by a factor. The Moon is left out: the averaged model also averages over the month, which
+/// makes a difference of the first order.
 fn averaging_errors(factor: f64) -> (f64, f64) {
     const YEARS: f64 = 0.1;
     let whole = satellite();

@@ -52,7 +52,8 @@ fn strong_radiation() -> Problem {
     problem(force, [4.1147, 0.1294, 0.7906, 0.08176], &[0.0, 0.1228125, 0.5, 2.62], 0.583)
 }
 
-/// Moments and diagnostics of DEE at all snapshots. The points are read out modulo a turn, as they are between processes.
+/// Moments and diagnostics of DEE at all snapshots. The points are read out modulo a turn, as they are between
+/// processes.
 fn carried(problem: &Problem, count: usize) -> Vec<(Moments, f64, [f64; 4])> {
     let flow = Flow::new(problem.model);
     let grids = comparison_grids(problem, &flow, 50, 50).unwrap();

@@ -1,5 +1,6 @@
-//! The carried mesh and the mixture at their defaults, and first passages, in the scenarios with the gravity of the Sun and the Moon and with a
-//! correlated start, against moments and probabilities that another program computed by quadrature.
+//! The carried mesh and the mixture at their defaults, and first passages, in the scenarios with the gravity of the Sun
+//! and the Moon and with a correlated start, against moments and probabilities that another program computed by
+//! quadrature.
 
 mod planar_reference;
 

@@ -1,4 +1,5 @@
-//! Intervals of randomised quasi-Monte Carlo hold the truth as often as they say, and its errors are far below those of Monte Carlo.
+//! Intervals of randomised quasi-Monte Carlo hold the truth as often as they say, and its errors are far below those of
+//! Monte Carlo.
 #![allow(missing_docs)]
 
 use std::num::NonZeroUsize;

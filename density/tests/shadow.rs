@@ -39,8 +39,9 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Rates of `e`, `h` and `ln a` by sunlight alone, in units of `n_sun C`: Gauss's equations integrated over the mean anomaly with a satellite that is
-/// put on its ellipse by Kepler's equation, between edges that are found by halving. Nothing of this is shared with the model but the definition of the shadow.
+/// Rates of `e`, `h` and `ln a` by sunlight alone, in units of `n_sun C`: Gauss's equations integrated over the mean
+/// anomaly with a satellite that is put on its ellipse by Kepler's equation, between edges that are found by halving.
+/// Nothing of this is shared with the model but the definition of the shadow.
 fn by_quadrature(motion: impl Fn(f64) -> ([f64; 3], [f64; 3]), h: [f64; 3], s: [f64; 3], radius: f64) -> [f64; 7] {
     const PIECES: usize = 40_000;
     let is_lit = |anomaly: f64| {
@@ -189,8 +190,9 @@ fn the_divergence_is_that_of_neighbouring_orbits() {
     assert!(lit.divergence(from, six).abs() < 1e-9);
 }
 
-/// Vectors and semi-major axis of the averaged model and of the unaveraged one, averaged over a revolution, after a while, where all forces are multiplied by a
-/// factor; and those of the averaged model without the shadow. The Moon is left out: the averaged model also averages over the month.
+/// Vectors and semi-major axis of the averaged model and of the unaveraged one, averaged over a revolution, after a
+/// while, where all forces are multiplied by a factor; and those of the averaged model without the shadow. The Moon is
+/// left out: the averaged model also averages over the month.
 fn ends(factor: f64) -> [[f64; 7]; 3] {
     const YEARS: f64 = 0.1;
     let SunMoon { force, sun, .. } = forces(0.15);

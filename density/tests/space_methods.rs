@@ -1,7 +1,7 @@
 //! The methods in space against randomised quasi-Monte Carlo, in inclined clouds over ten years.
 //!
-//! `PHASECLOUD_SPACE=1` takes all four clouds and the methods' own settings, which takes some ten minutes; the gate takes fewer components and
-//! orbits.
+//! `PHASECLOUD_SPACE=1` takes all four clouds and the methods' own settings, which takes some ten minutes; the gate
+//! takes fewer components and orbits.
 #![allow(missing_docs)]
 
 mod space_support;

@@ -19,7 +19,8 @@ use density::problem::{InitialGaussian, Problem};
 use density::sampling::{Draws, SamplingPlan};
 use planar_reference::{apart, scenario};
 
-/// The scenarios of the reference without uncertain parameters. In `correlated-1` the pull of the Sun and the Moon is 0.
+/// The scenarios of the reference without uncertain parameters. In `correlated-1` the pull of the Sun and the Moon
+/// is 0.
 const SCENARIOS: [&str; 4] = ["sun-moon-1", "sun-moon-2", "sun-moon-3", "correlated-1"];
 
 fn five(moments: density::estimate::Moments) -> [f64; 5] {
@@ -116,8 +117,8 @@ fn the_exact_density_says_so_where_the_sun_outweighs_the_radiation() {
     assert!(matches!(refused, Error::EccentricityTurnsBack { .. }), "{refused}");
 }
 
-/// A correlated cloud that the cut at `e = 0` changes, on the branch cut and wide: its joint density at the start and its
-/// moments agree with a fine Sobol sample, and at the start with each other.
+/// A correlated cloud that the cut at `e = 0` changes, on the branch cut and wide: its joint density at the start and
+/// its moments agree with a fine Sobol sample, and at the start with each other.
 #[test]
 fn a_correlated_cloud_agrees_with_its_own_sample() {
     const SAMPLES: usize = 1 << 17;

@@ -1,6 +1,7 @@
 //! Tests of every method where the radiation parameter is uncertain.
 //!
-//! The reference is moments and probabilities that another program computed by quadrature over the initial Gaussian and the parameter.
+//! The reference is moments and probabilities that another program computed by quadrature over the initial Gaussian and
+//! the parameter.
 
 mod planar_reference;
 
@@ -24,9 +25,10 @@ fn scenario(name: &str) -> (UncertainProblem, Vec<Snapshot>) {
     (UncertainProblem::new(plane, Spread { relative, distribution: Distribution::Gaussian }).unwrap(), snapshots)
 }
 
-/// The reference is good to 1e-5 (a mean of `e` is up to 30 deviations). In `uncertain-3` its 41 values of the parameter are too few by two
-/// years, when part of the cloud has passed the saddle: by the same quadrature the covariance changes by 6e-4 of the deviations' product from 41
-/// to 81 values, and by 1.3e-4 from 81 to 161. Those times are left out.
+/// The reference is good to 1e-5 (a mean of `e` is up to 30 deviations). In `uncertain-3` its 41 values of the
+/// parameter are too few by two years, when part of the cloud has passed the saddle: by the same quadrature the
+/// covariance changes by 6e-4 of the deviations' product from 41 to 81 values, and by 1.3e-4 from 81 to 161. Those
+/// times are left out.
 #[test]
 fn the_exact_density_has_the_moments_and_probabilities_of_the_reference() {
     for (name, times) in [("uncertain-1", [0.5, 2.0]), ("uncertain-3", [0.5, 1.0])] {
@@ -73,8 +75,8 @@ fn the_exact_first_passages_are_those_of_the_reference() {
     }
 }
 
-/// Mean and standard error of the probability of ever re-entering, by counting orbits: a trapezoid rule with a random offset over the radiation
-/// parameter, and a scrambled Sobol sample of its own for each value.
+/// Mean and standard error of the probability of ever re-entering, by counting orbits: a trapezoid rule with a random
+/// offset over the radiation parameter, and a scrambled Sobol sample of its own for each value.
 fn counted(problem: &UncertainProblem, years: f64, replicates: u64) -> (f64, f64) {
     const VALUES: usize = 64;
     const ORBITS: usize = 256;

@@ -1,5 +1,5 @@
-//! The stack of carried meshes over an uncertain radiation parameter, against moments and probabilities that another program computed by
-//! quadrature.
+//! The stack of carried meshes over an uncertain radiation parameter, against moments and probabilities that another
+//! program computed by quadrature.
 
 mod planar_reference;
 
@@ -56,8 +56,8 @@ fn scenario(name: &str, years: f64) -> (UncertainProblem, Vec<Snapshot>) {
     (UncertainProblem::new(plane, spread).unwrap(), snapshots)
 }
 
-/// How far the reference is off: 1e-5 in most; in `uncertain-3` too few values of the parameter make it worse, by as much as it differs from `exact`, see
-/// `uncertain.rs`.
+/// How far the reference is off: 1e-5 in most; in `uncertain-3` too few values of the parameter make it worse, by as
+/// much as it differs from `exact`, see `uncertain.rs`.
 fn reference_error(name: &str, years: f64) -> f64 {
     match (name, years) {
         ("uncertain-3", 2.0) => 8.4e-4,
@@ -67,8 +67,8 @@ fn reference_error(name: &str, years: f64) -> f64 {
     }
 }
 
-/// `PHASECLOUD_POINTS=1000000` takes so many points, to two years (six on the cliff), and prints how far the moments are off; with
-/// `PHASECLOUD_SIDES=60x120` these are 120 layers of 60 by 60 points.
+/// `PHASECLOUD_POINTS=1000000` takes so many points, to two years (six on the cliff), and prints how far the moments
+/// are off; with `PHASECLOUD_SIDES=60x120` these are 120 layers of 60 by 60 points.
 #[test]
 fn the_stack_has_the_moments_of_the_reference_as_far_as_its_defect_says() {
     let wanted = std::env::var("PHASECLOUD_POINTS").ok().map(|text| text.parse::<usize>().unwrap());
@@ -127,7 +127,8 @@ fn the_stack_has_the_moments_of_the_reference_as_far_as_its_defect_says() {
     }
 }
 
-/// Orbits of the problem's model tell at the points of the lattice whether that model has carried it. Here it has done so for a shorter time.
+/// Orbits of the problem's model tell at the points of the lattice whether that model has carried it. Here it has done
+/// so for a shorter time.
 #[test]
 fn orbits_replace_polynomials_only_in_a_stack_that_the_model_has_carried() {
     let (problem, snapshots) = scenario("uncertain-1", 2.0);

@@ -1,4 +1,5 @@
-//! The mixture over `phi`, `e` and an uncertain radiation parameter, against moments that another program computed by quadrature.
+//! The mixture over `phi`, `e` and an uncertain radiation parameter, against moments that another program computed by
+//! quadrature.
 
 mod planar_reference;
 

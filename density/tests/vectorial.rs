@@ -1,4 +1,5 @@
-//! Tests of the averaged model in space: against orbits of another program, against the planar model, and of what it keeps.
+//! Tests of the averaged model in space: against orbits of another program, against the planar model, and of what it
+//! keeps.
 
 use std::f64::consts::TAU;
 

@@ -46,7 +46,8 @@ impl Axis {
         Self { label: label.into(), range, ticks, labels: Labels::Decimals(decimals) }
     }
 
-    /// A logarithmic axis from `low` to `high` (values of the quantity, greater than 0) with at most about `count` ticks.
+    /// A logarithmic axis from `low` to `high` (values of the quantity, greater than 0) with at most about `count`
+    /// ticks.
     pub fn logarithmic(label: &str, low: f64, high: f64, count: usize) -> Self {
         let range = widened(low.log10()..high.log10());
         let (first, last) = ((range.start - 1e-9).ceil() as i64, (range.end + 1e-9).floor() as i64);

@@ -1,7 +1,7 @@
 //! A plotters backend that writes SVG elements.
 //!
-//! plotters lays out areas, coordinates, ticks and labels. Its own SVG backend has no dashes, no pictures stretched to a
-//! rectangle, and nothing by which a page could recolour a figure for a dark screen. Here every colour of the palette
+//! plotters lays out areas, coordinates, ticks and labels. Its own SVG backend has no dashes, no pictures stretched to
+//! a rectangle, and nothing by which a page could recolour a figure for a dark screen. Here every colour of the palette
 //! is written as a plain attribute, so that any program shows the file, and as a class, so that a style sheet can
 //! override it. Coordinates are in tenths of a pixel, because plotters rounds them to integers.
 

@@ -1,9 +1,9 @@
 //! The range of the solar angle that a figure shows: the circle cut open where no cloud is.
 //!
 //! Each density of a scenario comes on the branch that keeps its own cloud whole. In a figure of several snapshots the
-//! clouds share an axis: `[0, 2π)` as in the paper if no cloud crosses 0, else `[-π, π)`, else the circle cut open in the
-//! middle of the widest gap between clouds. If the clouds together cover the circle, the axis is as long as they need;
-//! if a single cloud covers it, the axis is `[0, 2π)`.
+//! clouds share an axis: `[0, 2π)` as in the paper if no cloud crosses 0, else `[-π, π)`, else the circle cut open in
+//! the middle of the widest gap between clouds. If the clouds together cover the circle, the axis is as long as they
+//! need; if a single cloud covers it, the axis is `[0, 2π)`.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;

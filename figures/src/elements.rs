@@ -72,8 +72,8 @@ impl Element {
 }
 
 impl Element {
-    /// The element with its points in backend units. plotters would move points outside a panel to its border, and so bend
-    /// the curves that cross it.
+    /// The element with its points in backend units. plotters would move points outside a panel to its border, and so
+    /// bend the curves that cross it.
     pub fn placed(&self, place: impl Fn(&Point) -> BackendCoord) -> Placed<'_> {
         Placed { points: self.points.iter().map(place).collect(), shape: &self.shape }
     }

@@ -1,8 +1,9 @@
 //! Contours of the Hamiltonian in the `(phi, e)` plane, and its stationary points.
 //!
-//! At a given eccentricity the Hamiltonian of every planar model here is `h0 + h1 cos(phi) + h2 cos²(phi)`; `h2` is the Sun's gravity. So on a
-//! contour `H = h` the solar angle follows from the eccentricity in closed form, and contours are drawn piece by piece between the
-//! eccentricities where the right side passes ±1 or ceases to be real, with points that crowd where the curve turns.
+//! At a given eccentricity the Hamiltonian of every planar model here is `h0 + h1 cos(phi) + h2 cos²(phi)`; `h2` is the
+//! Sun's gravity. So on a contour `H = h` the solar angle follows from the eccentricity in closed form, and contours
+//! are drawn piece by piece between the eccentricities where the right side passes ±1 or ceases to be real, with points
+//! that crowd where the curve turns.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -31,8 +32,8 @@ pub fn at<M: PlanarHamiltonian>(model: M, phi: f64, e: f64) -> f64 {
     model.hamiltonian(State::from_polar(phi, e))
 }
 
-/// The cosines of the solar angle at which a contour meets the circle of eccentricity `e`: on the branch that is there without `h2`, and on
-/// the other. NaN where there is none.
+/// The cosines of the solar angle at which a contour meets the circle of eccentricity `e`: on the branch that is there
+/// without `h2`, and on the other. NaN where there is none.
 fn cosines<M: PlanarHamiltonian>(model: M, level: f64, e: f64) -> [f64; 2] {
     let [ahead, aside, behind] = [0.0, FRAC_PI_2, PI].map(|phi| at(model, phi, e));
     let (h0, h1, h2) = (aside - level, 0.5 * (ahead - behind), 0.5 * (ahead + behind) - aside);

@@ -241,8 +241,8 @@ impl Map {
         is_inside && !self.written.iter().any(meets)
     }
 
-    /// The cost of a place: what it covers, how far it is from its cloud, whether another cloud is as close, and what its
-    /// leader crosses. `None` if it covers another cloud and may not.
+    /// The cost of a place: what it covers, how far it is from its cloud, whether another cloud is as close, and what
+    /// its leader crosses. `None` if it covers another cloud and may not.
     fn cost(&self, spot: &Spot, owner: usize, may_cover: bool) -> Option<f64> {
         let Spot { place, away, .. } = spot;
         let (low, high) = (cell((place[0] - AROUND, place[1] - AROUND)), cell((place[2] + AROUND, place[3] + AROUND)));

@@ -2,8 +2,8 @@
 //!
 //! This crate reads and writes files, and uses neither processes nor topics.
 //!
-//! The crate `results` reads the folder, [`drawings`] draws one kind of figure per file, and [`report`] writes the page.
-//! plotters lays out areas, coordinates and ticks; [`backend`] turns what it draws into SVG elements.
+//! The crate `results` reads the folder, [`drawings`] draws one kind of figure per file, and [`report`] writes the
+//! page. plotters lays out areas, coordinates and ticks; [`backend`] turns what it draws into SVG elements.
 
 pub mod atlas;
 pub mod axis;

@@ -1,7 +1,8 @@
 //! Colours that colour-blind readers can distinguish, each with a counterpart for dark screens.
 //!
-//! The hues of the curves are those of Okabe & Ito (*Color Universal Design*, 2008), darkened where they would be too pale
-//! on white. A case is identified by its colour, its dashes and its marker together, so colour is never the only cue.
+//! The hues of the curves are those of Okabe & Ito (*Color Universal Design*, 2008), darkened where they would be too
+//! pale on white. A case is identified by its colour, its dashes and its marker together, so colour is never the only
+//! cue.
 
 use std::borrow::Cow;
 

@@ -117,7 +117,8 @@ impl<'a> Scene<'a> {
             passage: results.passages.iter().filter(|row| row.scenario == name && row.method == label).collect(),
             effort: results.effort.iter().find(|row| row.scenario == name && row.method == label),
         };
-        // A case that states its density, instead of samples or parts from which one is estimated, says how far off that is.
+        // A case that states its density, instead of samples or parts from which one is estimated, says how far off
+        // that is.
         let states =
             |row: &&DiagnosticRow| row.scenario == name && OF_A_STATED_DENSITY.contains(&row.diagnostic.as_str());
         let states_it: Vec<&str> = results.diagnostics.iter().filter(states).map(|row| row.method.as_str()).collect();
@@ -201,8 +202,8 @@ impl<'a> Scene<'a> {
         variables.ok_or_else(|| DrawError("no density of two variables is compared".into()))
     }
 
-    /// The symbols of the pair of variables; none if these are all variables of the model, so that no figure needs to name
-    /// them.
+    /// The symbols of the pair of variables; none if these are all variables of the model, so that no figure needs to
+    /// name them.
     pub fn pair_name(&self) -> Option<String> {
         let symbols = |[x, y]: [&Variable; 2]| format!("{}, {}", x.symbol, y.symbol);
         self.variables().ok().filter(|_| self.description.variables.len() > 2).map(symbols)

@@ -1,13 +1,14 @@
 //! Sub-domains of the phase portrait: how the solar angle moves along a contour, and where this changes.
 //!
-//! The Hamiltonian is even in `phi`, so a closed contour meets the axis `sin(phi) = 0` twice. Between the stationary points, where all of
-//! them lie on that axis, the Hamiltonian is monotone along it, so where a contour ends is found without a scan. Where gravity of the Sun
-//! outweighs the radiation pressure some lie off the axis; the sub-domains of such a portrait have no numbers.
+//! The Hamiltonian is even in `phi`, so a closed contour meets the axis `sin(phi) = 0` twice. Between the stationary
+//! points, where all of them lie on that axis, the Hamiltonian is monotone along it, so where a contour ends is found
+//! without a scan. Where gravity of the Sun outweighs the radiation pressure some lie off the axis; the sub-domains of
+//! such a portrait have no numbers.
 //!
-//! Sun et al. (2022) number the three sub-domains of their portrait, which is of type III (Krivov & Getino 1997), between the
-//! levels of its stationary points. Each of them holds one kind of motion, and here the numbers stand for the kinds of
-//! motion in all portraits: 1 about the centre at `phi = π`, 2 round `e = 0`, 3 about the centre at `phi = 0`. A
-//! portrait need not have all of them.
+//! Sun et al. (2022) number the three sub-domains of their portrait, which is of type III (Krivov & Getino 1997),
+//! between the levels of its stationary points. Each of them holds one kind of motion, and here the numbers stand for
+//! the kinds of motion in all portraits: 1 about the centre at `phi = π`, 2 round `e = 0`, 3 about the centre at `phi =
+//! 0`. A portrait need not have all of them.
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -104,8 +105,8 @@ fn end_of(is_on: impl Fn(f64) -> bool, start: f64, nodes: impl Iterator<Item = f
     None
 }
 
-/// The contours that divide sub-domains, with `phi` in `[0, π]`: the one through `e = 0`, where the `(phi, e)` plane has a
-/// kink, and those through the saddles. A level may have parts elsewhere; they divide nothing.
+/// The contours that divide sub-domains, with `phi` in `[0, π]`: the one through `e = 0`, where the `(phi, e)` plane
+/// has a kink, and those through the saddles. A level may have parts elsewhere; they divide nothing.
 pub fn borders<M: PlanarHamiltonian>(model: M, points: &[Stationary]) -> Vec<Vec<Point>> {
     if is_still(model) {
         return Vec::new();

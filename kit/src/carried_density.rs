@@ -35,7 +35,8 @@ impl CarriedDensity {
     }
 
     /// The mean of `|n - right| / max(n, right)` over all points, weighted by their initial densities: 0 where `n` is
-    /// right, at most 1 unless `n` is negative. Points on `e = 0`, where the density of polar coordinates vanishes, do not count.
+    /// right, at most 1 unless `n` is negative. Points on `e = 0`, where the density of polar coordinates vanishes, do
+    /// not count.
     pub(crate) fn error_of(&self, phi: &[f64], e: &[f64], n: &[f64]) -> f64 {
         let (mut sum, mut weights) = (0.0, 0.0);
         for (((&phi, &e), &n), &(start, density)) in phi.iter().zip(e).zip(n).zip(&self.start) {

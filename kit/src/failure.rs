@@ -14,7 +14,8 @@ pub enum Failure {
     /// A trajectory left the range in which the equations of motion hold.
     #[error(transparent)]
     LostOrbit(#[from] density::orbits::LostOrbit),
-    /// A trajectory left the range in which the equations of motion hold, in a computation that follows states of its own.
+    /// A trajectory left the range in which the equations of motion hold, in a computation that follows states of its
+    /// own.
     #[error(transparent)]
     Escaped(#[from] density::flow::Escaped),
     /// The exact density cannot be computed.

@@ -1,7 +1,7 @@
 //! What a propagator needs: implement [`Propagator`], and let `main` return [`main`]'s result.
 //!
-//! A propagator turns a scenario into snapshots. This one carries the mean of the initial Gaussian along and says that the cloud has not
-//! changed its shape, as a mixture of one component:
+//! A propagator turns a scenario into snapshots. This one carries the mean of the initial Gaussian along and says that
+//! the cloud has not changed its shape, as a mixture of one component:
 //!
 //! ```no_run
 //! use density::flow::Flow;
@@ -42,10 +42,10 @@
 //! }
 //! ```
 //!
-//! - [`propagator`]: the trait; `serving`: the loop that serves scenario after scenario; `drafting`: how a snapshot's message is made; `passage`: first passages
-//!   as a propagator states them;
-//! - [`assignment`]: a scenario as a propagator gets it; [`planar_problem`], [`space_problem`]: the problem that it states; [`space`]: its variables, and what
-//!   is said of a cloud in them;
+//! - [`propagator`]: the trait; `serving`: the loop that serves scenario after scenario; `drafting`: how a snapshot's
+//!   message is made; `passage`: first passages as a propagator states them;
+//! - [`assignment`]: a scenario as a propagator gets it; [`planar_problem`], [`space_problem`]: the problem that it
+//!   states; [`space`]: its variables, and what is said of a cloud in them;
 //! - [`kind`]: what is known of each kind of snapshot; [`snapshot_rules`]: what every snapshot must be;
 //! - [`session`]: a process's access to the run; [`screen`]: what may pass from a topic into a process;
 //! - [`shard`], [`reduced`]: cases in parts, and samples that are reduced before they are sent;

@@ -16,7 +16,8 @@ pub enum Passage {
         rows: Vec<[f64; PASSAGE_COLUMNS]>,
         /// How many samples there are.
         samples: u64,
-        /// Whether they are independent of one another. Only then is the interval of a count known from the count alone.
+        /// Whether they are independent of one another. Only then is the interval of a count known from the count
+        /// alone.
         independent: bool,
     },
     /// The method has no curve, for the given reason.
@@ -40,8 +41,8 @@ pub fn given_row(events: [Given; 2]) -> [f64; GIVEN_COLUMNS] {
     row
 }
 
-/// Raises the rows of a first-passage curve to what they have reached before. The true curve never falls; rounding and quadrature may make an
-/// estimate do so.
+/// Raises the rows of a first-passage curve to what they have reached before. The true curve never falls; rounding and
+/// quadrature may make an estimate do so.
 pub fn never_falling(rows: &mut [[f64; PASSAGE_COLUMNS]]) {
     let mut least = 0.0f64;
     for row in rows.iter_mut().filter(|row| !row[1].is_nan()) {

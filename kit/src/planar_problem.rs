@@ -98,8 +98,8 @@ pub fn problem(said: &Description) -> Result<(Problem<Planar>, Option<Spread>), 
     Ok((problem, spread))
 }
 
-/// The spread of the radiation parameter. A message states the nominal value among the parameters, and the mean and the variance as those of its last variable,
-/// which stands at `place`.
+/// The spread of the radiation parameter. A message states the nominal value among the parameters, and the mean and the
+/// variance as those of its last variable, which stands at `place`.
 pub(crate) fn spread(said: &Description, radiation: f64, place: usize) -> Result<Option<Spread>, String> {
     const ROUNDING: f64 = 1e-9;
     let (Some(third), Some(&mean), Some(&variance)) =

@@ -1,6 +1,7 @@
 //! What a propagator must say of itself: the trait [`Propagator`], and the form of its snapshots.
 //!
-//! A propagator only turns a scenario into snapshots, each written directly into the shared memory in which the estimator will read it.
+//! A propagator only turns a scenario into snapshots, each written directly into the shared memory in which the
+//! estimator will read it.
 
 use density::grid::Grid;
 use density::sample_sums::{SampleSums, TooFar};
@@ -33,8 +34,8 @@ pub trait Propagator {
     /// Whatever makes the scenario impossible for this method.
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure>;
 
-    /// Moves a part of the way to snapshot `index` and returns how much of that way is behind it; `None` if nothing is left but
-    /// [`Propagator::advance`]. A method that takes minutes between snapshots shows its progress in this way.
+    /// Moves a part of the way to snapshot `index` and returns how much of that way is behind it; `None` if nothing is
+    /// left but [`Propagator::advance`]. A method that takes minutes between snapshots shows its progress in this way.
     ///
     /// # Errors
     /// Whatever makes it impossible to go on.
@@ -65,8 +66,8 @@ pub trait Propagator {
     }
 
     /// What re-entry, and none, says of an uncertain radiation parameter by each time of the curve that
-    /// [`Propagator::first_passage`] has just returned ([`GIVEN_COLUMNS`] numbers each); nothing where the parameter is certain or the method
-    /// does not know.
+    /// [`Propagator::first_passage`] has just returned ([`GIVEN_COLUMNS`] numbers each); nothing where the parameter is
+    /// certain or the method does not know.
     fn given_re_entry(&self) -> Vec<[f64; GIVEN_COLUMNS]> {
         Vec::new()
     }
@@ -77,15 +78,15 @@ pub trait Propagator {
         0
     }
 
-    /// The propagator's own estimate of the largest error of a coordinate of a trajectory, where trajectories are interpolated; 0 where it makes
-    /// none. It stands among the diagnostics of the case.
+    /// The propagator's own estimate of the largest error of a coordinate of a trajectory, where trajectories are
+    /// interpolated; 0 where it makes none. It stands among the diagnostics of the case.
     fn trajectory_error(&self) -> f64 {
         0.0
     }
 
-    /// The samples of the snapshot that has been reached, reduced to counts and sums on the comparison grid; `None` if what
-    /// [`Propagator::write`] writes is to be reduced. Asked for only if the case sends reduced samples. A propagator
-    /// that reduces its samples as it makes them needs no memory for them.
+    /// The samples of the snapshot that has been reached, reduced to counts and sums on the comparison grid; `None` if
+    /// what [`Propagator::write`] writes is to be reduced. Asked for only if the case sends reduced samples. A
+    /// propagator that reduces its samples as it makes them needs no memory for them.
     fn reduce(&self, grid: &Grid, critical_e: f64) -> Option<Result<SampleSums, TooFar>> {
         let _ = (grid, critical_e);
         None

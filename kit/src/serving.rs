@@ -1,4 +1,5 @@
-//! The loop that serves scenario after scenario with a propagator: topics, handshake, timing, progress, errors, signals and the end.
+//! The loop that serves scenario after scenario with a propagator: topics, handshake, timing, progress, errors, signals
+//! and the end.
 
 use std::process::ExitCode;
 

@@ -24,8 +24,8 @@ use crate::threads;
 /// Longest time that a node sleeps before it checks its ports, in case a wake-up was missed.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
-/// How long a node that was asked to stop may go on computing, if the environment does not say it: after this time the node ends in the middle of its work, and leaves its files
-/// to the launcher.
+/// How long a node that was asked to stop may go on computing, if the environment does not say it: after this time the
+/// node ends in the middle of its work, and leaves its files to the launcher.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// The scenario in the report of a failure that belongs to no particular scenario.

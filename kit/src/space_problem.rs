@@ -10,8 +10,9 @@ use messages::scenario::{Description, Moment, Parameter, Projection};
 use crate::planar_problem::{spread, variable};
 use crate::problem_key::by_key;
 
-/// The projections on which clouds in space are compared, where an axis has this number of bins: solar angle and eccentricity together,
-/// eccentricity and inclination together, and each variable by itself but for the radiation parameter, which does not change.
+/// The projections on which clouds in space are compared, where an axis has this number of bins: solar angle and
+/// eccentricity together, eccentricity and inclination together, and each variable by itself but for the radiation
+/// parameter, which does not change.
 pub fn projections(bins: &[usize]) -> Vec<Projection> {
     let axis = |k: usize| (k, bins.get(k).copied().unwrap_or(0));
     let one = |k: usize| Projection { first: axis(k), second: None };
@@ -19,7 +20,8 @@ pub fn projections(bins: &[usize]) -> Vec<Projection> {
     vec![pair(0, 1), one(0), one(1), pair(1, 2), one(2), one(3)]
 }
 
-/// What a message says of a problem in space that is compared on these axes: one list of axes for each snapshot, none in a request.
+/// What a message says of a problem in space that is compared on these axes: one list of axes for each snapshot, none
+/// in a request.
 pub fn described(name: &str, problem: &SpaceProblem, axes: &[Vec<Axis>]) -> Description {
     let (mean, covariance) = problem.moments();
     let parameter =
@@ -62,8 +64,8 @@ pub fn problem(said: &Description) -> Option<Result<SpaceProblem, String>> {
     Some(model.map_err(|error| format!("model: {error}")).and_then(|model| with_model(said, model)))
 }
 
-/// Parameters of a scenario that are none of the model's: whether the Earth has a shadow (1 if so), and the height of the pericentre at re-entry
-/// \[Earth radii\].
+/// Parameters of a scenario that are none of the model's: whether the Earth has a shadow (1 if so), and the height of
+/// the pericentre at re-entry \[Earth radii\].
 const REENTRY_ALTITUDE: &str = "reentry_altitude";
 
 fn with_model(said: &Description, model: SpaceModel) -> Result<SpaceProblem, String> {

@@ -15,8 +15,8 @@ use messages::content::Content;
 use super::moments::{Compared, GENEROUS, SIGMAS, Unit};
 use super::table::Table;
 
-/// Our own orbits, and the independent replicates in which they are drawn. The clouds are small, so that these know their moments to 1e-4
-/// standard deviations.
+/// Our own orbits, and the independent replicates in which they are drawn. The clouds are small, so that these know
+/// their moments to 1e-4 standard deviations.
 const ORBITS: usize = 16_384;
 const REPLICATES: usize = 16;
 

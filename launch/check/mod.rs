@@ -129,8 +129,8 @@ fn full_command(words: &[String]) -> Vec<String> {
     }
 }
 
-/// Three processes one after the other: one that answers two scenarios and is stopped while it waits, one that is stopped
-/// while it computes, and one that is asked what cannot be answered.
+/// Three processes one after the other: one that answers two scenarios and is stopped while it waits, one that is
+/// stopped while it computes, and one that is asked what cannot be answered.
 fn conduct_trials(command: &[String], limits: &Limits, arguments: &CheckArguments) -> Result<Findings, Abort> {
     let CheckArguments { model, redrawn, .. } = *arguments;
     let signals = Signals::catch(&[signal_hook::consts::SIGCHLD])

@@ -73,8 +73,8 @@ fn named(assignment: &Assignment, seen: Result<String, String>) -> Result<String
     seen.map(name).map_err(name)
 }
 
-/// Judges the mass and the moments of the densities that follow from the snapshots, and returns these; `None` if no density can be
-/// made of one of them.
+/// Judges the mass and the moments of the densities that follow from the snapshots, and returns these; `None` if no
+/// density can be made of one of them.
 fn judge_densities(
     findings: &mut Findings,
     assignment: &Assignment,
@@ -146,8 +146,9 @@ fn reading(table: &Table, estimated: &Estimated, assignment: &Assignment) -> Opt
     Reading::new(header, &estimated.numbers(), assignment).ok()
 }
 
-/// The largest change of the Hamiltonian of a row since the first snapshot. Rows that are not told to keep their places are
-/// compared in the order of their Hamiltonians: the largest difference of sorted values is never above that of the rows.
+/// The largest change of the Hamiltonian of a row since the first snapshot. Rows that are not told to keep their places
+/// are compared in the order of their Hamiltonians: the largest difference of sorted values is never above that of the
+/// rows.
 fn hamiltonian(plane: &Plane, tables: &[Table]) -> Result<String, String> {
     let keep_places = tables[0].trajectories() == Trajectories::Ordered;
     let values = |table: &Table| {
@@ -210,8 +211,8 @@ fn carried_density(plane: &Plane, first: &Characteristics, tables: &[Table]) -> 
     Ok(to_within("right", worst))
 }
 
-/// The comparison grid in the plane holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the probability lies outside; in space it
-/// encloses a pilot cloud, at most [`OUTSIDE_IN_SPACE`] outside.
+/// The comparison grid in the plane holds the image of the 4-sigma ellipse, so at most `exp(-8)` of the probability
+/// lies outside; in space it encloses a pilot cloud, at most [`OUTSIDE_IN_SPACE`] outside.
 fn mass(table: &Table, estimated: &Estimated, is_in_plane: bool) -> Result<f64, String> {
     let outside = if is_in_plane { (-8.0f64).exp() } else { OUTSIDE_IN_SPACE };
     if let Content::Mixture(_) = table.snapshot.content {
@@ -265,8 +266,8 @@ fn compared(plane: &Plane, table: &Table, moments: &[f64]) -> Result<Vec<Compare
     Ok((0..MOMENTS.len()).map(one).collect())
 }
 
-/// What samples may be off: [`SIGMAS`] standard errors of independent draws, and room for one sample in a count. Opposites in
-/// pairs have equal squares, so draws in groups may count for half as many independent ones.
+/// What samples may be off: [`SIGMAS`] standard errors of independent draws, and room for one sample in a count.
+/// Opposites in pairs have equal squares, so draws in groups may count for half as many independent ones.
 fn sample_errors(plane: &Plane, table: &Table, independent: bool, above: f64) -> [f64; 6] {
     let n = table.rows();
     let sigmas = if independent { SIGMAS } else { SIGMAS * SQRT_2 };

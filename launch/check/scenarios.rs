@@ -105,8 +105,8 @@ pub fn long(model: TrialModel) -> Result<Scenario, LostOrbit> {
 }
 
 /// Without oblateness the flow turns `(e cos phi, e sin phi, sqrt(1 - e²))` about an axis `atan(C)` away from the last
-/// coordinate's, once in `1/sqrt(1 + C²)` yr. Here that is 71.6 degrees and 0.32 yr: the whole cloud leaves `e < 1`. In space the Sun and the orbits
-/// then lie in the equator, where the motion is the same.
+/// coordinate's, once in `1/sqrt(1 + C²)` yr. Here that is 71.6 degrees and 0.32 yr: the whole cloud leaves `e < 1`. In
+/// space the Sun and the orbits then lie in the equator, where the motion is the same.
 pub fn impossible(model: TrialModel) -> Result<Scenario, LostOrbit> {
     let force = Force { radiation: 3.0, oblateness: 0.0 };
     let (times, critical_e) = (vec![0.0, 0.2, 0.4], 0.6);

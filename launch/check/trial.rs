@@ -138,7 +138,8 @@ impl<'a> Trial<'a> {
         Ok(Answer { assignment, heard, outcome })
     }
 
-    /// Gives the propagator a scenario and listens until it has sent its first snapshot, or nothing more is to be expected.
+    /// Gives the propagator a scenario and listens until it has sent its first snapshot, or nothing more is to be
+    /// expected.
     ///
     /// # Errors
     /// [`Abort`].

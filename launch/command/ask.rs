@@ -33,8 +33,8 @@ pub struct AskArguments {
     /// Print one JSON object instead of tables
     #[arg(long)]
     pub json: bool,
-    /// Estimate rare events instead, from this many orbits for each event and method (5000 unless given): that e ever reaches
-    /// its critical value, and that it is above it at the end
+    /// Estimate rare events instead, from this many orbits for each event and method (5000 unless given): that e ever
+    /// reaches its critical value, and that it is above it at the end
     #[arg(long, value_name = "ORBITS", num_args = 0..=1, default_missing_value = "5000", value_parser = super::rare::orbits)]
     pub rare: Option<usize>,
     /// Seed of the orbits of --rare, and of those in space; 1 unless given
@@ -113,7 +113,8 @@ fn answer(scenario: ScenarioFile) -> Result<Answer, Error> {
     }
 }
 
-/// All times at which the curve is computed: those that are printed, and close ones from which the time of a probability follows.
+/// All times at which the curve is computed: those that are printed, and close ones from which the time of a
+/// probability follows.
 fn all_times(printed: &[f64], end: f64) -> Vec<f64> {
     let mut times: Vec<f64> = printed.iter().copied().chain(disposal::dense_times(end)).collect();
     times.sort_by(f64::total_cmp);

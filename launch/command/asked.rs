@@ -5,7 +5,8 @@ pub(super) const PROBABILITIES: [f64; 3] = [0.5, 0.9, 0.99];
 /// Most times at which the probability is printed.
 const MOST_TIMES: usize = 20;
 
-/// Every year up to the horizon, or every few years of a long one, or parts of a year of a short one; the horizon itself comes last.
+/// Every year up to the horizon, or every few years of a long one, or parts of a year of a short one; the horizon
+/// itself comes last.
 pub(super) fn years(end: f64) -> Vec<f64> {
     let steps = [0.001, 0.01, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
     let step = steps.into_iter().find(|step| end / step <= MOST_TIMES as f64).unwrap_or(end);

@@ -23,7 +23,8 @@ pub struct CompletionsArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  phasecloud man | man -l -\n  phasecloud man ~/.local/share/man/man1")]
 pub struct ManArguments {
-    /// Write the pages of all commands into this folder, which is made if it is not there; without it the first page is printed
+    /// Write the pages of all commands into this folder, which is made if it is not there; without it the first page is
+    /// printed
     #[arg(value_name = "DIR")]
     pub folder: Option<PathBuf>,
 }

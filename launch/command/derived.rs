@@ -1,4 +1,5 @@
-//! What follows from a scenario before anything is computed: its parameters, whether re-entry is possible at all, and how its mean orbit moves.
+//! What follows from a scenario before anything is computed: its parameters, whether re-entry is possible at all, and
+//! how its mean orbit moves.
 
 use density::disposal;
 use density::model::PlanarHamiltonian;

@@ -1,7 +1,8 @@
-//! An unaveraged orbit as an Orbit Ephemeris Message in key-value notation (CCSDS 502.0-B-3, Orbit Data Messages, Sect. 5).
+//! An unaveraged orbit as an Orbit Ephemeris Message in key-value notation (CCSDS 502.0-B-3, Orbit Data Messages, Sect.
+//! 5).
 //!
-//! The model's axes are the mean equator and equinox of the epoch, which the registry of frames of version 3 calls MOE_EARTH. Times are terrestrial time, which has no leap
-//! seconds.
+//! The model's axes are the mean equator and equinox of the epoch, which the registry of frames of version 3 calls
+//! MOE_EARTH. Times are terrestrial time, which has no leap seconds.
 
 use std::time::SystemTime;
 

@@ -1,4 +1,5 @@
-//! `phasecloud fidelity`: how far simpler models, and models without one of their forces, move the figures of a cloud in space.
+//! `phasecloud fidelity`: how far simpler models, and models without one of their forces, move the figures of a cloud
+//! in space.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -24,7 +25,8 @@ use crate::report::new_table;
 pub struct FidelityArguments {
     /// The scenario file
     pub scenario: PathBuf,
-    /// Orbits in each of the 16 replicates, a power of two [default: 512 in averaged models, 16 where orbits are unaveraged]
+    /// Orbits in each of the 16 replicates, a power of two [default: 512 in averaged models, 16 where orbits are
+    /// unaveraged]
     #[arg(long, value_name = "N")]
     pub orbits: Option<usize>,
     /// Seed of the draws

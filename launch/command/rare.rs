@@ -1,4 +1,5 @@
-//! `phasecloud ask --rare`: events so rare that the exact curve is not the only thing to rely on, by methods that know orbits alone.
+//! `phasecloud ask --rare`: events so rare that the exact curve is not the only thing to rely on, by methods that know
+//! orbits alone.
 
 use std::ops::RangeInclusive;
 use std::process::ExitCode;

@@ -34,8 +34,8 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:\n  phasecloud run\n  phasecloud run paper --out results/paper\n  \
     phasecloud run --scenario my-scenario.toml")]
 pub struct RunArguments {
-    /// The launch file, or the name of one that is built in: scenario-1, scenario-2, scenario-3, paper, as-printed, three-dimensional,
-    /// fidelity, sweep [default: scenario-1, with the paper's four cases]
+    /// The launch file, or the name of one that is built in: scenario-1, scenario-2, scenario-3, paper, as-printed,
+    /// three-dimensional, fidelity, sweep [default: scenario-1, with the paper's four cases]
     pub launch_file: Option<PathBuf>,
     /// Run on this scenario file instead of those that the launch file names
     #[arg(long, value_name = "FILE")]

@@ -188,7 +188,8 @@ struct Prepared {
     most_snapshots: usize,
 }
 
-/// The combinations of a sweep file, or of a map file, of which everything is checked, also what a sweep has no use for.
+/// The combinations of a sweep file, or of a map file, of which everything is checked, also what a sweep has no use
+/// for.
 fn load_sweep(path: &Path) -> Result<Sweep, InputError> {
     let file = InputFile::read(path)?;
     if file.kind() == Some(FileKind::Map) {

@@ -94,7 +94,8 @@ fn map(file: &InputFile) -> Result<String, Vec<String>> {
     Ok(format!("map of the {} at {} points over {}{hosts}", map.label(), map.sweep.len(), map.axes.join(" and ")))
 }
 
-/// What is to be said of other hosts: that the way to them needs a word of the user, or that this build cannot reach them.
+/// What is to be said of other hosts: that the way to them needs a word of the user, or that this build cannot reach
+/// them.
 fn of_hosts(hosts: Option<&Hosts>) -> Result<String, String> {
     let Some(hosts) = hosts else { return Ok(String::new()) };
     let lacking = (!cfg!(feature = "hosts")).then(|| WITHOUT_HOSTS.to_owned());

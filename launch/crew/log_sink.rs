@@ -171,7 +171,8 @@ impl LogSink {
     }
 }
 
-/// Opens the log in `folder`; the launcher's own lines go there too. The terminal shows errors unless more is asked for.
+/// Opens the log in `folder`; the launcher's own lines go there too. The terminal shows errors unless more is asked
+/// for.
 ///
 /// # Errors
 /// If the file cannot be created.

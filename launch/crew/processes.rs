@@ -28,7 +28,8 @@ pub enum Sequel {
     Nothing,
     /// It is started again.
     Restart,
-    /// It stays stopped until the next scenario, since starting it again is not allowed or has not helped: why it ended.
+    /// It stays stopped until the next scenario, since starting it again is not allowed or has not helped: why it
+    /// ended.
     Loss(String),
 }
 

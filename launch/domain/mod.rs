@@ -1,7 +1,7 @@
 //! The domains of this user's runs: one per run, and the removal of those whose launcher is gone.
 //!
-//! A launcher holds a lock on a file in its domain's folder for as long as it lives, however it ends. A folder whose lock is
-//! free belongs to nobody.
+//! A launcher holds a lock on a file in its domain's folder for as long as it lives, however it ends. A folder whose
+//! lock is free belongs to nobody.
 
 pub mod attach;
 pub mod keeper;
@@ -32,8 +32,8 @@ fn place_in(folder: &Path, name: &str) -> Place {
     Place { root: folder.join(name), prefix: format!("pc{name}-") }
 }
 
-/// The folder in which new domains are made: the user's among the temporary files, or the one in `/tmp` if paths in it are too long for
-/// the names of sockets.
+/// The folder in which new domains are made: the user's among the temporary files, or the one in `/tmp` if paths in it
+/// are too long for the names of sockets.
 fn home() -> PathBuf {
     let folder = user_folder(&std::env::temp_dir());
     let name_of_a_run = format!("{:012x}", 0);
@@ -191,8 +191,8 @@ fn has_topics(place: &Place) -> bool {
     files.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(&place.prefix))
 }
 
-/// Removes what is left of a run whose launcher is gone: an observer that attached in the launcher's last moment may have
-/// added to what the launcher had already removed.
+/// Removes what is left of a run whose launcher is gone: an observer that attached in the launcher's last moment may
+/// have added to what the launcher had already removed.
 pub fn remove_remains(place: &Place) {
     let name = place.root.file_name().unwrap_or_default().to_string_lossy();
     if !is_live(place) && place.prefix == format!("pc{name}-") {

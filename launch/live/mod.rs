@@ -170,7 +170,8 @@ impl Drop for View {
     }
 }
 
-/// Whether a terminal of this kind can draw lines anew in their places; one that cannot, or does not say, gets plain lines.
+/// Whether a terminal of this kind can draw lines anew in their places; one that cannot, or does not say, gets plain
+/// lines.
 fn can_move_its_cursor(kind: Option<&OsStr>) -> bool {
     kind.is_some_and(|kind| !kind.is_empty() && kind != "dumb")
 }

@@ -1,4 +1,5 @@
-//! Who computes which parts of a map: home takes some, worker hosts ask for others, and all bring them here, where they are kept.
+//! Who computes which parts of a map: home takes some, worker hosts ask for others, and all bring them here, where they
+//! are kept.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -81,8 +82,8 @@ impl Allotment {
         state.given.clear();
     }
 
-    /// The parts that home is to compute next. If there are none at this moment, it waits for those that others have. `None` when all have been
-    /// brought.
+    /// The parts that home is to compute next. If there are none at this moment, it waits for those that others have.
+    /// `None` when all have been brought.
     ///
     /// # Errors
     /// Why the map cannot be completed.
@@ -121,8 +122,8 @@ impl Allotment {
         self.state().outcome.get_or_insert(outcome);
     }
 
-    /// Ends the map because the user has asked to stop, unless it has ended already; returns whether it is ended by this. What is brought from now
-    /// on is still kept.
+    /// Ends the map because the user has asked to stop, unless it has ended already; returns whether it is ended by
+    /// this. What is brought from now on is still kept.
     pub(super) fn interrupt(&self) -> bool {
         let is_interrupted = *self.state().outcome.get_or_insert(Outcome::Interrupted) == Outcome::Interrupted;
         self.changed.notify_all();
@@ -158,8 +159,8 @@ impl Allotment {
         self.state().outcome.clone()
     }
 
-    /// Notes which worker hosts are there; parts of those that are gone are given to others. Returns the names of those that have come and of
-    /// those that have gone.
+    /// Notes which worker hosts are there; parts of those that are gone are given to others. Returns the names of those
+    /// that have come and of those that have gone.
     pub(super) fn attend(&self, present: BTreeMap<u64, String>) -> (Vec<String>, Vec<String>) {
         let mut state = self.state();
         let without = |some: &BTreeMap<u64, String>, others: &BTreeMap<u64, String>| -> Vec<String> {

@@ -47,7 +47,8 @@ impl Computed {
         }
     }
 
-    /// Makes the file if it is not there. Who opens it writes its first line, since nobody else does so at the same time.
+    /// Makes the file if it is not there. Who opens it writes its first line, since nobody else does so at the same
+    /// time.
     pub(super) fn begin(folder: &Path) -> Result<(), String> {
         let path = folder.join(Self::FILE);
         let made = OpenOptions::new().create(true).append(true).open(&path);

@@ -1,4 +1,5 @@
-//! A worker's end of a map that is computed on several hosts: it asks home for parts, computes them, and brings what it has found.
+//! A worker's end of a map that is computed on several hosts: it asks home for parts, computes them, and brings what it
+//! has found.
 
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -16,7 +17,8 @@ use nodes::files::map_file::MapFile;
 
 use super::parts::{Found, Parts, Place};
 
-/// Longest time between two questions while parts are computed: home takes a host for lost that is silent for much longer.
+/// Longest time between two questions while parts are computed: home takes a host for lost that is silent for much
+/// longer.
 const SIGN_OF_LIFE: Duration = Duration::from_millis(500);
 /// Time between two questions while there is nothing to do, and between two looks for a request to stop.
 const PAUSE: Duration = Duration::from_millis(50);

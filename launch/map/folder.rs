@@ -1,7 +1,7 @@
 //! The folder of a map: whether it may be used, and the copies by which it is known to belong to this map.
 //!
-//! The copies are written before anything is computed, each to a name of its own that is then changed to the right one, so that a set-up that is
-//! interrupted leaves either none or a whole one.
+//! The copies are written before anything is computed, each to a name of its own that is then changed to the right one,
+//! so that a set-up that is interrupted leaves either none or a whole one.
 
 use std::fs::{self, File};
 use std::io::{Error, Write};
@@ -116,8 +116,8 @@ fn copied(path: &Path, text: &str) -> Copied {
     }
 }
 
-/// A text without its table `[hosts]`, its comments and its empty lines, which have no effect on what is computed: a map may go on with other hosts, or
-/// without them.
+/// A text without its table `[hosts]`, its comments and its empty lines, which have no effect on what is computed: a
+/// map may go on with other hosts, or without them.
 fn what_counts(text: &str) -> String {
     let mut is_within = false;
     let is_kept = |line: &&str| {

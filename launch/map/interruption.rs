@@ -1,5 +1,5 @@
-//! What happens when the user asks to stop while a map is computed: the worker hosts are told, and the process ends without waiting for the parts
-//! that are under way.
+//! What happens when the user asks to stop while a map is computed: the worker hosts are told, and the process ends
+//! without waiting for the parts that are under way.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,8 +53,8 @@ impl Watch {
     }
 }
 
-/// Ends the process: the parts that are under way may take long, and nobody waits for them. Nothing is kept any more while the words are said, so
-/// that they are true.
+/// Ends the process: the parts that are under way may take long, and nobody waits for them. Nothing is kept any more
+/// while the words are said, so that they are true.
 fn end_process(allotment: &Allotment, most: usize, folder: &Path) {
     allotment.with_count(|count| {
         remark!(

@@ -1,5 +1,5 @@
-//! A map: its parts are computed, here and on other hosts, kept as they come so that an interrupted map goes on where it was, and written with
-//! their figure.
+//! A map: its parts are computed, here and on other hosts, kept as they come so that an interrupted map goes on where
+//! it was, and written with their figure.
 //!
 //! | module | what is in it |
 //! |---|---|

@@ -1,4 +1,5 @@
-//! Home's end of a map that is computed on several hosts: worker hosts are welcomed, get parts, and are told how the map has ended.
+//! Home's end of a map that is computed on several hosts: worker hosts are welcomed, get parts, and are told how the
+//! map has ended.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -23,7 +23,8 @@ struct Mine {
 }
 
 impl Propagator for Mine {
-    /// A new scenario: `assignment.plane()` has the model, the initial Gaussian, the times and the critical eccentricity.
+    /// A new scenario: `assignment.plane()` has the model, the initial Gaussian, the times and the critical
+    /// eccentricity.
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.plane()?.problem;
         let plan = SamplingPlan { draws: Draws::Independent, seed: 1, replicates: NonZeroUsize::MIN };

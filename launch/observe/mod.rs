@@ -46,8 +46,8 @@ enum End {
     Stopped,
 }
 
-/// Hands every message of a topic to `each` until the run ends, the user stops it, or `each` returns false. In between `each`
-/// is called with `None`, at least twice a second.
+/// Hands every message of a topic to `each` until the run ends, the user stops it, or `each` returns false. In between
+/// `each` is called with `None`, at least twice a second.
 fn follow<T: Topic>(
     place: &Place,
     what: &str,

@@ -38,7 +38,8 @@ const TIDYING: Duration = Duration::from_secs(10);
 pub struct WatchArguments {
     #[command(flatten)]
     pub target: Target,
-    /// Also serve a page on this machine that shows the run: its progress, and the report of the cases that have arrived
+    /// Also serve a page on this machine that shows the run: its progress, and the report of the cases that have
+    /// arrived
     #[arg(long)]
     pub web: bool,
     /// The port of the page [default: any free one]

@@ -1,4 +1,5 @@
-//! The launch files of this repository and their scenarios, as they are in the program, so that it works from any folder.
+//! The launch files of this repository and their scenarios, as they are in the program, so that it works from any
+//! folder.
 
 use std::path::{Path, PathBuf};
 
@@ -26,8 +27,8 @@ const SCENARIOS: [(&str, &str); 5] = files![
     "scenarios/unaveraged-shadow",
 ];
 
-/// The built-in launch file that is meant: that of `phasecloud run` if none is named, or the one that is named, unless there is a file with
-/// such a path.
+/// The built-in launch file that is meant: that of `phasecloud run` if none is named, or the one that is named, unless
+/// there is a file with such a path.
 pub(crate) fn launch_file(named: Option<&Path>) -> Option<InputFile> {
     let name = match named {
         None => DEFAULT,

@@ -60,8 +60,8 @@ impl Hosts {
         Ok(Self { access: Access { endpoint, tls, insecure: false }, names, places })
     }
 
-    /// Checks the way to the hosts as [`Hosts::open`] does, as far as that is possible without opening anything. Returns what is to be said of a way
-    /// that is only good with `--insecure`.
+    /// Checks the way to the hosts as [`Hosts::open`] does, as far as that is possible without opening anything.
+    /// Returns what is to be said of a way that is only good with `--insecure`.
     ///
     /// # Errors
     /// What is missing or wrong, with file, line and key.

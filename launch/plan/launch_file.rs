@@ -134,7 +134,8 @@ impl Launch {
         self.cases.iter().map(|case| case.shards as usize).sum()
     }
 
-    /// Reads a launch file, or one that is built in, by its name or if none is named; `scenario` replaces the scenarios it names.
+    /// Reads a launch file, or one that is built in, by its name or if none is named; `scenario` replaces the scenarios
+    /// it names.
     ///
     /// # Errors
     /// [`InputError`] with file, line and key.

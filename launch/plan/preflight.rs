@@ -16,8 +16,8 @@ const SHARED_MEMORY: &str = "/dev/shm";
 /// measured.
 const DESCRIPTORS: usize = 250;
 const DESCRIPTORS_PER_PROPAGATOR: usize = 10;
-/// Address space of a process besides the messages of large cases: code, stacks, and what the memory allocator sets aside for each
-/// thread \[bytes\]. With 290 MiB processes of a small run have been seen to wait for ever.
+/// Address space of a process besides the messages of large cases: code, stacks, and what the memory allocator sets
+/// aside for each thread \[bytes\]. With 290 MiB processes of a small run have been seen to wait for ever.
 const ADDRESSES: u64 = 512 << 20;
 /// Least stack and least data \[bytes\]; with less a process crashes before it can print a message.
 const STACK: u64 = 512 << 10;
@@ -147,7 +147,8 @@ fn needed_bytes(launch: &Launch, snapshots: u64) -> u64 {
     payload.saturating_add((launch.propagators() as u64 + 5) * OVERHEAD)
 }
 
-/// Numbers of a density on the comparison grid, with its marginals; in space there are a second pair of variables and two more marginals.
+/// Numbers of a density on the comparison grid, with its marginals; in space there are a second pair of variables and
+/// two more marginals.
 fn density_numbers(launch: &Launch) -> u64 {
     let (phi, e) = (launch.bins.0 as u64, launch.bins.1 as u64);
     let in_plane = phi * e + phi + e;

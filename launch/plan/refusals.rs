@@ -1,6 +1,7 @@
 //! What the cases of a launch file would refuse of its scenarios, told before anything is started.
 //!
-//! A run goes on without a case that cannot do a scenario, and names it. Whoever validates the file wants to know it at once.
+//! A run goes on without a case that cannot do a scenario, and names it. Whoever validates the file wants to know it at
+//! once.
 
 use kit::assignment::Assignment;
 use kit::reduced;

@@ -38,7 +38,8 @@ pub(crate) fn schema() -> Value {
     schema
 }
 
-/// The schema of cases of one sort: those that have the key `sort`, with this value if it is given, and these settings of their own.
+/// The schema of cases of one sort: those that have the key `sort`, with this value if it is given, and these settings
+/// of their own.
 fn variant(case: &Value, own: &Map<String, Value>, sort: &str, name: Option<&str>) -> Value {
     let mut variant = case.clone();
     if let Some(properties) = variant.get_mut("properties").and_then(Value::as_object_mut) {

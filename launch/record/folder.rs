@@ -1,8 +1,8 @@
 //! The results folder: whole or not there.
 //!
-//! A folder that does not exist yet is written under a temporary name beside its final one and renamed when it is whole. One that
-//! exists, perhaps a mount point or in a parent that is not ours, cannot be replaced so: it is filled. The draft then lies inside it,
-//! and its files move up when they are whole, the manifest last.
+//! A folder that does not exist yet is written under a temporary name beside its final one and renamed when it is
+//! whole. One that exists, perhaps a mount point or in a parent that is not ours, cannot be replaced so: it is filled.
+//! The draft then lies inside it, and its files move up when they are whole, the manifest last.
 
 use std::fs;
 use std::io::{self, ErrorKind};

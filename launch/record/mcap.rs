@@ -1,7 +1,8 @@
-//! A recording as an MCAP file: a channel for each topic, messages as JSON, with schemas that Foxglove and other readers of MCAP know.
+//! A recording as an MCAP file: a channel for each topic, messages as JSON, with schemas that Foxglove and other
+//! readers of MCAP know.
 //!
-//! A recording has no times of day: the log time of a message is its place in the recording, a millisecond each. The time in years of what a message
-//! is about is in its header.
+//! A recording has no times of day: the log time of a message is its place in the recording, a millisecond each. The
+//! time in years of what a message is about is in its header.
 
 use std::collections::BTreeMap;
 use std::fs::File;

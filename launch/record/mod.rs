@@ -1,4 +1,5 @@
-//! What a run leaves behind: its results folder while it is being filled, the manifest with its checksums, recordings, and their export.
+//! What a run leaves behind: its results folder while it is being filled, the manifest with its checksums, recordings,
+//! and their export.
 
 pub mod checksums;
 pub mod folder;

@@ -5,7 +5,8 @@ use results::rows::PassageRow;
 
 use super::{moments, new_table, number, time_heads};
 
-/// Prints the probability of being above the critical eccentricity at each snapshot, and of ever having reached it by the end.
+/// Prints the probability of being above the critical eccentricity at each snapshot, and of ever having reached it by
+/// the end.
 pub fn print(scenario: &str, critical_e: f64, rows: &[&MomentsRow], passages: &[&PassageRow]) {
     let times = moments::times(rows);
     let end = times.last().copied().unwrap_or(0.0);

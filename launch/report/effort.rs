@@ -12,7 +12,8 @@ fn values(row: &EffortRow) -> [f64; 4] {
     [row.t_prop_s, row.t_int_s, row.t_cal_s, row.ratio_to_baseline]
 }
 
-/// Prints the table, whose last column is relative to the case `baseline` if it took part, with the paper's values in brackets if these are the paper's cases.
+/// Prints the table, whose last column is relative to the case `baseline` if it took part, with the paper's values in
+/// brackets if these are the paper's cases.
 pub fn print(scenario: &str, rows: &[&EffortRow], baseline: Option<&str>, beside_paper: bool) {
     let paper: Vec<EffortRow> = if beside_paper { from_text(TABLE_4).unwrap_or_default() } else { Vec::new() };
     let brackets = if beside_paper { ", the paper's Table 4 in brackets" } else { "" };

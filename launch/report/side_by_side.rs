@@ -12,7 +12,8 @@ use crate::plan::launch_file::Launch;
 struct PaperMethod {
     /// The label of its case, which is also its name in the table.
     label: &'static str,
-    /// What the case with this label is called: a method that the paper prints with errors has a corrected case besides.
+    /// What the case with this label is called: a method that the paper prints with errors has a corrected case
+    /// besides.
     ours: &'static str,
     /// Why the numbers differ from one another.
     reason: &'static str,

@@ -1,5 +1,5 @@
-//! The beginning of a run: hosts join, and processes report that they are ready. A run over several hosts begins when all
-//! of them are there.
+//! The beginning of a run: hosts join, and processes report that they are ready. A run over several hosts begins when
+//! all of them are there.
 
 use std::collections::BTreeSet;
 

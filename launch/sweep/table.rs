@@ -27,7 +27,8 @@ pub struct Row {
     pub method: String,
     /// The varied values.
     pub values: Vec<f64>,
-    /// The results, each with its column; none if the combination was refused. NaN stands for what a method does not say.
+    /// The results, each with its column; none if the combination was refused. NaN stands for what a method does not
+    /// say.
     pub numbers: Vec<(String, f64)>,
     /// The scenario's folder; empty if there is none.
     pub folder: String,

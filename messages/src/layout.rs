@@ -1,9 +1,9 @@
 //! The headers, byte for byte.
 //!
 //! Rules, so that every language sees the same bytes: `#[repr(C)]`; 64-bit fields first, then `u32` in pairs; size a
-//! multiple of 8; text NUL-padded UTF-8; codes instead of enums and bools; no pointer. The version is part of the type name,
-//! which iceoryx2 compares when a topic is opened: nodes of different versions cannot meet. Payloads are slices of `f64`,
-//! or of [`RosterEntry`].
+//! multiple of 8; text NUL-padded UTF-8; codes instead of enums and bools; no pointer. The version is part of the type
+//! name, which iceoryx2 compares when a topic is opened: nodes of different versions cannot meet. Payloads are slices
+//! of `f64`, or of [`RosterEntry`].
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -90,8 +90,8 @@ header! {
 header! {
     /// The probability that the eccentricity has ever reached its critical value by time `t`. Payload: one row of
     /// [`PASSAGE_COLUMNS`] numbers per time; no rows if the method has no curve. If the shards of a case count their
-    /// curves from samples, these counts are added up; otherwise the curve of shard 0 is the curve of the case. Where the
-    /// radiation parameter is uncertain, [`GIVEN_COLUMNS`] numbers more may stand in every row.
+    /// curves from samples, these counts are added up; otherwise the curve of shard 0 is the curve of the case. Where
+    /// the radiation parameter is uncertain, [`GIVEN_COLUMNS`] numbers more may stand in every row.
     #[type_name("phasecloud/PassageHeader/4")]
     pub struct PassageHeader {
         /// Names the run.
@@ -109,8 +109,8 @@ header! {
         pub shard: u32,
         /// Shards of the case; 0 or 1 if the case is not split.
         pub shards: u32,
-        /// 1 if the counted samples depend on one another, as pairs of opposites or the points of a sequence do; 0 if they are independent
-        /// or nothing was counted. The counts of dependent samples get no interval.
+        /// 1 if the counted samples depend on one another, as pairs of opposites or the points of a sequence do; 0 if
+        /// they are independent or nothing was counted. The counts of dependent samples get no interval.
         pub dependent: u32,
         /// 1 if every row goes on with [`GIVEN_COLUMNS`] numbers, else 0.
         pub given: u32,
@@ -200,8 +200,8 @@ codes! {
         /// the request that asked for it, 0 if none did, and the total number of scenarios in the run, 0 if it is not
         /// known.
         pub const ACCEPTED: u32 = 5;
-        /// From the scenario node: the scenario named by the subject cannot be published; the text says why. The payload's first
-        /// number is that of the request that asked for it, 0 if none did.
+        /// From the scenario node: the scenario named by the subject cannot be published; the text says why. The
+        /// payload's first number is that of the request that asked for it, 0 if none did.
         pub const REFUSED: u32 = 6;
         /// The node cannot go on before the case named by the subject has sent what the text says.
         pub const WAITS_FOR: u32 = 7;

@@ -25,8 +25,8 @@
 //! - [`scenario`]: the problem, with a description of its variables;
 //! - [`text`]: text in fixed fields.
 //!
-//! A message is a header and a slice of items. A header is a plain structure that describes itself, and a scenario message becomes a
-//! value that has been checked:
+//! A message is a header and a slice of items. A header is a plain structure that describes itself, and a scenario
+//! message becomes a value that has been checked:
 //!
 //! ```
 //! use messages::scenario::{Description, Moment, Parameter, Projection, Range, Variable};

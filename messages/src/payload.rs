@@ -38,7 +38,8 @@ pub(crate) fn table(columns: &[&str], by_column: bool) -> Shape {
 
 /// A first-passage curve: one row per time.
 pub const PASSAGE: [&str; 4] = ["time [yr]", "probability", "low", "high"];
-/// With what a row of a first-passage curve may go on: what re-entry, or none, says of an uncertain radiation parameter.
+/// With what a row of a first-passage curve may go on: what re-entry, or none, says of an uncertain radiation
+/// parameter.
 pub const GIVEN: [&str; 8] = [
     "mean of C given re-entry",
     "deviation of C given re-entry",

@@ -15,7 +15,8 @@ use messages::scenario::{ParameterEntry, ProjectionEntry, ScenarioHeader, Variab
 /// Set to 1 to fail where Python is missing, instead of skipping.
 const REQUIRE: &str = "PHASECLOUD_REQUIRE_PYTHON";
 
-/// Prints the layouts of the Python file in the form of [`rust_says`], and the kinds of snapshots whose names are its arguments.
+/// Prints the layouts of the Python file in the form of [`rust_says`], and the kinds of snapshots whose names are its
+/// arguments.
 const PYTHON_SAYS: &str = r#"
 import ctypes, layout, sys
 names = {ctypes.c_uint64: "u64", ctypes.c_double: "f64", ctypes.c_uint32: "u32", ctypes.c_uint8: "u8"}

@@ -20,7 +20,8 @@ pub struct Assigning {
     pub bins: (usize, usize),
 }
 
-/// The assignment of a scenario without grids, as far as it is known before anything is computed; `None` if it describes an orbit without a cloud.
+/// The assignment of a scenario without grids, as far as it is known before anything is computed; `None` if it
+/// describes an orbit without a cloud.
 pub fn without_grids(scenario: &AnyScenario) -> Option<Assignment> {
     let (name, place) = (scenario.name(), (0, 0));
     match scenario {

@@ -1,4 +1,5 @@
-//! A case computed in this process alone, without topics: the same propagators and the same estimation as in a run, one after the other.
+//! A case computed in this process alone, without topics: the same propagators and the same estimation as in a run, one
+//! after the other.
 
 use kit::assignment::Assignment;
 use kit::failure::Failure;
@@ -51,7 +52,8 @@ pub struct Computed {
 /// A case that has been computed.
 #[derive(Debug)]
 pub struct Outcome {
-    /// Its snapshots, in the order of the scenario's times; none if nothing but the first-passage curve is wanted and that needs none.
+    /// Its snapshots, in the order of the scenario's times; none if nothing but the first-passage curve is wanted and
+    /// that needs none.
     pub snapshots: Vec<Computed>,
     /// Its first-passage curve, if it is wanted.
     pub passage: Option<Passage>,

@@ -26,7 +26,8 @@ pub(crate) fn lost_orbit(py: Python<'_>, why: impl Into<String>) -> PyErr {
     raised(py, "LostOrbit", (why.into(),))
 }
 
-/// The exception for the failure of a method. A computation that was stopped has an exception of its own already: that of the signal.
+/// The exception for the failure of a method. A computation that was stopped has an exception of its own already: that
+/// of the signal.
 pub(crate) fn failure(py: Python<'_>, failure: &Failure) -> PyErr {
     match failure {
         Failure::Stopped => pyo3::exceptions::PyKeyboardInterrupt::new_err("stopped on request"),

@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 
 use crate::errors;
 
-/// Checks a launch file with its scenarios, and that the programs which it names are there. Returns the labels of its cases.
+/// Checks a launch file with its scenarios, and that the programs which it names are there. Returns the labels of its
+/// cases.
 #[pyfunction]
 pub(crate) fn check_launch(py: Python<'_>, path: PathBuf) -> PyResult<Vec<String>> {
     let launch = Launch::load_to_start(Some(&path), None).map_err(|error| errors::input(py, &error))?;

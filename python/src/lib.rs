@@ -1,7 +1,7 @@
 //! The native part of the Python package `phasecloud`: the science of phasecloud in the process of the interpreter.
 //!
-//! Everything that a Python user sees is in `python/phasecloud`; here are the functions behind it, which take and return numpy arrays and
-//! dictionaries. Computations release the interpreter's lock.
+//! Everything that a Python user sees is in `python/phasecloud`; here are the functions behind it, which take and
+//! return numpy arrays and dictionaries. Computations release the interpreter's lock.
 //!
 //! | module | what |
 //! |---|---|

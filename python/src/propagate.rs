@@ -16,8 +16,8 @@ use crate::errors;
 use crate::scenario::Scenario;
 use crate::stop::Stop;
 
-/// Moves orbits that start at `t = 0` to each of `times` \[yr\]. `starts` has one row for each variable of the scenario's model and one
-/// column for each orbit; so has the result, for each time.
+/// Moves orbits that start at `t = 0` to each of `times` \[yr\]. `starts` has one row for each variable of the
+/// scenario's model and one column for each orbit; so has the result, for each time.
 #[pyfunction]
 pub(crate) fn propagate<'py>(
     py: Python<'py>,

@@ -69,8 +69,8 @@ impl Scenario {
         self.content.critical_e()
     }
 
-    /// What the scenario says of its cloud: model, parameters, variables, mean and covariance of the initial Gaussian. `None` where it has
-    /// no cloud.
+    /// What the scenario says of its cloud: model, parameters, variables, mean and covariance of the initial Gaussian.
+    /// `None` where it has no cloud.
     fn described<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(said) = self.description() else { return Ok(None) };
         let (table, parameters) = (PyDict::new(py), PyDict::new(py));

@@ -11,7 +11,8 @@ use crate::error::FolderError;
 use crate::files::{SCENARIO, part};
 
 /// Moves what the recorder has written of scenarios `0..scenarios` up into `folder`: tables one after the other,
-/// descriptions line by line, archives entry by entry. The scenario files themselves are there already, as their authors wrote them.
+/// descriptions line by line, archives entry by entry. The scenario files themselves are there already, as their
+/// authors wrote them.
 ///
 /// # Errors
 /// If something cannot be read or written.
@@ -55,8 +56,8 @@ fn file_names(parts: &[PathBuf]) -> Result<Vec<String>, FolderError> {
     names.collect::<Result<_, _>>().map_err(|e| FolderError::new(first, e))
 }
 
-/// Rows of all tables. Scenarios of different models have different columns: the joined table has those of all, with `NaN` where a
-/// scenario has no such column.
+/// Rows of all tables. Scenarios of different models have different columns: the joined table has those of all, with
+/// `NaN` where a scenario has no such column.
 fn join_tables(tables: &[PathBuf], whole: &Path) -> io::Result<()> {
     let heads: Vec<Vec<u8>> = tables.iter().map(|table| head_of(table)).collect::<Result<_, _>>()?;
     if heads.iter().any(|head| *head != heads[0]) {

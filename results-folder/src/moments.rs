@@ -23,7 +23,8 @@ pub struct MomentsRow {
     pub t_yr: f64,
     /// The names of the numbers: `mean_phi_rad`.
     pub columns: Arc<[String]>,
-    /// The numbers. `NaN` stands for a number that the method withholds, and for a standard error that it does not have.
+    /// The numbers. `NaN` stands for a number that the method withholds, and for a standard error that it does not
+    /// have.
     pub numbers: Vec<f64>,
 }
 

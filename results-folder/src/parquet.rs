@@ -1,6 +1,7 @@
 //! The tables as Parquet files, for programs that read columns: pandas, polars, DuckDB, Spark.
 //!
-//! A column whose cells are all numbers is one of `DOUBLE`, with a withheld number as `NaN`; every other column is text in UTF-8.
+//! A column whose cells are all numbers is one of `DOUBLE`, with a withheld number as `NaN`; every other column is text
+//! in UTF-8.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -41,8 +42,9 @@ const TEXTS: [&str; 15] = [
     "density_judged_by",
 ];
 
-/// Writes every table that is in the folder `from` into the folder `to`, under its name with the ending `parquet`. The metadata of each file have
-/// the name of the run and the versions of the program under `phasecloud`, as JSON. Returns the files.
+/// Writes every table that is in the folder `from` into the folder `to`, under its name with the ending `parquet`. The
+/// metadata of each file have the name of the run and the versions of the program under `phasecloud`, as JSON. Returns
+/// the files.
 ///
 /// # Errors
 /// Which file cannot be read or written, and why.

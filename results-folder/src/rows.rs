@@ -96,9 +96,9 @@ rows! {
         interval: String,
     }
 
-    /// A row of `given_re_entry.csv`: mean and standard deviation of an uncertain radiation parameter `C`, given that the satellite has re-entered
-    /// by `t_yr` (`given` is [`RE_ENTRY`]) or that it has not ([`NONE`]), and their errors, of which
-    /// `errors` says the type.
+    /// A row of `given_re_entry.csv`: mean and standard deviation of an uncertain radiation parameter `C`, given that
+    /// the satellite has re-entered by `t_yr` (`given` is [`RE_ENTRY`]) or that it has not ([`NONE`]), and their
+    /// errors, of which `errors` says the type.
     GivenRow {
         scenario: String,
         method: String,

@@ -5,8 +5,8 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::time::SystemTime;
 
-/// An example's program. `cargo test` has built it; `cargo test --test NAME` builds only the test, so that the program may be
-/// absent, or older than its sources: it is built here then.
+/// An example's program. `cargo test` has built it; `cargo test --test NAME` builds only the test, so that the program
+/// may be absent, or older than its sources: it is built here then.
 pub fn example(name: &str) -> PathBuf {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let program = Path::new(env!("CARGO_BIN_EXE_phasecloud")).with_file_name("examples").join(name);

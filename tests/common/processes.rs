@@ -106,7 +106,8 @@ fn environments() -> impl Iterator<Item = (i32, Vec<String>)> {
     })
 }
 
-/// Ends the launchers whose temporary folder is `folder`, with the processes of their runs, and waits until they are gone.
+/// Ends the launchers whose temporary folder is `folder`, with the processes of their runs, and waits until they are
+/// gone.
 pub fn end_launchers_of(folder: &Path) {
     let temporary = format!("TMPDIR={}", folder.display());
     let is_launcher = |variables: &[String]| {

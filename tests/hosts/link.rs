@@ -1,7 +1,7 @@
 //! A link on loopback that is slow, loses what it carries for a while, or is cut.
 //!
-//! It stands in for a real one: every byte comes 50 ms late, and one block in a hundred holds up all after it for 250 ms, as a lost
-//! segment does until TCP has sent it again.
+//! It stands in for a real one: every byte comes 50 ms late, and one block in a hundred holds up all after it for 250
+//! ms, as a lost segment does until TCP has sent it again.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};

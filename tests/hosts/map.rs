@@ -19,7 +19,8 @@ const SAIL: &str = "name = \"inclined\"\n[model]\nname = \"vectorial\"\nforces =
      sun_longitude = 0.0\n[orbit]\nsemi_major_axis = 2.5\narea_to_mass = 10\nreflectivity = 1.3\n[initial]\nphi = 3.1\ne = 0.02\n\
      inclination = 0.3\nnode = 0.0\nsigma_phi = 0.3\nsigma_e = 0.005\nsigma_inclination = 0.01\nsigma_node = 0.1\n\
      sigma_radiation = 0.05\n[times]\nat = [0.0, 2.0]\n[disposal]\naltitude = \"120 km\"\n";
-/// A map of points that take long, so that there is something to do until workers have come, however fast the machine is.
+/// A map of points that take long, so that there is something to do until workers have come, however fast the machine
+/// is.
 const MAP: &str = "scenario = \"sail.toml\"\ntolerance = 0.004\n[quantity]\nname = \"reentry\"\nwithin = 2\n[vary]\n\
      \"initial.inclination\" = { from = \"0 deg\", to = \"20 deg\", count = 9 }\n\
      \"orbit.area_to_mass\" = { from = 6, to = 16, count = 31 }\n";

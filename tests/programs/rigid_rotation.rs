@@ -1,5 +1,5 @@
-//! Propagators of a model that is not phasecloud's: `rigid-rotation mc` draws samples, `rigid-rotation ut` carries a Gaussian by the
-//! unscented transform. Both take the model from the scenario's parameters, by name.
+//! Propagators of a model that is not phasecloud's: `rigid-rotation mc` draws samples, `rigid-rotation ut` carries a
+//! Gaussian by the unscented transform. Both take the model from the scenario's parameters, by name.
 
 use std::process::ExitCode;
 

@@ -28,7 +28,8 @@ pub static INTERPRETER: LazyLock<Result<PathBuf, String>> = LazyLock::new(|| {
     Ok(interpreter)
 });
 
-/// Makes `import phasecloud` find the sources of this checkout, as an editable installation does. The kit needs no compiled part of the package.
+/// Makes `import phasecloud` find the sources of this checkout, as an editable installation does. The kit needs no
+/// compiled part of the package.
 fn lead_to_the_package(interpreter: &Path) -> Result<(), String> {
     let where_to = "import site; print(site.getsitepackages()[0])";
     let output = Command::new(interpreter).args(["-c", where_to]).output().map_err(|e| e.to_string())?;

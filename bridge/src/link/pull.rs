@@ -48,8 +48,8 @@ struct Part<T: Topic> {
     begun: Instant,
 }
 
-/// Pulls the stream under `key` into `sink` until its sender ends or `contact` is told to stop. A cut link, or a sender that is
-/// started again, is no end.
+/// Pulls the stream under `key` into `sink` until its sender ends or `contact` is told to stop. A cut link, or a sender
+/// that is started again, is no end.
 ///
 /// # Errors
 /// What the sink could not do.

@@ -1,7 +1,7 @@
 //! The sender of a stream: answers a reader's questions out of the local domain.
 //!
-//! One message is held at a time, where it lies in shared memory; the others wait in the topic. A new reader gets all that
-//! the publishers still keep, as any reader does that comes late.
+//! One message is held at a time, where it lies in shared memory; the others wait in the topic. A new reader gets all
+//! that the publishers still keep, as any reader does that comes late.
 
 use std::collections::hash_map::RandomState;
 use std::hash::BuildHasher;

@@ -32,7 +32,8 @@ pub(crate) fn refused(why: &dyn std::fmt::Display) -> Failure {
     Failure::Refused(format!("zenoh: {}", without_places(&why.to_string())))
 }
 
-/// A text of zenoh without the places in its source, ` at FILE.rs:LINE`, which name folders of the machine on which it was built.
+/// A text of zenoh without the places in its source, ` at FILE.rs:LINE`, which name folders of the machine on which it
+/// was built.
 fn without_places(text: &str) -> String {
     let mut pieces = text.split(" at ");
     let mut kept = pieces.next().unwrap_or_default().to_owned();

@@ -165,8 +165,8 @@ impl Drop for Ends {
     }
 }
 
-/// The next `count` snapshots that arrive: attempt and index of each; their numbers are checked. Meanwhile `outlet` serves late
-/// readers, as a propagator's does while it waits.
+/// The next `count` snapshots that arrive: attempt and index of each; their numbers are checked. Meanwhile `outlet`
+/// serves late readers, as a propagator's does while it waits.
 fn arrivals(inlet: &Inlet<Snapshot>, outlet: &Outlet<Snapshot>, count: u32) -> Vec<(u32, u32)> {
     let (start, mut arrived) = (Instant::now(), Vec::new());
     while arrived.len() < count as usize {

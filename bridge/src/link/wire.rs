@@ -4,10 +4,12 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// Version of this protocol, of greetings and of the parts of maps; the headers of the messages have their versions in their names.
+/// Version of this protocol, of greetings and of the parts of maps; the headers of the messages have their versions in
+/// their names.
 pub const VERSION: u32 = 3;
 
-/// Most bytes of a message that one piece holds: small enough that a slow link brings one within [`super::pull::PATIENCE`].
+/// Most bytes of a message that one piece holds: small enough that a slow link brings one within
+/// [`super::pull::PATIENCE`].
 pub const PIECE: usize = 512 << 10;
 
 /// A reader's question: go on with message `sequence` at byte `offset`.

@@ -32,8 +32,8 @@ const GREETINGS: Duration = Duration::from_millis(500);
 /// Time between two looks whether home is still there.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Carries messages of the host that says `hello` until the run at home has ended, or asked to stop. `log` is the file with
-/// the host's log.
+/// Carries messages of the host that says `hello` until the run at home has ended, or asked to stop. `log` is the file
+/// with the host's log.
 ///
 /// # Errors
 /// [`Failure::Refused`] if home is lost.

@@ -1,11 +1,11 @@
-//! The splitting criteria of the literature beside the adaptive split: L1 error of the density against the number of components, in the paper's
-//! three scenarios and in two inclined clouds.
+//! The splitting criteria of the literature beside the adaptive split: L1 error of the density against the number of
+//! components, in the paper's three scenarios and in two inclined clouds.
 //!
 //! `cargo run --release -p phasecloud-density --example splitting_criteria -- [plane|space] [FILE]`
 //!
-//! FILE takes what `benches/peers/pyest_splits.py` needs to do the same with PyEst. A split is made for each time by itself, along the
-//! direction that the criterion prefers for that time. All splits take the splitting library that keeps the variance, and sigma points with
-//! `n + zeta = n + 1`.
+//! FILE takes what `benches/peers/pyest_splits.py` needs to do the same with PyEst. A split is made for each time by
+//! itself, along the direction that the criterion prefers for that time. All splits take the splitting library that
+//! keeps the variance, and sigma points with `n + zeta = n + 1`.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,7 +1,8 @@
-//! The questions of a disposal designer, for a planar model: can the satellite re-enter at all, how probable is it by when, how strong must
-//! the radiation pressure be, and on what does the answer depend.
+//! The questions of a disposal designer, for a planar model: can the satellite re-enter at all, how probable is it by
+//! when, how strong must the radiation pressure be, and on what does the answer depend.
 //!
-//! All probabilities come from the exact first-passage curve ([`crate::first_passage::exact`]), with its error estimates.
+//! All probabilities come from the exact first-passage curve ([`crate::first_passage::exact`]), with its error
+//! estimates.
 
 pub mod over_radiation;
 
@@ -17,9 +18,9 @@ use crate::problem::{InitialGaussian, Problem};
 
 /// Whether an orbit that is circular at first ever reaches an eccentricity.
 ///
-/// It moves along the contour of the Hamiltonian through `e = 0`. The contour meets the circle of every eccentricity on its way, so it reaches
-/// `e` if on all circles up to there the Hamiltonian takes the value that it has at `e = 0`. On a circle it is a polynomial of second degree
-/// in `cos(phi)`, whose range is known from three of its values.
+/// It moves along the contour of the Hamiltonian through `e = 0`. The contour meets the circle of every eccentricity on
+/// its way, so it reaches `e` if on all circles up to there the Hamiltonian takes the value that it has at `e = 0`. On
+/// a circle it is a polynomial of second degree in `cos(phi)`, whose range is known from three of its values.
 pub fn is_reached_from_circular<M: PlanarHamiltonian>(model: &M, e: f64) -> bool {
     const CIRCLES: u32 = 20_000;
     let level = model.hamiltonian(State { x1: 0.0, x2: 0.0 });
@@ -34,8 +35,8 @@ pub fn is_reached_from_circular<M: PlanarHamiltonian>(model: &M, e: f64) -> bool
     (1..=CIRCLES).all(|k| meets(e * f64::from(k) / f64::from(CIRCLES)))
 }
 
-/// The least radiation parameter with which an orbit that is circular at first reaches an eccentricity, all other parameters being those of
-/// `model`; `None` if none up to 100 does. With radiation pressure and oblateness alone it is
+/// The least radiation parameter with which an orbit that is circular at first reaches an eccentricity, all other
+/// parameters being those of `model`; `None` if none up to 100 does. With radiation pressure and oblateness alone it is
 /// `max |1 + W/3 - s - (W/3)/s³| / e` over `0 < e <= critical_e`, `s = sqrt(1 - e²)`.
 pub fn required_radiation(model: &Planar, critical_e: f64) -> Option<f64> {
     let reaches = |radiation: f64| {
@@ -66,7 +67,8 @@ pub fn dense_times(end: f64) -> Vec<f64> {
     (0..=STEPS).map(|k| end * f64::from(k) / f64::from(STEPS)).collect()
 }
 
-/// The first time \[yr\] by which a probability is reached, on a curve that is linear between its points; `None` if it is not reached.
+/// The first time \[yr\] by which a probability is reached, on a curve that is linear between its points; `None` if it
+/// is not reached.
 pub fn time_of(curve: &[(f64, f64)], probability: f64) -> Option<f64> {
     let first = curve.iter().position(|(_, p)| *p >= probability)?;
     let (time, p) = curve[first];
@@ -76,8 +78,9 @@ pub fn time_of(curve: &[(f64, f64)], probability: f64) -> Option<f64> {
     }
 }
 
-/// The least radiation parameter with which the probability of re-entry by the last snapshot is `probability`, all else being that of
-/// `problem`: looked for between a tenth and ten times the present one; `None` if it is not there. A tenth of it means that even less may do.
+/// The least radiation parameter with which the probability of re-entry by the last snapshot is `probability`, all else
+/// being that of `problem`: looked for between a tenth and ten times the present one; `None` if it is not there. A
+/// tenth of it means that even less may do.
 ///
 /// # Errors
 /// As [`probabilities`].
@@ -110,7 +113,8 @@ pub fn radiation_for(problem: &Problem<Planar>, probability: f64) -> Result<Opti
     Ok(None)
 }
 
-/// The time \[yr\] after which an orbit is where it was; `None` if it does not come back within 1000 yr, or stands still.
+/// The time \[yr\] after which an orbit is where it was; `None` if it does not come back within 1000 yr, or stands
+/// still.
 ///
 /// A closed orbit is symmetric about the axis `x1 = 0` and crosses it twice, once in each direction.
 pub fn period<M: PlanarHamiltonian>(model: &M, start: State) -> Option<f64> {
@@ -146,8 +150,8 @@ pub struct Sensitivity {
     pub effect: f64,
 }
 
-/// The effect of each small change: one percent of a parameter, a tenth of a standard deviation of a mean, ten percent of a standard deviation;
-/// the largest effect first.
+/// The effect of each small change: one percent of a parameter, a tenth of a standard deviation of a mean, ten percent
+/// of a standard deviation; the largest effect first.
 ///
 /// # Errors
 /// As [`probabilities`].
@@ -222,7 +226,8 @@ mod tests {
         }
     }
 
-    /// Without oblateness the flow is a rigid rotation of a sphere, once in `1/sqrt(1 + C²)` yr (`Krivov & Getino 1997`).
+    /// Without oblateness the flow is a rigid rotation of a sphere, once in `1/sqrt(1 + C²)` yr (`Krivov & Getino
+    /// 1997`).
     #[test]
     fn the_period_without_oblateness_is_that_of_the_rotation() {
         for radiation in [0.05, 0.15, 0.3] {

@@ -1,7 +1,8 @@
 //! The questions of a disposal designer where the radiation parameter is uncertain.
 //!
-//! The probability that a satellite with a *given* parameter re-enters by the end is a function of that parameter alone. It is tabulated
-//! once ([`EndProbability`]); for any mean and any spread of the parameter the probability is then an integral over the table.
+//! The probability that a satellite with a *given* parameter re-enters by the end is a function of that parameter
+//! alone. It is tabulated once ([`EndProbability`]); for any mean and any spread of the parameter the probability is
+//! then an integral over the table.
 
 use rayon::prelude::*;
 
@@ -24,8 +25,8 @@ pub fn passed(problem: &UncertainProblem, times: &[f64]) -> Result<Vec<Passed>, 
     curve(&ExactLeaves::new(problem.clone(), Accuracy::Medium, ExactSettings::default()), times)
 }
 
-/// The probability of re-entry by the last snapshot as a function of the radiation parameter, linear between values that are close
-/// enough together.
+/// The probability of re-entry by the last snapshot as a function of the radiation parameter, linear between values
+/// that are close enough together.
 #[derive(Debug, Clone)]
 pub struct EndProbability {
     /// Logarithms of the parameter, ascending, with the probabilities.
@@ -115,8 +116,8 @@ impl EndProbability {
         sum / total
     }
 
-    /// The least mean of the radiation parameter, between a tenth of the present one and ten times as much, with which the
-    /// probability is at least `probability`; the relative spread stays the same.
+    /// The least mean of the radiation parameter, between a tenth of the present one and ten times as much, with which
+    /// the probability is at least `probability`; the relative spread stays the same.
     pub fn radiation_for(&self, problem: &UncertainProblem, probability: f64) -> Option<f64> {
         const STEPS: u32 = 400;
         let suffices = |factor: f64| self.for_spread(problem, factor * problem.mean(), problem.spread) >= probability;
@@ -134,8 +135,8 @@ impl EndProbability {
     }
 }
 
-/// The effect of small changes on the probability of re-entry by the last snapshot, as [`super::sensitivities`], and of the spread of the radiation
-/// parameter; the largest first.
+/// The effect of small changes on the probability of re-entry by the last snapshot, as [`super::sensitivities`], and of
+/// the spread of the radiation parameter; the largest first.
 ///
 /// # Errors
 /// As [`super::probabilities`].

@@ -1,7 +1,8 @@
 //! Adaptive quadrature: intervals, each with a Kronrod rule, of which those with the largest errors are halved.
 //!
-//! An interval with what the rule has given on it is called a panel. What is integrated differs: functions of an orbit ([`super::family`]), the
-//! probabilities of many bins ([`super::by_orbits`]), and functions of a leaf ([`super::over_leaves`]).
+//! An interval with what the rule has given on it is called a panel. What is integrated differs: functions of an orbit
+//! ([`super::family`]), the probabilities of many bins ([`super::by_orbits`]), and functions of a leaf
+//! ([`super::over_leaves`]).
 
 use super::rules::{POINTS, kronrod};
 
@@ -42,8 +43,8 @@ pub(super) fn kronrod_error(difference: f64, size: f64) -> f64 {
     size * estimate.max(f64::EPSILON)
 }
 
-/// The positions of the fewest intervals without which the others have less than half of the tolerated error, given the share of each in it; at
-/// most `most`, in ascending order.
+/// The positions of the fewest intervals without which the others have less than half of the tolerated error, given the
+/// share of each in it; at most `most`, in ascending order.
 pub(super) fn worst(shares: &[f64], most: usize, can_be_halved: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut order: Vec<usize> = (0..shares.len()).filter(|&i| shares[i] > 0.0 && can_be_halved(i)).collect();
     order.sort_by(|&a, &b| shares[b].total_cmp(&shares[a]).then(a.cmp(&b)));

@@ -1,5 +1,5 @@
-//! The moments of the initial Gaussian itself, with `phi` wrapped round the circle and `e` cut to `0 < e < 1`: in closed form if they
-//! are independent, and otherwise by a sum over `e` of closed forms in `phi`.
+//! The moments of the initial Gaussian itself, with `phi` wrapped round the circle and `e` cut to `0 < e < 1`: in
+//! closed form if they are independent, and otherwise by a sum over `e` of closed forms in `phi`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -67,8 +67,9 @@ fn correlated(initial: &InitialGaussian) -> SmoothMoments {
     }
 }
 
-/// Nodes and weights of a mean over `v`, the cut eccentricity in standard deviations from its mean: the eight-point Gauss
-/// rule on intervals that are short on the scale of the density and of the solar angle's passage through the branch cut.
+/// Nodes and weights of a mean over `v`, the cut eccentricity in standard deviations from its mean: the eight-point
+/// Gauss rule on intervals that are short on the scale of the density and of the solar angle's passage through the
+/// branch cut.
 fn nodes(initial: &InitialGaussian) -> Vec<(f64, f64)> {
     let InitialGaussian { mean_e, sigma_e, correlation, .. } = *initial;
     let (low, high) = ((-mean_e / sigma_e).max(-REACH), ((1.0 - mean_e) / sigma_e).min(REACH));
@@ -100,8 +101,8 @@ fn branch_moments(mean: f64, sigma: f64) -> (f64, f64) {
 /// Accuracy of the closed forms in double precision.
 const ROUNDING: f64 = 1e-14;
 
-/// Mean and deviation of a Gaussian that is cut to between 0 and 1 (Johnson, Kotz & Balakrishnan, *Continuous Univariate
-/// Distributions* 1, 1994, Sect. 13.10.1).
+/// Mean and deviation of a Gaussian that is cut to between 0 and 1 (Johnson, Kotz & Balakrishnan, *Continuous
+/// Univariate Distributions* 1, 1994, Sect. 13.10.1).
 fn truncated(mean: f64, sigma: f64) -> (f64, f64) {
     let (low, high) = (-mean / sigma, (1.0 - mean) / sigma);
     let mass = 1.0 - normal_tail(-low) - normal_tail(high);

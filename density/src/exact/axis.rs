@@ -1,10 +1,10 @@
 //! Every orbit is identified by the point at which it is least eccentric.
 //!
-//! The flow is reversible: `(x1, x2) -> (-x1, x2)` with time reversed maps orbits onto orbits. The eccentricity grows wherever
-//! `x1 > 0` and falls where `x1 < 0` ([`PlanarHamiltonian::eccentricity_follows_x1`]; of the paper's model `e' = n_sun C s sin(phi)`,
-//! Eq. 1). So all stationary points lie on the axis `x1 = 0`, every closed orbit encloses a point of the axis, crosses it, is its
-//! own mirror image, and crosses it exactly twice: its eccentricity is least at the crossing where `x1` grows, and largest at the
-//! other one. On the axis, in the paper's model,
+//! The flow is reversible: `(x1, x2) -> (-x1, x2)` with time reversed maps orbits onto orbits. The eccentricity grows
+//! wherever `x1 > 0` and falls where `x1 < 0` ([`PlanarHamiltonian::eccentricity_follows_x1`]; of the paper's model
+//! `e' = n_sun C s sin(phi)`, Eq. 1). So all stationary points lie on the axis `x1 = 0`, every closed orbit encloses a
+//! point of the axis, crosses it, is its own mirror image, and crosses it exactly twice: its eccentricity is least at
+//! the crossing where `x1` grows, and largest at the other one. On the axis, in the paper's model,
 //!
 //! ```text
 //! h(q) = H(0, q) = s + C q + (W/3)/s³      h'(q) = C + q (W/s⁴ - 1)/s      s = sqrt(1 - q²)

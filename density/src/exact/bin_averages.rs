@@ -1,8 +1,9 @@
 //! Averages over the bins of a grid of a function that is known at the points of a lattice, by polynomials.
 //!
-//! Each bin has a number of intervals to a side. The integral over an interval is that of the polynomial through the nearest points, those outside
-//! the bin among them: where the function is smooth on the scale of a bin, a few points to each bin are enough. At the ends of the lattice
-//! the nearest points lie on one side. Averages are taken over rows, then over columns.
+//! Each bin has a number of intervals to a side. The integral over an interval is that of the polynomial through the
+//! nearest points, those outside the bin among them: where the function is smooth on the scale of a bin, a few points
+//! to each bin are enough. At the ends of the lattice the nearest points lie on one side. Averages are taken over rows,
+//! then over columns.
 
 use std::ops::Range;
 
@@ -17,8 +18,8 @@ pub(super) struct Averaging {
 }
 
 impl Averaging {
-    /// For these bins of `parts` intervals each, by polynomials of this degree, or of the largest that the points allow. Bin `i` begins at point
-    /// `i * parts` of a line on which the points in `points` are known.
+    /// For these bins of `parts` intervals each, by polynomials of this degree, or of the largest that the points
+    /// allow. Bin `i` begins at point `i * parts` of a line on which the points in `points` are known.
     pub fn new(bins: Range<usize>, parts: usize, degree: usize, points: Range<usize>) -> Self {
         let degree = degree.min(points.len() - 1);
         // The first of the points nearest to an interval.
@@ -48,7 +49,8 @@ impl Averaging {
     }
 }
 
-/// Integrals from `low` to `low + 1` of the polynomials of degree `degree` that are 1 at one of the points 0, 1, ... and 0 at the others.
+/// Integrals from `low` to `low + 1` of the polynomials of degree `degree` that are 1 at one of the points 0, 1, ...
+/// and 0 at the others.
 fn over_interval(low: f64, degree: usize) -> Vec<f64> {
     let basis = |k: usize, x: f64| -> f64 {
         (0..=degree).filter(|&j| j != k).map(|j| (x - j as f64) / (k as f64 - j as f64)).product()

@@ -1,7 +1,8 @@
 //! A block: a rectangle of the `(phi, e)` plane at time `t` on which the backward flow is one polynomial.
 //!
-//! The backward map to `t = 0` is a product of Chebyshev polynomials through `N x N` backward orbits. On every grid line
-//! inside the block it reduces to a [`ChebyshevCurve`]; circulation along the four edges of a bin is the bin's probability.
+//! The backward map to `t = 0` is a product of Chebyshev polynomials through `N x N` backward orbits. On every grid
+//! line inside the block it reduces to a [`ChebyshevCurve`]; circulation along the four edges of a bin is the bin's
+//! probability.
 
 use crate::grid::Axis;
 

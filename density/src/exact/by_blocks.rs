@@ -27,7 +27,8 @@ const SHARE: f64 = 0.01;
 /// Number of bins in each direction of a block at the start.
 const FIRST: usize = 25;
 
-/// The joint density after `years` on `grid`, to an L1 error of about `tolerance`; `None` if that takes more than `most_orbits`.
+/// The joint density after `years` on `grid`, to an L1 error of about `tolerance`; `None` if that takes more than
+/// `most_orbits`.
 pub(super) fn joint<M: PlanarHamiltonian>(
     flow: &Flow<M>,
     measure: &Measure,

@@ -27,7 +27,8 @@ struct BinPanel {
     error: f64,
 }
 
-/// The joint density after `years` on `grid`, to an L1 error of about `tolerance` unless that takes more than `most_orbits`.
+/// The joint density after `years` on `grid`, to an L1 error of about `tolerance` unless that takes more than
+/// `most_orbits`.
 pub(super) fn joint(
     family: &Family<impl PlanarHamiltonian>,
     grid: &Grid,

@@ -1,9 +1,9 @@
 //! Circulation of the initial measure along a piece of curve that is known as a polynomial.
 //!
-//! A [`ChebyshevCurve`] holds the Chebyshev coefficients of `x1`, `x2` along the backward image of a piece of curve. That image is
-//! smooth on the scale of the dynamics, however narrow the cloud, so the flow is called at a few nodes only. The one-form
-//! `F(phi, e) dphi` ([`super::measure`]) varies on the scale of the cloud and is integrated by Gauss-Legendre rules on pieces of the
-//! polynomial that are short in standard deviations.
+//! A [`ChebyshevCurve`] holds the Chebyshev coefficients of `x1`, `x2` along the backward image of a piece of curve.
+//! That image is smooth on the scale of the dynamics, however narrow the cloud, so the flow is called at a few nodes
+//! only. The one-form `F(phi, e) dphi` ([`super::measure`]) varies on the scale of the cloud and is integrated by
+//! Gauss-Legendre rules on pieces of the polynomial that are short in standard deviations.
 
 use std::f64::consts::PI;
 

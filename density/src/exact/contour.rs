@@ -90,8 +90,8 @@ impl Contour {
         self.starts.iter().copied().filter(|&start| start < self.half).chain([self.half])
     }
 
-    /// The time between 0 and half a period at which the eccentricity grows beyond `e`; `None` if it never does, 0 if the
-    /// eccentricity is never below `e`.
+    /// The time between 0 and half a period at which the eccentricity grows beyond `e`; `None` if it never does, 0 if
+    /// the eccentricity is never below `e`.
     pub(crate) fn rises_above(&self, e: f64) -> Option<f64> {
         let below = |theta: f64| {
             let State { x1, x2 } = self.at(theta);

@@ -1,8 +1,8 @@
 //! How finely the orbits of a cloud are resolved.
 //!
-//! A yardstick needs all digits. Where a mean over many clouds is taken, one for each value of an uncertain parameter, and each of them needs five
-//! digits only, most of the work would go into digits that nobody asks for. What a coarser resolution loses shows: the probability
-//! of all orbits is then off 1 by as much, which every error estimate includes.
+//! A yardstick needs all digits. Where a mean over many clouds is taken, one for each value of an uncertain parameter,
+//! and each of them needs five digits only, most of the work would go into digits that nobody asks for. What a coarser
+//! resolution loses shows: the probability of all orbits is then off 1 by as much, which every error estimate includes.
 
 /// How finely the orbits of a cloud are resolved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,13 +15,13 @@ pub(crate) struct Detail {
     pub parts: usize,
     /// Whether there are further cuts at the first and at the last of these points.
     pub cuts_ends: bool,
-    /// Largest permitted size of the last two Legendre coefficients of the initial probability along an orbit in an interval, as a share
-    /// of its size there. The rule's own error is about the square of that size.
+    /// Largest permitted size of the last two Legendre coefficients of the initial probability along an orbit in an
+    /// interval, as a share of its size there. The rule's own error is about the square of that size.
     pub tail: f64,
     /// The same for an interval that holds little.
     pub rough_tail: f64,
-    /// Share of the whole below which the last coefficients of an interval must be if the interval is to count as holding
-    /// little.
+    /// Share of the whole below which the last coefficients of an interval must be if the interval is to count as
+    /// holding little.
     pub little: f64,
     /// Largest number of orbits that are kept for the next snapshot.
     pub kept: usize,

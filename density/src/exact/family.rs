@@ -219,7 +219,8 @@ fn pilots(axis: &Axis<impl PlanarHamiltonian>, measure: &Measure, side: u32) -> 
     points
 }
 
-/// A part of the axis, cut at its special points, between the pilots, and at the first and the last pilot if that is wanted.
+/// A part of the axis, cut at its special points, between the pilots, and at the first and the last pilot if that is
+/// wanted.
 fn intervals((low, high): (f64, f64), special: &[f64], pilots: &[f64], detail: Detail) -> Vec<(f64, f64)> {
     let here: Vec<f64> = pilots.iter().copied().filter(|q| (low..=high).contains(q)).collect();
     let mut cuts = vec![low, high];

@@ -14,7 +14,8 @@ const BACKWARD: f64 = 4.0;
 /// Number of orbits that check the computation by blocks.
 const CHECKING: usize = 1_000;
 
-/// The joint density after `years` on `grid`, to an L1 error of about `tolerance` unless that takes more than `most_orbits`.
+/// The joint density after `years` on `grid`, to an L1 error of about `tolerance` unless that takes more than
+/// `most_orbits`.
 ///
 /// While the cloud is not wound up, blocks of bins with a polynomial each ([`by_blocks`]) are the cheaper way. Their
 /// result is taken only if a few orbits, followed from grid line to grid line, agree with it within both errors.

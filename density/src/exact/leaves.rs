@@ -1,4 +1,5 @@
-//! The exact density where the radiation parameter is uncertain: means over the parameter of what is exact for each of its values.
+//! The exact density where the radiation parameter is uncertain: means over the parameter of what is exact for each of
+//! its values.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,7 +24,8 @@ use super::{
     leaves_joint, self_check,
 };
 
-/// Factor by which moments and probabilities may be less accurate than without the uncertainty, for the sake of the cost.
+/// Factor by which moments and probabilities may be less accurate than without the uncertainty, for the sake of the
+/// cost.
 const COARSER: f64 = 1_000.0;
 /// Factor by which the centre of the moments may be less accurate than the moments.
 const FOR_CENTRE: f64 = 30.0;

@@ -1,12 +1,14 @@
 //! The density at points where the radiation parameter is uncertain.
 //!
-//! At a point the density is `∫ n_z(phi, e) w(z) dz`, and each leaf's density `n_z` follows from the orbit that ends there, carried back to
-//! the start. As a function of `z` it is a bump as the leaf's cloud passes over the point, and a narrow one where the parameter matters more than
-//! the start. The start of that orbit, however, moves smoothly with `z`. So orbits are carried back for evenly spaced leaves only, and between two leaves the start follows by a
-//! polynomial of degree 5 through the nearest six; the density along that curve is integrated by Gauss-Legendre rules on pieces of about two standard deviations. The same with polynomials one degree lower says how
-//! good it is.
+//! At a point the density is `∫ n_z(phi, e) w(z) dz`, and each leaf's density `n_z` follows from the orbit that ends
+//! there, carried back to the start. As a function of `z` it is a bump as the leaf's cloud passes over the point, and a
+//! narrow one where the parameter matters more than the start. The start of that orbit, however, moves smoothly with
+//! `z`. So orbits are carried back for evenly spaced leaves only, and between two leaves the start follows by a
+//! polynomial of degree 5 through the nearest six; the density along that curve is integrated by Gauss-Legendre rules
+//! on pieces of about two standard deviations. The same with polynomials one degree lower says how good it is.
 //!
-//! The Hamiltonian, which is constant along an orbit, says for which leaves a point may hold a part of the cloud at all.
+//! The Hamiltonian, which is constant along an orbit, says for which leaves a point may hold a part of the cloud at
+//! all.
 
 use std::ops::{Range, RangeInclusive};
 use std::sync::OnceLock;
@@ -182,7 +184,8 @@ impl<'a> Leaves<'a> {
 }
 
 impl Level {
-    /// The intervals between two leaves in which a point may hold a part of the cloud, by the number of their first leaf.
+    /// The intervals between two leaves in which a point may hold a part of the cloud, by the number of their first
+    /// leaf.
     fn spans(&self, end: State) -> Vec<usize> {
         const MARGIN: f64 = 1e-9;
         // -1 below the orbits of the cloud, 1 above them.

@@ -1,8 +1,9 @@
 //! The joint density where the radiation parameter is uncertain, from its values at points ([`super::leaves_density`]).
 //!
-//! Averages over bins are those of polynomials through the points ([`super::bin_averages`]). An uncertain parameter widens the cloud, so that
-//! one or two points to a side of a bin resolve it in most places. Where they do not, as in the threads that a saddle draws out, tiles of the grid
-//! get more points, or more leaves, whichever their error estimates ask for.
+//! Averages over bins are those of polynomials through the points ([`super::bin_averages`]). An uncertain parameter
+//! widens the cloud, so that one or two points to a side of a bin resolve it in most places. Where they do not, as in
+//! the threads that a saddle draws out, tiles of the grid get more points, or more leaves, whichever their error
+//! estimates ask for.
 
 use std::ops::Range;
 
@@ -30,7 +31,8 @@ const DEGREE: usize = 7;
 /// Largest number of orbits.
 const MOST_ORBITS: usize = 4_000_000;
 
-/// The joint density after `years` on `grid`, to an L1 error of about `tolerance` if the permitted number of orbits is enough for that.
+/// The joint density after `years` on `grid`, to an L1 error of about `tolerance` if the permitted number of orbits is
+/// enough for that.
 pub(super) fn joint(problem: &UncertainProblem, grid: &Grid, years: f64, tolerance: f64) -> Joint {
     let leaves = Leaves::new(problem, years);
     let rough = Tile { rows: 0..grid.phi.bins, columns: 0..grid.e.bins, parts: 0, level: FIRST_LEVEL };
@@ -84,7 +86,8 @@ struct Bins {
 }
 
 impl Tile {
-    /// The tile with more points, or with more leaves, as its errors by either ask for; `None` if it has the most already.
+    /// The tile with more points, or with more leaves, as its errors by either ask for; `None` if it has the most
+    /// already.
     fn finer(&self, [by_points, by_leaves]: [f64; 2]) -> Option<Self> {
         let points = (self.parts + 1 < PARTS.len()).then(|| Self { parts: self.parts + 1, ..self.clone() });
         let leaves = (self.level + 1 < LEVELS).then(|| Self { level: self.level + 1, ..self.clone() });
@@ -176,7 +179,8 @@ mod tests {
         (problem, grid)
     }
 
-    /// The midpoint rule over 1,500 values of the parameter, at 8 by 8 points of a bin (Gauss-Legendre), each with its own orbit.
+    /// The midpoint rule over 1,500 values of the parameter, at 8 by 8 points of a bin (Gauss-Legendre), each with its
+    /// own orbit.
     fn by_orbits(problem: &UncertainProblem, grid: &Grid, years: f64, bin: usize) -> f64 {
         const STEPS: usize = 1_500;
         let on = |axis: Axis, bin: usize| gauss(axis.edge(bin), axis.edge(bin + 1)).map(|(x, w)| (x, w / axis.width()));

@@ -1,18 +1,20 @@
-//! The initial probability measure on the cylinder of `phi` and `0 < e < 1`, and the one-form whose circulation measures it.
+//! The initial probability measure on the cylinder of `phi` and `0 < e < 1`, and the one-form whose circulation
+//! measures it.
 //!
-//! On the circle, the solar angle of a cloud in which `phi` and `e` are independent has the wrapped normal density `w` (Mardia &
-//! Jupp, *Directional Statistics*, 2000, Sect. 3.5.7), and `e` the truncated normal density with distribution function `G`. In general
-//! let `F(phi, e)` be the density of the solar angle together with an eccentricity below `e`: `G(e) w(phi)` if they are
-//! independent, and otherwise a sum over the turns of the circle of a normal density of `phi` times the distribution
-//! function of `e` given `phi`. By Green's theorem the probability of a region `D` of the disc is
+//! On the circle, the solar angle of a cloud in which `phi` and `e` are independent has the wrapped normal density `w`
+//! (Mardia & Jupp, *Directional Statistics*, 2000, Sect. 3.5.7), and `e` the truncated normal density with distribution
+//! function `G`. In general let `F(phi, e)` be the density of the solar angle together with an eccentricity below `e`:
+//! `G(e) w(phi)` if they are independent, and otherwise a sum over the turns of the circle of a normal density of `phi`
+//! times the distribution function of `e` given `phi`. By Green's theorem the probability of a region `D` of the disc
+//! is
 //!
 //! ```text
 //! P(D) = ∮_∂D F(phi, e) dphi ,     phi increasing along the outer edge of D,
 //! ```
 //!
-//! also when `D` holds the origin, since `F(phi, 0) = 0`. A flow carries `D`'s boundary along with `D`, so the probability of any
-//! region at any time is an integral along ONE curve, smooth in its parameter: the two-dimensional quadrature of a cloud that
-//! is stretched into a thin thread becomes a one-dimensional one.
+//! also when `D` holds the origin, since `F(phi, 0) = 0`. A flow carries `D`'s boundary along with `D`, so the
+//! probability of any region at any time is an integral along ONE curve, smooth in its parameter: the two-dimensional
+//! quadrature of a cloud that is stretched into a thin thread becomes a one-dimensional one.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -51,8 +53,8 @@ impl Measure {
         Self { gaussian, mass: 1.0 - below_zero - above_one, below_zero, turns }
     }
 
-    /// The standardised coordinates ([`InitialGaussian::standardise`]) of the point `(phi, e)`, with `phi` on the turn on
-    /// which it is nearest to its mean given `e`.
+    /// The standardised coordinates ([`InitialGaussian::standardise`]) of the point `(phi, e)`, with `phi` on the turn
+    /// on which it is nearest to its mean given `e`.
     pub fn standardise(&self, phi: f64, e: f64) -> (f64, f64) {
         let v = self.e_sigmas(e);
         let mean = self.gaussian.mean_phi_given(v);
@@ -84,14 +86,15 @@ impl Measure {
         (-self.turns..=self.turns).map(|k| normal_density(sigmas + f64::from(k) * turn)).sum()
     }
 
-    /// `F(phi, e)` of the [module](self), per standard deviation of the solar angle, from the distances of both variables from
-    /// their means in standard deviations, [`Measure::phi_sigmas`] and [`Measure::e_sigmas`].
+    /// `F(phi, e)` of the [module](self), per standard deviation of the solar angle, from the distances of both
+    /// variables from their means in standard deviations, [`Measure::phi_sigmas`] and [`Measure::e_sigmas`].
     pub fn below(&self, phi_sigmas: f64, e_sigmas: f64) -> f64 {
         let rho = self.gaussian.correlation;
         if rho == 0.0 {
             return self.over_turns(phi_sigmas, self.turn_sigmas()) * self.e_probability(e_sigmas);
         }
-        // The distribution of `e` given `phi` is normal, with the mean and deviation of a regression (Anderson 2003, Sect. 2.5).
+        // The distribution of `e` given `phi` is normal, with the mean and deviation of a regression (Anderson 2003,
+        // Sect. 2.5).
         let (deviation, at_zero) = ((1.0 - rho * rho).sqrt(), -self.gaussian.mean_e / self.gaussian.sigma_e);
         let turn = self.turn_sigmas();
         let term = |k: i32| {

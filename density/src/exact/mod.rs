@@ -1,4 +1,5 @@
-//! The exact density: no sampling, no interpolation between samples, no mixture, and an error estimate for every number.
+//! The exact density: no sampling, no interpolation between samples, no mixture, and an error estimate for every
+//! number.
 //!
 //! The motion in the plane is integrable: every orbit of the cloud is closed. A cloud is therefore a family of orbits.
 //! Each has a probability that is spread along it and only moves round ([`contour`], [`share`]), and everything that is

@@ -2,11 +2,11 @@
 //!
 //! They are integrals over the orbits of the cloud ([`super::family`]) of integrals along each orbit.
 //!
-//! Along an orbit the integrand is the initial probability at `θ` times a function of the state at `θ + n_sun t`. It is smooth
-//! except at certain times: the ends of the intervals that resolve the initial probability ([`super::share`]), the ends
-//! of the integrator's steps that resolve the state, the passages of the branch cut of the solar angle opposite the
-//! circular mean, and times near the passage of `e = 0`, where the solar angle turns quickly. All of these are ends of
-//! intervals here, so that the eight-point Gauss rule is accurate to rounding.
+//! Along an orbit the integrand is the initial probability at `θ` times a function of the state at `θ + n_sun t`. It is
+//! smooth except at certain times: the ends of the intervals that resolve the initial probability ([`super::share`]),
+//! the ends of the integrator's steps that resolve the state, the passages of the branch cut of the solar angle
+//! opposite the circular mean, and times near the passage of `e = 0`, where the solar angle turns quickly. All of these
+//! are ends of intervals here, so that the eight-point Gauss rule is accurate to rounding.
 
 use std::f64::consts::PI;
 
@@ -72,7 +72,8 @@ const ROUNDING: f64 = 1e-14;
 const TOUCHING: f64 = 4e-7;
 /// Functions integrated for the centre: 1, cos, sin, e, e².
 pub(super) const FIRST: usize = 5;
-/// Functions integrated about the centre: 1, cos, sin, δe, δe², δphi, δphi², δphi δe, density of `phi` at its branch cut.
+/// Functions integrated about the centre: 1, cos, sin, δe, δe², δphi, δphi², δphi δe, density of `phi` at its branch
+/// cut.
 pub(super) const SECOND: usize = 9;
 
 /// The moments after `years`, refined until the error estimate is below `tolerance` or `most_orbits` have been taken.
@@ -234,7 +235,8 @@ fn about(family: &Family<impl PlanarHamiltonian>, orbit: &Orbit, t: f64, centre:
     values
 }
 
-/// The integral along an orbit of functions of the state `t` later. The functions jump at the times `cuts` on the orbit.
+/// The integral along an orbit of functions of the state `t` later. The functions jump at the times `cuts` on the
+/// orbit.
 fn along<const N: usize>(
     family: &Family<impl PlanarHamiltonian>,
     orbit: &Orbit,

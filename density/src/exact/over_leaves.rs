@@ -1,10 +1,11 @@
 //! Integrals over an uncertain radiation parameter.
 //!
-//! The mean of a function `f` of the leaf ([`crate::uncertain`]) is `∫ f(z) w(z) dz` with the standard normal density `w`, cut where the
-//! parameter would be negative. Where `f` is smooth on the scale of the spread, the trapezoidal rule converges faster than any power of its step,
-//! for the Gaussian and its derivatives vanish at both ends (Trefethen & Weideman, SIAM Review 56, 2014): 25 to 49 leaves are enough, the same for
-//! every integral. Elsewhere, as where a change of the parameter decides whether an orbit passes a saddle, there are Kronrod rules on
-//! intervals of `z`, which are halved where the function is rough.
+//! The mean of a function `f` of the leaf ([`crate::uncertain`]) is `∫ f(z) w(z) dz` with the standard normal density
+//! `w`, cut where the parameter would be negative. Where `f` is smooth on the scale of the spread, the trapezoidal rule
+//! converges faster than any power of its step, for the Gaussian and its derivatives vanish at both ends (Trefethen &
+//! Weideman, SIAM Review 56, 2014): 25 to 49 leaves are enough, the same for every integral. Elsewhere, as where a
+//! change of the parameter decides whether an orbit passes a saddle, there are Kronrod rules on intervals of `z`, which
+//! are halved where the function is rough.
 
 use rayon::prelude::*;
 
@@ -18,7 +19,8 @@ use super::rules::POINTS;
 
 /// Standard deviations from the mean beyond which the Gaussian counts as zero: 8e-11 of it lie there.
 pub(crate) const REACH: f64 = 6.5;
-/// Distance from the mean out to which the trapezoidal rule goes, in standard deviations: 2e-9 of the Gaussian lie beyond.
+/// Distance from the mean out to which the trapezoidal rule goes, in standard deviations: 2e-9 of the Gaussian lie
+/// beyond.
 const EVEN_REACH: f64 = 6.0;
 /// Steps of the trapezoidal rule at first, and at most.
 const FIRST_STEPS: usize = 12;
@@ -101,9 +103,9 @@ impl OverLeaves {
     }
 }
 
-/// The integrals over all leaves of the functions that `leaf` computes from a problem and the density of its `z`; `None` if nothing is known of
-/// a leaf. They are refined until the shares of the tolerated error that `share` gives to the panels add up to at most 1,
-/// or until `most_leaves` have been taken.
+/// The integrals over all leaves of the functions that `leaf` computes from a problem and the density of its `z`;
+/// `None` if nothing is known of a leaf. They are refined until the shares of the tolerated error that `share` gives to
+/// the panels add up to at most 1, or until `most_leaves` have been taken.
 pub(crate) fn integrate<E: Send>(
     problem: &UncertainProblem,
     leaf: impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<LeafValues>, E> + Sync,
@@ -136,14 +138,16 @@ pub(crate) fn integrate<E: Send>(
     }
 }
 
-/// The tolerance on a leaf of which the density in `z` is `density`: a leaf that counts for little may be less accurate.
+/// The tolerance on a leaf of which the density in `z` is `density`: a leaf that counts for little may be less
+/// accurate.
 pub(crate) fn eased(tolerance: f64, density: f64) -> f64 {
     const PEAK: f64 = 0.4;
     (tolerance * PEAK / density).clamp(tolerance, 1e-2)
 }
 
-/// The integrals by the trapezoidal rule, with the difference that the last halving of its step made; `None` if its shares of the tolerated
-/// errors are too large, or if the distribution is cut, where the rule would be no better than others.
+/// The integrals by the trapezoidal rule, with the difference that the last halving of its step made; `None` if its
+/// shares of the tolerated errors are too large, or if the distribution is cut, where the rule would be no better than
+/// others.
 fn evenly<E: Send>(
     problem: &UncertainProblem,
     leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<LeafValues>, E> + Sync),
@@ -203,7 +207,8 @@ fn density(problem: &UncertainProblem, z: f64) -> f64 {
 }
 
 impl LeafPanel {
-    /// From the leaves at the nodes of an interval, given with the weights of the rule and of the coarser one within it.
+    /// From the leaves at the nodes of an interval, given with the weights of the rule and of the coarser one within
+    /// it.
     fn sum(
         problem: &UncertainProblem,
         interval: Interval,

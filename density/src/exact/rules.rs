@@ -1,5 +1,5 @@
-//! Quadrature rules on `[-1, 1]`: the 15-point Gauss-Kronrod rule with its embedded 7-point Gauss rule (Piessens et al.,
-//! *QUADPACK*, 1983, `qk15`), and the 8-point Gauss-Legendre rule.
+//! Quadrature rules on `[-1, 1]`: the 15-point Gauss-Kronrod rule with its embedded 7-point Gauss rule (Piessens et
+//! al., *QUADPACK*, 1983, `qk15`), and the 8-point Gauss-Legendre rule.
 
 /// Number of points of the Gauss-Kronrod rule.
 pub(super) const POINTS: usize = 15;

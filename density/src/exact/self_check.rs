@@ -1,7 +1,7 @@
 //! A check of the exact density against a sample of orbits.
 //!
-//! The check shares only the equations of motion with the exact density: the sample is drawn from the initial Gaussian, and the
-//! integrator carries every orbit of it to the snapshot.
+//! The check shares only the equations of motion with the exact density: the sample is drawn from the initial Gaussian,
+//! and the integrator carries every orbit of it to the snapshot.
 
 use std::f64::consts::TAU;
 use std::fmt;

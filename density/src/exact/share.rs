@@ -1,15 +1,15 @@
 //! How the initial probability is spread along one orbit.
 //!
-//! With `dphi de = (s/e) n_sun dH dt` (the flow keeps `e/s dphi de`, Eq. 3) an orbit's share of the probability between `θ` and
-//! `θ + dθ` is, per unit of `H`,
+//! With `dphi de = (s/e) n_sun dH dt` (the flow keeps `e/s dphi de`, Eq. 3) an orbit's share of the probability between
+//! `θ` and `θ + dθ` is, per unit of `H`,
 //!
 //! ```text
 //! a(θ) dθ = n_0(phi, e) (s/e) dθ ,     θ = n_sun t .
 //! ```
 //!
-//! The orbit is cut into intervals on each of which eight-point Gauss-Legendre nodes resolve `a`; an interval that may hide the
-//! cloud between its nodes is cut further. The probability of an arc is a sum of positive terms, so a small one keeps
-//! its digits.
+//! The orbit is cut into intervals on each of which eight-point Gauss-Legendre nodes resolve `a`; an interval that may
+//! hide the cloud between its nodes is cut further. The probability of an arc is a sum of positive terms, so a small
+//! one keeps its digits.
 
 use std::sync::LazyLock;
 

@@ -52,8 +52,8 @@ pub fn curve_of_points(points: impl ExactSizeIterator<Item = usize>, times: &[f6
     curve_of_counts(&counts, orbits, times)
 }
 
-/// The curve of so many orbits of equal weight, from the number of those that have passed by each time and not by the one
-/// before.
+/// The curve of so many orbits of equal weight, from the number of those that have passed by each time and not by the
+/// one before.
 pub fn curve_of_counts(counts: &[u64], orbits: u64, times: &[f64]) -> EmpiricalCurve {
     let orbits = orbits as f64;
     let mut passed = 0;
@@ -86,8 +86,8 @@ fn weighted_shares(passages: &[f64], weights: &[f64], times: &[f64]) -> Vec<f64>
 }
 
 /// 95 % interval of a binomial probability when a share `p` of `count` trials succeeded: the probabilities whose own
-/// normal approximation does not reject the observation (Wilson, J. Am. Stat. Assoc. 22, 1927). Unlike `p ± 2 sigma` it stays
-/// within `[0, 1]` and is not empty at `p = 0`. Without trials it is `[0, 1]`.
+/// normal approximation does not reject the observation (Wilson, J. Am. Stat. Assoc. 22, 1927). Unlike `p ± 2 sigma` it
+/// stays within `[0, 1]` and is not empty at `p = 0`. Without trials it is `[0, 1]`.
 pub fn wilson_interval(p: f64, count: f64) -> (f64, f64) {
     wilson_within(p, count, QUANTILE)
 }
@@ -103,10 +103,11 @@ pub fn wilson_within(p: f64, count: f64, standard_errors: f64) -> (f64, f64) {
     ((centre - half).clamp(0.0, p), (centre + half).clamp(p, 1.0))
 }
 
-/// The curve of orbits of equal weight that were drawn in independent groups ([`crate::sampling::group`]), from the [`point`] of each orbit. Its
-/// interval follows from the spread of the groups' own curves: with `R` groups it is `±t s/sqrt(R)`, with the 97.5 % quantile `t` of Student's
-/// distribution of `R - 1` degrees of freedom (Owen, *Monte Carlo theory, methods and examples*, 2013, Chapter 17). Where fewer than
-/// [`FEW`] orbits have passed, or all but as few, a spread says little, and the interval reaches at least as far as Wilson's.
+/// The curve of orbits of equal weight that were drawn in independent groups ([`crate::sampling::group`]), from the
+/// [`point`] of each orbit. Its interval follows from the spread of the groups' own curves: with `R` groups it is `±t
+/// s/sqrt(R)`, with the 97.5 % quantile `t` of Student's distribution of `R - 1` degrees of freedom (Owen, *Monte Carlo
+/// theory, methods and examples*, 2013, Chapter 17). Where fewer than [`FEW`] orbits have passed, or all but as few, a
+/// spread says little, and the interval reaches at least as far as Wilson's.
 pub fn curve_of_groups(points: impl ExactSizeIterator<Item = usize>, groups: usize, times: &[f64]) -> EmpiricalCurve {
     let points: Vec<usize> = points.collect();
     let orbits = points.len() as f64;
@@ -134,7 +135,8 @@ pub fn curve_of_groups(points: impl ExactSizeIterator<Item = usize>, groups: usi
 /// So few orbits that the spread of groups says little of a count.
 pub const FEW: f64 = 50.0;
 
-/// The 97.5 % quantile of Student's distribution, by bisection of its distribution function (Abramowitz & Stegun 26.7.3 and 26.7.4).
+/// The 97.5 % quantile of Student's distribution, by bisection of its distribution function (Abramowitz & Stegun 26.7.3
+/// and 26.7.4).
 pub(crate) fn student_quantile(freedom: usize) -> f64 {
     let (mut low, mut high) = (0.0, 0.5 * PI);
     for _ in 0..60 {

@@ -1,10 +1,10 @@
 //! The first-passage curve without sampling.
 //!
-//! Every orbit of the plane is closed, and its eccentricity grows during one half of the period and falls during the other
-//! ([`crate::exact`]). So an orbit whose largest eccentricity is below the critical one never passes, and an orbit
-//! whose least eccentricity is above it has passed at the start. Any other orbit is above during one arc of its period.
-//! Of the initial probability along such an orbit, two parts have passed by `t`: the part on the arc above, and the
-//! part that lies up to `t` before the beginning of that arc:
+//! Every orbit of the plane is closed, and its eccentricity grows during one half of the period and falls during the
+//! other ([`crate::exact`]). So an orbit whose largest eccentricity is below the critical one never passes, and an
+//! orbit whose least eccentricity is above it has passed at the start. Any other orbit is above during one arc of its
+//! period. Of the initial probability along such an orbit, two parts have passed by `t`: the part on the arc above, and
+//! the part that lies up to `t` before the beginning of that arc:
 //!
 //! ```text
 //! P(T <= t) = ∫ dq h'(q) [A(arc above) + A(θ_c - min(n_sun t, R), θ_c)] ,     R = length of the arc below.

@@ -2,8 +2,8 @@
 
 use crate::exact::Estimated;
 
-/// Mean and standard deviation of the radiation parameter given an event, each with an estimate of its error or its standard error; NaN where
-/// they are not known.
+/// Mean and standard deviation of the radiation parameter given an event, each with an estimate of its error or its
+/// standard error; NaN where they are not known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Given {
     /// Mean.
@@ -26,7 +26,8 @@ impl Given {
         Self { mean: bare(self.mean), deviation: bare(self.deviation) }
     }
 
-    /// From the integrals of 1, `d` and `d²` over the event, where the parameter is `centre + scale d`. Their errors are taken to add up.
+    /// From the integrals of 1, `d` and `d²` over the event, where the parameter is `centre + scale d`. Their errors
+    /// are taken to add up.
     pub(super) fn of_integrals([mass, first, second]: [Estimated; 3], (centre, scale): (f64, f64)) -> Self {
         let over_mass = |sum: Estimated| {
             let value = sum.value / mass.value;
@@ -44,8 +45,9 @@ impl Given {
         }
     }
 
-    /// From the number of the members of a sample and the sums of their `d`, `d²`, `d³` and `d⁴`, where the parameter is `centre + scale d`. The
-    /// errors are the standard errors for independent members (Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Sect. 10.6).
+    /// From the number of the members of a sample and the sums of their `d`, `d²`, `d³` and `d⁴`, where the parameter
+    /// is `centre + scale d`. The errors are the standard errors for independent members (Kendall & Stuart, *The
+    /// Advanced Theory of Statistics* 1, 1977, Sect. 10.6).
     fn of_sums([count, sums @ ..]: [f64; 5], (centre, scale): (f64, f64)) -> Self {
         if count == 0.0 {
             return Self::UNKNOWN;
@@ -68,8 +70,9 @@ impl Given {
     }
 }
 
-/// The moments of the parameter given that an orbit has passed, and given that it has not, by each of `times` times. Each orbit of the sample has
-/// its parameter and the position of the time by which it has passed ([`super::empirical::point`]).
+/// The moments of the parameter given that an orbit has passed, and given that it has not, by each of `times` times.
+/// Each orbit of the sample has its parameter and the position of the time by which it has passed
+/// ([`super::empirical::point`]).
 pub fn of_sample(orbits: impl Iterator<Item = (f64, usize)> + Clone, times: usize) -> Vec<[Given; 2]> {
     // Sums about a value among the orbits, in units of their spread, lose no digits.
     let Some((centre, _)) = orbits.clone().next() else { return vec![[Given::UNKNOWN; 2]; times] };
@@ -90,7 +93,8 @@ pub fn of_sample(orbits: impl Iterator<Item = (f64, usize)> + Clone, times: usiz
     (0..times).map(|k| [passed[k], still[k + 1]].map(|sums| Given::of_sums(sums, (centre, scale)))).collect()
 }
 
-/// The moments of several parts together, each with its number of members. Standard errors are those of independent parts.
+/// The moments of several parts together, each with its number of members. Standard errors are those of independent
+/// parts.
 pub fn pooled(parts: &[(f64, Given)]) -> Given {
     let parts = || parts.iter().filter(|(count, given)| *count > 0.0 && given.mean.value.is_finite());
     let count: f64 = parts().map(|(count, _)| count).sum();

@@ -24,14 +24,16 @@ pub struct Passed {
     pub radiation_if_not: Given,
 }
 
-/// Target for the absolute error of probabilities where the radiation parameter is uncertain, and the largest number of its values.
+/// Target for the absolute error of probabilities where the radiation parameter is uncertain, and the largest number of
+/// its values.
 const EXACT: Effort = Effort { error: 1e-5, most_leaves: 3_000 };
 /// The same where a curve follows from the flow that a lattice interpolates.
 const ON_LATTICES: Effort = Effort { error: 1e-4, most_leaves: 400 };
 /// Probability below which nothing is said of the parameter given that event.
 const RAREST: f64 = 1e-4;
 
-/// Factor by which the products of the probabilities with the parameter, in deviations from its mean, may be less accurate.
+/// Factor by which the products of the probabilities with the parameter, in deviations from its mean, may be less
+/// accurate.
 const FOR_PRODUCTS: f64 = 10.0;
 
 /// How accurate a curve is to be.
@@ -55,7 +57,8 @@ pub fn curve(exact: &ExactLeaves, times: &[f64]) -> Result<Vec<Passed>, Error> {
     mean_curve(problem, times, EXACT, of_leaf)
 }
 
-/// The same from the flow that lattices of `side` points per side interpolate to `degree`, each with a radiation parameter of its own.
+/// The same from the flow that lattices of `side` points per side interpolate to `degree`, each with a radiation
+/// parameter of its own.
 ///
 /// # Errors
 /// [`PassageError`].
@@ -75,8 +78,8 @@ pub fn curve_on_lattices(
     mean_curve(problem, times, ON_LATTICES, of_leaf)
 }
 
-/// The mean of the curves that `of_leaf` finds for values of the radiation parameter, with what they say of it. `of_leaf` is given the plane, `z`, and the
-/// density of `z`.
+/// The mean of the curves that `of_leaf` finds for values of the radiation parameter, with what they say of it.
+/// `of_leaf` is given the plane, `z`, and the density of `z`.
 fn mean_curve<E: Send>(
     problem: &UncertainProblem,
     times: &[f64],

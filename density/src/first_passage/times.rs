@@ -1,16 +1,16 @@
 //! First passage time of every orbit of a sample.
 //!
-//! Orbits are carried in segments ([`super::segments`]). In a segment `f = e² - e_crit²` is followed by the quintic through
-//! value, slope and second derivative at both ends. In the paper's model
+//! Orbits are carried in segments ([`super::segments`]). In a segment `f = e² - e_crit²` is followed by the quintic
+//! through value, slope and second derivative at both ends. In the paper's model
 //!
 //! ```text
 //! f' = 2 n_sun C s x1      f'' = 2 n_sun C (s x1' - n_sun C x1²)
 //! ```
 //!
-//! The eccentricity peaks where `x1 = 0`, so a peak between the ends cannot hide. Where the bound
-//! `max(f_a, f_b) + max|f''| h²/8` reaches zero, the quintic decides; where its peak is too close to zero to decide, the
-//! orbit is carried to the peak itself. The passage is then the root of `f` along the true orbit. Orbits that have passed
-//! are carried no further.
+//! The eccentricity peaks where `x1 = 0`, so a peak between the ends cannot hide. Where the bound `max(f_a, f_b) +
+//! max|f''| h²/8` reaches zero, the quintic decides; where its peak is too close to zero to decide, the orbit is
+//! carried to the peak itself. The passage is then the root of `f` along the true orbit. Orbits that have passed are
+//! carried no further.
 
 use rayon::prelude::*;
 
@@ -29,7 +29,8 @@ const MOST_STEPS: usize = 12;
 /// Accuracy of a root \[yr\], at which root-finding ends.
 const SMALL_STEP: f64 = 1e-13;
 
-/// First time \[yr\] within `[0, end]` at which the orbit `(x1[i], x2[i])` has `e >= critical_e`; infinite if there is none.
+/// First time \[yr\] within `[0, end]` at which the orbit `(x1[i], x2[i])` has `e >= critical_e`; infinite if there is
+/// none.
 ///
 /// # Errors
 /// [`Escaped`] if an orbit leaves `e < 1` within the segment of its passage.

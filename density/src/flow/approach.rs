@@ -48,9 +48,9 @@ impl Watch for Both<'_> {
 }
 
 impl<M: Model> Flow<M> {
-    /// Like [`Flow::carry_where_possible`], forwards in time. Notes when each orbit first reaches the critical value of the
-    /// re-entry variable, in `times`, which is infinite before, and lowers `lowest` to its least clearance. Of an orbit
-    /// that cannot be followed, all is NaN but the time of a passage before.
+    /// Like [`Flow::carry_where_possible`], forwards in time. Notes when each orbit first reaches the critical value of
+    /// the re-entry variable, in `times`, which is infinite before, and lowers `lowest` to its least clearance. Of an
+    /// orbit that cannot be followed, all is NaN but the time of a passage before.
     ///
     /// # Panics
     /// As [`Flow::carry`], or if there is not one time and one clearance for every orbit.

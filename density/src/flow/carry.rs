@@ -1,4 +1,5 @@
-//! What is asked of the integrator and what it tells: orbits to be moved, an observer of their steps, and why an orbit is lost.
+//! What is asked of the integrator and what it tells: orbits to be moved, an observer of their steps, and why an orbit
+//! is lost.
 
 use super::accuracy::Accuracy;
 use crate::lanes::{LANES, Lanes};
@@ -29,8 +30,8 @@ pub struct Carry<'a, 'b, 'c> {
     pub watch: Option<&'c mut dyn Watch>,
 }
 
-/// An observer of the orbits on their way. The integrator calls it through a pointer: its loop would otherwise be compiled once for
-/// every kind of observer, and a call costs nothing beside the step of [`LANES`] orbits.
+/// An observer of the orbits on their way. The integrator calls it through a pointer: its loop would otherwise be
+/// compiled once for every kind of observer, and a call costs nothing beside the step of [`LANES`] orbits.
 pub trait Watch {
     /// Whether it reads the clearance.
     fn sees_clearance(&self) -> bool;

@@ -1,5 +1,6 @@
-//! The coefficients of the explicit Runge-Kutta method of order 8 by Dormand and Prince, with error estimates of order 5 and 3 and an
-//! interpolation of order 7 (Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, Sect. II.5 and II.6; DOP853).
+//! The coefficients of the explicit Runge-Kutta method of order 8 by Dormand and Prince, with error estimates of order
+//! 5 and 3 and an interpolation of order 7 (Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, 2nd
+//! ed., 1993, Sect. II.5 and II.6; DOP853).
 
 /// Number of stages of a step; the first is the last of the step before.
 pub(super) const STAGES: usize = 12;

@@ -21,8 +21,8 @@ impl<M: PlanarHamiltonian> Flow<M> {
         self.carry(&mut [x1, x2], 0.0, years)
     }
 
-    /// Like [`Flow::advance`], from `from` to `to` \[yr\], and notes when each orbit first has `e >= critical_e`, to the
-    /// accuracy of the flow.
+    /// Like [`Flow::advance`], from `from` to `to` \[yr\], and notes when each orbit first has `e >= critical_e`, to
+    /// the accuracy of the flow.
     ///
     /// # Errors
     /// As [`Flow::advance`].

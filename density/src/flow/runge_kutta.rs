@@ -1,11 +1,14 @@
-//! Steps of models whose equations of motion are not smooth: an explicit Runge-Kutta method in the place of a Taylor series.
+//! Steps of models whose equations of motion are not smooth: an explicit Runge-Kutta method in the place of a Taylor
+//! series.
 //!
-//! Where an orbit begins to touch the Earth's shadow its averaged equations have a kink like a square root, at which a Taylor series ends. The
-//! method of order 8 by Dormand and Prince needs nothing but the rate, and its error estimate shortens the step until it is over the kink
-//! (Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, Sect. II.4 to II.6). A step that found no sign of an edge may
-//! still have jumped over one, there and back; so the model bounds the time in which none can be reached ([`Edged::free_time`]).
+//! Where an orbit begins to touch the Earth's shadow its averaged equations have a kink like a square root, at which a
+//! Taylor series ends. The method of order 8 by Dormand and Prince needs nothing but the rate, and its error estimate
+//! shortens the step until it is over the kink (Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I,
+//! 2nd ed., 1993, Sect. II.4 to II.6). A step that found no sign of an edge may still have jumped over one, there and
+//! back; so the model bounds the time in which none can be reached ([`Edged::free_time`]).
 //!
-//! The result is a [`Series`] like those of smooth models: its coefficients are those of the interpolating polynomial of the step, of order 7.
+//! The result is a [`Series`] like those of smooth models: its coefficients are those of the interpolating polynomial
+//! of the step, of order 7.
 
 use super::dormand_prince::{ERRORS, INTERPOLATION, STAGES, TIMES, WEIGHTS, WITH_INTERPOLATION};
 use crate::model::earth::SUN_MEAN_MOTION;
@@ -15,7 +18,8 @@ use crate::model::{Coordinates, LANES, Lanes, Model, Series};
 const MOST: usize = 8;
 /// Number of coefficients of the interpolating polynomial.
 const COEFFICIENTS: usize = 8;
-/// How many times longer or shorter than the last step the next one may be, and the share of the estimated step that is taken.
+/// How many times longer or shorter than the last step the next one may be, and the share of the estimated step that is
+/// taken.
 const LONGER: f64 = 6.0;
 const SHORTER: f64 = 0.1;
 const SAFETY: f64 = 0.9;
@@ -31,7 +35,8 @@ type Vector = [f64; MOST];
 
 /// A model with edges, at which its rate is continuous but not smooth.
 pub trait Edged: Model {
-    /// A time \[yr\] within which the orbit does not come to an edge and leave it again, forwards or backwards; never 0.
+    /// A time \[yr\] within which the orbit does not come to an edge and leave it again, forwards or backwards;
+    /// never 0.
     fn free_time(&self, time: f64, state: Self::State<f64>) -> f64;
 }
 
@@ -209,7 +214,8 @@ impl<M: Edged> Lane<M> {
     }
 }
 
-/// The local error that is allowed in a step, where a Taylor series of the same accuracy has this number of coefficients.
+/// The local error that is allowed in a step, where a Taylor series of the same accuracy has this number of
+/// coefficients.
 fn tolerance(coefficients: usize) -> f64 {
     match coefficients {
         ..=12 => 3e-9,
@@ -255,8 +261,8 @@ impl<M: Edged, const P: usize> RungeKutta<M, P> {
     }
 }
 
-/// The coefficients of the polynomial that agrees with a function on `[0, 1]` at as many nodes as it has coefficients: Newton's divided
-/// differences at Chebyshev's nodes.
+/// The coefficients of the polynomial that agrees with a function on `[0, 1]` at as many nodes as it has coefficients:
+/// Newton's divided differences at Chebyshev's nodes.
 fn through_nodes(value: impl Fn(f64) -> f64) -> [f64; COEFFICIENTS] {
     let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / COEFFICIENTS as f64;
     let nodes: [f64; COEFFICIENTS] = std::array::from_fn(|k| 0.5 - 0.5 * libm::cos(angle(k)));

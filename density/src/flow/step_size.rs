@@ -23,8 +23,8 @@ pub(super) fn radii<const P: usize, S: Series<P>>(series: &S) -> Lanes {
     radii
 }
 
-/// `a^exponent` for `-1 <= exponent < 0` to within 0.8 %, from the bits of `a` and two parabolas: good enough for a step
-/// size, and the same on every machine. `a = 0` gives a huge but finite number.
+/// `a^exponent` for `-1 <= exponent < 0` to within 0.8 %, from the bits of `a` and two parabolas: good enough for a
+/// step size, and the same on every machine. `a = 0` gives a huge but finite number.
 #[inline(always)]
 fn power(a: f64, exponent: f64) -> f64 {
     const UNIT: f64 = 1_048_576.0; // 2^20 steps of the upper half double a float

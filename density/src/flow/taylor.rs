@@ -57,8 +57,9 @@ impl Task for Carry<'_, '_, '_> {
     }
 }
 
-/// Moves orbits with Taylor series of `P` coefficients; `tolerance` is the size at which the last terms are cut. Returns the orbits
-/// that were lost and why, in no particular order; their states stay as they were. `watch` sees every step.
+/// Moves orbits with Taylor series of `P` coefficients; `tolerance` is the size at which the last terms are cut.
+/// Returns the orbits that were lost and why, in no particular order; their states stay as they were. `watch` sees
+/// every step.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
 fn advance<const P: usize, M: Model>(
     model: &M,

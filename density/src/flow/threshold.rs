@@ -1,8 +1,8 @@
 //! First passages read off the integrator's own series.
 //!
-//! A satellite re-enters where its clearance `c` ([`crate::model::Model::clearance`]; in the plane `s = sqrt(1 - e²)`) falls to a
-//! critical value `c_crit`. The integrator has the Taylor series of the clearance at hand: within a step `h` the
-//! clearance cannot fall below `c_0 - sum |c_n| h^n`. Only where that bound reaches `c_crit` is the series itself
+//! A satellite re-enters where its clearance `c` ([`crate::model::Model::clearance`]; in the plane `s = sqrt(1 - e²)`)
+//! falls to a critical value `c_crit`. The integrator has the Taylor series of the clearance at hand: within a step `h`
+//! the clearance cannot fall below `c_0 - sum |c_n| h^n`. Only where that bound reaches `c_crit` is the series itself
 //! followed, in a few pieces, to its first root.
 
 use multiversion::multiversion;

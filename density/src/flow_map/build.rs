@@ -122,7 +122,8 @@ impl<'a, M: Model, const N: usize> Builder<'a, M, N> {
         level
     }
 
-    /// Propagates the orbits of a cell and interpolates between them, until a snapshot shows that the cell is too large.
+    /// Propagates the orbits of a cell and interpolates between them, until a snapshot shows that the cell is too
+    /// large.
     fn fit(&self, cell: &Cell<N>) -> Fit<N> {
         let nodes = self.basis.len::<N>();
         let (mut columns, mut times, mut lowest) = self.start(cell);

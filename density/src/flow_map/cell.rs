@@ -131,8 +131,9 @@ impl<const N: usize> Tree<N> {
         [(first, lower), (first + 1, upper)]
     }
 
-    /// The number of the cell that holds a point, [`UNMAPPED`] if there is none. Every point goes down as many steps as lead to the smallest
-    /// boxes, staying in its leaf once it is there: where the way ends cannot be foreseen, and a processor loses more by a wrong guess.
+    /// The number of the cell that holds a point, [`UNMAPPED`] if there is none. Every point goes down as many steps as
+    /// lead to the smallest boxes, staying in its leaf once it is there: where the way ends cannot be foreseen, and a
+    /// processor loses more by a wrong guess.
     #[inline]
     pub fn locate(&self, point: &[f64; N]) -> u32 {
         if !self.whole.holds(point) {

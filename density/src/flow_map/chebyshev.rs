@@ -6,9 +6,9 @@
 //! p(x) = Σ_k c_k T_k(x),     c_k = (2 - δ_k0)/m Σ_j f_j cos(k π (j + 1/2)/m),     T_k(cos θ) = cos(k θ)
 //! ```
 //!
-//! (Trefethen, *Approximation Theory and Approximation Practice*, 2013, Chapters 3 and 4), axis by axis in `N` dimensions. For a
-//! function that is analytic near the box the `c_k` fall geometrically, so the last ones show how far the polynomial is
-//! off; coefficients far below that error are left out.
+//! (Trefethen, *Approximation Theory and Approximation Practice*, 2013, Chapters 3 and 4), axis by axis in `N`
+//! dimensions. For a function that is analytic near the box the `c_k` fall geometrically, so the last ones show how far
+//! the polynomial is off; coefficients far below that error are left out.
 
 use std::f64::consts::PI;
 
@@ -104,7 +104,8 @@ pub(super) struct Tail {
 /// A polynomial without the coefficients that do not matter.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Polynomial<const N: usize> {
-    /// Rows of coefficients along the last axis: the degrees along the other axes, and in the last place the number of pairs in the row.
+    /// Rows of coefficients along the last axis: the degrees along the other axes, and in the last place the number of
+    /// pairs in the row.
     rows: Vec<[u8; N]>,
     /// The coefficients of all rows; a row of odd length ends with 0.
     pairs: Vec<[f64; 2]>,

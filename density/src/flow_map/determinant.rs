@@ -1,8 +1,9 @@
 //! The determinant of a map's derivative, by which it changes a density.
 //!
-//! The derivative is less accurate than the map. A polynomial of degree `n` that is nowhere above `ε` on `[-1, 1]` has a slope of `n² ε` at most
-//! (A. Markov 1889), so that is what a slope of the map may be off where the map itself is off by `ε`. Where the determinant is small against
-//! that, as next to `e = 0`, at which all solar angles are one state, it says nothing, and the density changes by Liouville's theorem instead.
+//! The derivative is less accurate than the map. A polynomial of degree `n` that is nowhere above `ε` on `[-1, 1]` has
+//! a slope of `n² ε` at most (A. Markov 1889), so that is what a slope of the map may be off where the map itself is
+//! off by `ε`. Where the determinant is small against that, as next to `e = 0`, at which all solar angles are one
+//! state, it says nothing, and the density changes by Liouville's theorem instead.
 
 use super::FlowMap;
 use super::chebyshev::nodes_along_an_axis;
@@ -19,9 +20,9 @@ struct Determinant {
 }
 
 impl<M: PlanarHamiltonian> FlowMap<M, 2> {
-    /// The determinant of the derivative of the state at snapshot `index` by the state at the start, of the orbit that starts with these
-    /// variables; `None` if it has to be propagated directly. The flow itself keeps the measure `dx1 dx2/s`, so the right value is `s_t/s_0`
-    /// (Liouville's theorem): what this one is off shows how good the map is.
+    /// The determinant of the derivative of the state at snapshot `index` by the state at the start, of the orbit that
+    /// starts with these variables; `None` if it has to be propagated directly. The flow itself keeps the measure `dx1
+    /// dx2/s`, so the right value is `s_t/s_0` (Liouville's theorem): what this one is off shows how good the map is.
     ///
     /// # Panics
     /// If there is no such snapshot.
@@ -49,9 +50,9 @@ impl<M: PlanarHamiltonian> FlowMap<M, 2> {
         Some(Determinant { value: of_state / (e * of_variables).abs(), doubt })
     }
 
-    /// The factor by which a density per unit `phi`-`e` area has changed by snapshot `index` on the way from the variables at the start to the
-    /// state `end`: by the determinant of the map, or in closed form where that is not known to a thousandth, or where the orbit is propagated
-    /// directly.
+    /// The factor by which a density per unit `phi`-`e` area has changed by snapshot `index` on the way from the
+    /// variables at the start to the state `end`: by the determinant of the map, or in closed form where that is not
+    /// known to a thousandth, or where the orbit is propagated directly.
     ///
     /// # Panics
     /// If there is no such snapshot.
@@ -85,8 +86,8 @@ mod tests {
                     let (Some(determinant), true) = (map.determinant(&variables, index), e > 0.0) else { continue };
                     let end = map.state(&variables, index).unwrap();
                     let right = end.s() / State::from_polar(phi, e).s();
-                    // A slope of a polynomial of degree 15 is off by up to 225 times what the polynomial is, over half the width of its cell:
-                    // 225 x 1e-9 over some 0.01 in these clouds.
+                    // A slope of a polynomial of degree 15 is off by up to 225 times what the polynomial is, over half
+                    // the width of its cell: 225 x 1e-9 over some 0.01 in these clouds.
                     assert!((determinant / right - 1.0).abs() < 1e-4, "{number} {phi} {e}: {determinant} {right}");
                     seen += 1;
                 }

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-/// The starts of orbits as a function of the range of their numbers: the variables, on the branch of the initial Gaussian's mean. A start depends on
-/// its number alone.
+/// The starts of orbits as a function of the range of their numbers: the variables, on the branch of the initial
+/// Gaussian's mean. A start depends on its number alone.
 pub type Draw<const N: usize> = Box<dyn Fn(Range<usize>) -> Vec<[f64; N]> + Send + Sync>;
 
 /// The numbers of a chunk of orbits, of chunks of `length`.

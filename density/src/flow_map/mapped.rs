@@ -1,10 +1,10 @@
 //! A set of orbits that moves by a flow map from snapshot to snapshot.
 //!
-//! Starts are drawn by their number and taken in chunks. In a chunk they are sorted by the cell in which they lie, so that
-//! the polynomials of a cell are evaluated at many starts side by side. A start that lies in no cell is propagated
-//! directly, with the others of its kind. Up to [`KEPT`] starts are kept from snapshot to snapshot; more are drawn again,
-//! so that memory does not grow with their number. Each value depends on its own start alone: results are the same bytes
-//! for any number of threads.
+//! Starts are drawn by their number and taken in chunks. In a chunk they are sorted by the cell in which they lie, so
+//! that the polynomials of a cell are evaluated at many starts side by side. A start that lies in no cell is propagated
+//! directly, with the others of its kind. Up to [`KEPT`] starts are kept from snapshot to snapshot; more are drawn
+//! again, so that memory does not grow with their number. Each value depends on its own start alone: results are the
+//! same bytes for any number of threads.
 
 use std::fmt;
 use std::ops::Range;
@@ -157,8 +157,8 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
         }
     }
 
-    /// Calls `write` with the variables of up to [`LANES`] orbits at the snapshot that has been reached, and where they are among the
-    /// sorted ones.
+    /// Calls `write` with the variables of up to [`LANES`] orbits at the snapshot that has been reached, and where they
+    /// are among the sorted ones.
     fn evaluate(&self, sorted: &Sorted<N>, mut write: impl FnMut(Range<usize>, &[Lanes; N])) {
         let mut states = vec![[0.0; LANES]; M::State::<f64>::COUNT];
         let mut variables = [[0.0; LANES]; N];
@@ -185,8 +185,8 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
         }
     }
 
-    /// For each of `times`, how many orbits first reached the critical value after the time before it and up to this one. Orbits that are
-    /// propagated directly are counted only up to the snapshot that has been reached.
+    /// For each of `times`, how many orbits first reached the critical value after the time before it and up to this
+    /// one. Orbits that are propagated directly are counted only up to the snapshot that has been reached.
     pub fn passage_counts(&self, times: &[f64]) -> Vec<u64> {
         let chunk_counts = |chunk: usize| {
             let mut counts = vec![0u64; times.len() + 1];
@@ -235,7 +235,8 @@ impl<M: Model, const N: usize> MappedOrbits<M, N> {
 }
 
 impl<const N: usize> Sorted<N> {
-    /// Calls `work` with each cell, the local coordinates of up to [`LANES`] starts in it, and where they are among the sorted ones.
+    /// Calls `work` with each cell, the local coordinates of up to [`LANES`] starts in it, and where they are among the
+    /// sorted ones.
     fn for_lanes(&self, mut work: impl FnMut(u32, &[Lanes; N], Range<usize>)) {
         let mut next = 0;
         for &(cell, count) in &self.runs {

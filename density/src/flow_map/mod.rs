@@ -1,20 +1,21 @@
 //! Flow maps: where every start is at every snapshot time, interpolated from a lattice of orbits.
 //!
-//! The flow is smooth, so a few thousand orbits determine it throughout a cloud. The map from the standardised coordinates
-//! of the initial Gaussian to the state at a time is interpolated by products of Chebyshev polynomials on cells, which are
-//! halved where the flow bends, until an estimate of the error is below a setting. Moving an orbit then costs one evaluation
-//! of a polynomial for each snapshot, whatever the horizon.
+//! The flow is smooth, so a few thousand orbits determine it throughout a cloud. The map from the standardised
+//! coordinates of the initial Gaussian to the state at a time is interpolated by products of Chebyshev polynomials on
+//! cells, which are halved where the flow bends, until an estimate of the error is below a setting. Moving an orbit
+//! then costs one evaluation of a polynomial for each snapshot, whatever the horizon.
 //!
-//! The domain is the box of [`Settings::reach`] standard deviations about the mean. In the plane it may hold starts with a negative
-//! eccentricity: `(phi, -e)` is `(phi + π, e)`, and the state `(e sin phi, e cos phi)` is analytic through `e = 0`.
-//! A start is left to direct propagation where no map is worth its orbits: outside the box, and in cells that hold less
-//! probability than [`Settings::smallest_share`] and are not resolved yet, as at a separatrix, where neighbours
-//! come apart for ever. Where [`Settings::most_orbits`] do not suffice, the cells that hold least are left as well. [`Summary`]
-//! says how much that is, and a map that covers less than [`Settings::least_mapped`] is refused.
+//! The domain is the box of [`Settings::reach`] standard deviations about the mean. In the plane it may hold starts
+//! with a negative eccentricity: `(phi, -e)` is `(phi + π, e)`, and the state `(e sin phi, e cos phi)` is analytic
+//! through `e = 0`. A start is left to direct propagation where no map is worth its orbits: outside the box, and in
+//! cells that hold less probability than [`Settings::smallest_share`] and are not resolved yet, as at a separatrix,
+//! where neighbours come apart for ever. Where [`Settings::most_orbits`] do not suffice, the cells that hold least are
+//! left as well. [`Summary`] says how much that is, and a map that covers less than [`Settings::least_mapped`] is
+//! refused.
 //!
-//! The error of a cell is the larger of two estimates: what the polynomial is off at the corners and in the middle, where
-//! the polynomial that interpolates at Chebyshev nodes is furthest off, compared with orbits that end there; and what
-//! the next coefficients would be, if they go on to fall as the last ones do.
+//! The error of a cell is the larger of two estimates: what the polynomial is off at the corners and in the middle,
+//! where the polynomial that interpolates at Chebyshev nodes is furthest off, compared with orbits that end there; and
+//! what the next coefficients would be, if they go on to fall as the last ones do.
 //!
 //! | file | idea |
 //! |---|---|
@@ -54,7 +55,8 @@ pub use by_angle::{AngleMap, AngleOrbits};
 pub use mapped::MappedOrbits;
 pub use refused::{Cause, Refused, Unresolved};
 
-/// How far the domain of a map reaches from the mean along each axis unless set, in standard deviations. Beyond lie 8e-11 of a Gaussian.
+/// How far the domain of a map reaches from the mean along each axis unless set, in standard deviations. Beyond lie
+/// 8e-11 of a Gaussian.
 pub const REACH: f64 = 6.5;
 
 /// What a map may cost and how far it may be off.
@@ -68,8 +70,8 @@ pub struct Settings {
     pub smallest_share: f64,
     /// Least probability that a map must cover.
     pub least_mapped: f64,
-    /// How far the domain reaches from the mean along each axis, in standard deviations. With many variables it holds mostly starts that no
-    /// cloud has, and a smaller one takes far fewer orbits.
+    /// How far the domain reaches from the mean along each axis, in standard deviations. With many variables it holds
+    /// mostly starts that no cloud has, and a smaller one takes far fewer orbits.
     pub reach: f64,
 }
 
@@ -139,10 +141,10 @@ impl Summary {
 }
 
 impl<M: Model, const N: usize> FlowMap<M, N> {
-    /// The map by `flow` of the cloud that starts as `gaussian` over the model's variables, to each of the ascending `times` \[yr\], the
-    /// first of which is the start. With a critical value of the re-entry variable it also knows first passages. The accuracy of `flow` is
-    /// that of orbits which the map leaves to direct propagation; those from which the map is made are ten times more accurate
-    /// than it.
+    /// The map by `flow` of the cloud that starts as `gaussian` over the model's variables, to each of the ascending
+    /// `times` \[yr\], the first of which is the start. With a critical value of the re-entry variable it also knows
+    /// first passages. The accuracy of `flow` is that of orbits which the map leaves to direct propagation; those from
+    /// which the map is made are ten times more accurate than it.
     ///
     /// # Errors
     /// [`Refused`] if the setting is finer than the orbits, or if the flow bends too much.
@@ -170,7 +172,8 @@ impl<M: Model, const N: usize> FlowMap<M, N> {
         &self.times
     }
 
-    /// The cell of the start with these variables, and its local coordinates; `None` if it has to be propagated directly.
+    /// The cell of the start with these variables, and its local coordinates; `None` if it has to be propagated
+    /// directly.
     fn locate(&self, variables: &[f64; N]) -> Option<(u32, [f64; N])> {
         let point = self.gaussian.standardise(variables);
         match self.tree.locate(&point) {
@@ -186,8 +189,8 @@ impl<M: Model, const N: usize> FlowMap<M, N> {
         &states[(index - 1) * count..index * count]
     }
 
-    /// The coordinates of the state at snapshot `index` of the orbit that starts with these variables; `None` if it has to be
-    /// propagated directly.
+    /// The coordinates of the state at snapshot `index` of the orbit that starts with these variables; `None` if it has
+    /// to be propagated directly.
     ///
     /// # Panics
     /// If there is no such snapshot.

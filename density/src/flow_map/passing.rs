@@ -1,12 +1,12 @@
 //! Whether and when the orbits of a cell first reach the critical value of the re-entry variable.
 //!
-//! The time of the first passage is a smooth function of the start only among orbits that pass: at the edge of their set,
-//! where orbits just touch the critical value, it has the slope of a square root, and beyond there is none. So it is
-//! interpolated only in cells in which all orbits pass, and known to be none only where none passes. Which is the case
-//! follows from how near each orbit of the lattice comes ([`Flow::carry_approaching`](crate::flow::Flow)), its margin:
-//! a cell is decided only where every margin is larger than the difference of the margins of any two neighbours on the
-//! lattice, so that no orbit between them can be on the other side. Other cells are halved, and in the end their orbits
-//! are propagated directly.
+//! The time of the first passage is a smooth function of the start only among orbits that pass: at the edge of their
+//! set, where orbits just touch the critical value, it has the slope of a square root, and beyond there is none. So it
+//! is interpolated only in cells in which all orbits pass, and known to be none only where none passes. Which is the
+//! case follows from how near each orbit of the lattice comes ([`Flow::carry_approaching`](crate::flow::Flow)), its
+//! margin: a cell is decided only where every margin is larger than the difference of the margins of any two neighbours
+//! on the lattice, so that no orbit between them can be on the other side. Other cells are halved, and in the end their
+//! orbits are propagated directly.
 
 use super::chebyshev::{Basis, Polynomial};
 

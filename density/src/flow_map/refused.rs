@@ -68,7 +68,8 @@ pub enum Cause {
         /// The estimate of its error then; infinite if an orbit could not be followed.
         error: f64,
     },
-    /// Some orbits first reach the critical value and others just miss it, or the time at which they do is no smooth function of the start.
+    /// Some orbits first reach the critical value and others just miss it, or the time at which they do is no smooth
+    /// function of the start.
     FirstPassages,
 }
 

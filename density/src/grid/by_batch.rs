@@ -1,6 +1,7 @@
 //! The bins of many samples side by side.
 //!
-//! What is done with each sample is written as a loop over a whole [`Batch`] without branches, which the compiler turns into vectors.
+//! What is done with each sample is written as a loop over a whole [`Batch`] without branches, which the compiler turns
+//! into vectors.
 
 use std::f64::consts::TAU;
 
@@ -17,8 +18,9 @@ fn position(axis: &Axis, value: f64) -> f64 {
     if is_inside { position.trunc().min(axis.bins as f64 - 1.0) } else { -1.0 }
 }
 
-/// The flat index of the bin of a sample, as [`Grid::bin`] finds it, or the number of bins for a sample beside the grid; and whether that is
-/// so: if `phi` lies more than a turn beside the grid's branch, or is no number, the index says nothing.
+/// The flat index of the bin of a sample, as [`Grid::bin`] finds it, or the number of bins for a sample beside the
+/// grid; and whether that is so: if `phi` lies more than a turn beside the grid's branch, or is no number, the index
+/// says nothing.
 #[inline(always)]
 pub(crate) fn bin(grid: &Grid, phi: f64, e: f64) -> (usize, bool) {
     let low = grid.branch_low();

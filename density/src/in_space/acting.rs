@@ -17,8 +17,8 @@ impl SpaceProblem {
         ALL.into_iter().zip(values).filter(|(_, value)| *value != 0.0).map(|(name, _)| name).collect()
     }
 
-    /// The same problem without one of its forces. Without radiation pressure there is nothing that a shadow or an uncertain radiation parameter
-    /// could change.
+    /// The same problem without one of its forces. Without radiation pressure there is nothing that a shadow or an
+    /// uncertain radiation parameter could change.
     pub fn without(&self, force: &str) -> Self {
         let mut other = self.clone();
         let forces = other.model.forces_mut();

@@ -27,7 +27,8 @@ pub trait Cloud: Debug + Send {
         Ok(())
     }
 
-    /// Writes the variables of all orbits, one column after the other; NaN in the columns of variables that the model does not have.
+    /// Writes the variables of all orbits, one column after the other; NaN in the columns of variables that the model
+    /// does not have.
     fn read_out(&self, columns: &mut [f64]);
 }
 

@@ -1,8 +1,9 @@
 //! The questions of a disposal designer about a cloud in space, answered by randomised quasi-Monte Carlo.
 //!
-//! There is no exact curve in space. Every figure is that of the same orbits by their numbers ([`super::draws`]), so that two clouds that
-//! differ in a parameter differ by its effect alone (common random numbers), and every figure has a 95 % interval from the spread of
-//! replicates that are independent of one another (Owen, *Monte Carlo theory, methods and examples*, 2013, Chapter 17).
+//! There is no exact curve in space. Every figure is that of the same orbits by their numbers ([`super::draws`]), so
+//! that two clouds that differ in a parameter differ by its effect alone (common random numbers), and every figure has
+//! a 95 % interval from the spread of replicates that are independent of one another (Owen, *Monte Carlo theory,
+//! methods and examples*, 2013, Chapter 17).
 
 use std::num::NonZeroUsize;
 
@@ -75,8 +76,8 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The time by which a probability is reached. An end of the interval is infinite where the curve's own interval leaves open whether the
-    /// probability is reached at all; `None` if it is not reached.
+    /// The time by which a probability is reached. An end of the interval is infinite where the curve's own interval
+    /// leaves open whether the probability is reached at all; `None` if it is not reached.
     pub fn time_of(&self, probability: f64) -> Option<Bounded> {
         let along = |of: fn(&Bounded) -> f64| -> Vec<(f64, f64)> {
             self.times.iter().copied().zip(self.probability.iter().map(of)).collect()
@@ -163,9 +164,10 @@ fn with_radiation(problem: &SpaceProblem, factor: f64) -> SpaceProblem {
     changed
 }
 
-/// The least factor on the radiation parameter, and so on the area-to-mass ratio, with which the probability of re-entry by the last snapshot is
-/// `probability`: looked for in [`FACTORS`]; `None` if it is not there, or if there is no radiation pressure. The lower end of [`FACTORS`] means
-/// that even less may do. Its interval is that of the probability there, over the slope of the probability; infinite where there is no slope.
+/// The least factor on the radiation parameter, and so on the area-to-mass ratio, with which the probability of
+/// re-entry by the last snapshot is `probability`: looked for in [`FACTORS`]; `None` if it is not there, or if there is
+/// no radiation pressure. The lower end of [`FACTORS`] means that even less may do. Its interval is that of the
+/// probability there, over the slope of the probability; infinite where there is no slope.
 ///
 /// # Errors
 /// [`Trouble`].
@@ -211,8 +213,8 @@ pub struct Sensitivity {
     pub effect: Bounded,
 }
 
-/// The effect of each small change: one percent of a parameter, a tenth of a standard deviation of a mean, ten percent of a standard deviation;
-/// the largest effect first.
+/// The effect of each small change: one percent of a parameter, a tenth of a standard deviation of a mean, ten percent
+/// of a standard deviation; the largest effect first.
 ///
 /// # Errors
 /// [`Trouble`].

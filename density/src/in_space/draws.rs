@@ -1,9 +1,10 @@
 //! The orbits of a cloud in space by their numbers.
 //!
-//! Orbit `i` has six shares of probability, for eccentricity, solar angle, inclination, node, radiation parameter and mean anomaly, in this
-//! order ([`SamplingPlan::shares`]). A share that its problem has no use for is left unused, so that problems with fewer uncertain
-//! variables, and simpler models, have the same orbits otherwise. The eccentricity comes first, since it is cut: it has the quantiles of a cut
-//! normal variable, and the others are normal given the ones before them.
+//! Orbit `i` has six shares of probability, for eccentricity, solar angle, inclination, node, radiation parameter and
+//! mean anomaly, in this order ([`SamplingPlan::shares`]). A share that its problem has no use for is left unused, so
+//! that problems with fewer uncertain variables, and simpler models, have the same orbits otherwise. The eccentricity
+//! comes first, since it is cut: it has the quantiles of a cut normal variable, and the others are normal given the
+//! ones before them.
 
 use std::f64::consts::TAU;
 
@@ -52,7 +53,8 @@ impl Distributed {
         Self::new(&problem.initial, problem.spread, problem.model.forces().force.radiation)
     }
 
-    /// The distribution of a cloud in the plane whose radiation parameter is uncertain: inclination and node are certain.
+    /// The distribution of a cloud in the plane whose radiation parameter is uncertain: inclination and node are
+    /// certain.
     ///
     /// # Errors
     /// [`ProblemError`] if solar angle and eccentricity have no Gaussian.

@@ -1,8 +1,9 @@
 //! How far a simpler model, or a model without one of its forces, moves the figures of a cloud.
 //!
-//! All variants move the same orbits, drawn in independent replicates of a scrambled Sobol sequence. The difference of two variants is taken
-//! replicate by replicate, so that what they have in common cancels, and its standard error follows from the spread of these differences
-//! (common random numbers: Owen, *Monte Carlo theory, methods and examples*, 2013, Sect. 8.6).
+//! All variants move the same orbits, drawn in independent replicates of a scrambled Sobol sequence. The difference of
+//! two variants is taken replicate by replicate, so that what they have in common cancels, and its standard error
+//! follows from the spread of these differences (common random numbers: Owen, *Monte Carlo theory, methods and
+//! examples*, 2013, Sect. 8.6).
 
 use std::num::NonZeroUsize;
 
@@ -18,8 +19,8 @@ use crate::sampling::{Draws, SamplingPlan, group};
 
 /// Number of replicates.
 pub const REPLICATES: usize = 16;
-/// What is compared of a cloud: mean and deviation of each variable, the probability above the critical eccentricity, and that of ever having
-/// reached it.
+/// What is compared of a cloud: mean and deviation of each variable, the probability above the critical eccentricity,
+/// and that of ever having reached it.
 pub const QUANTITIES: usize = 2 * VARIABLES.len() + 2;
 
 /// A model that is compared with a fuller one.
@@ -58,8 +59,8 @@ pub struct Figures {
     orbits: usize,
 }
 
-/// An event that none of `n` independent orbits shows may still have a probability of this, divided by `n`: the upper end of the exact 95 % interval
-/// (Clopper & Pearson, Biometrika 26, 1934).
+/// An event that none of `n` independent orbits shows may still have a probability of this, divided by `n`: the upper
+/// end of the exact 95 % interval (Clopper & Pearson, Biometrika 26, 1934).
 const UNSEEN: f64 = 3.7;
 
 /// A figure of a variant.
@@ -84,7 +85,8 @@ pub enum Trouble {
     Problem(#[from] ProblemError),
 }
 
-/// The figures of a variant at each snapshot, from this number of orbits in each replicate; `progress` hears of every stride, as a time \[yr\].
+/// The figures of a variant at each snapshot, from this number of orbits in each replicate; `progress` hears of every
+/// stride, as a time \[yr\].
 ///
 /// # Errors
 /// [`Trouble`] if an orbit cannot be followed.
@@ -161,7 +163,8 @@ impl Figures {
             let mean = off.iter().sum::<f64>() / count;
             let squares: f64 = off.iter().map(|off| (off - mean).powi(2)).sum();
             let error = (squares / ((count - 1.0) * count)).sqrt();
-            // Where no orbit of all differs, their spread says nothing: a share of up to 3.7/n may differ all the same, with 95 % probability.
+            // Where no orbit of all differs, their spread says nothing: a share of up to 3.7/n may differ all the same,
+            // with 95 % probability.
             let is_probability = q / 2 >= VARIABLES.len();
             let least = if is_probability { 0.5 * UNSEEN / self.orbits as f64 } else { 0.0 };
             Shift { value: self.whole[q], shift, error: error.max(least) }

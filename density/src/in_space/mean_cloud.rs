@@ -1,8 +1,9 @@
 //! Unaveraged orbits, read out as averages over a revolution.
 //!
-//! Results of averaged and unaveraged models are compared in the same variables, so the osculating elements, which oscillate within a
-//! revolution, are not what is read out: the eccentricity and angular momentum vectors are averaged over one revolution centred on the
-//! time, and solar angle, eccentricity, inclination and node are those of the averages.
+//! Results of averaged and unaveraged models are compared in the same variables, so the osculating elements, which
+//! oscillate within a revolution, are not what is read out: the eccentricity and angular momentum vectors are averaged
+//! over one revolution centred on the time, and solar angle, eccentricity, inclination and node are those of the
+//! averages.
 
 use rayon::prelude::*;
 

@@ -1,18 +1,19 @@
 //! A cloud in space: what is known of an orbit at first, carried on in any model.
 //!
-//! The cloud at `t = 0` is a Gaussian over solar angle, eccentricity, inclination and node, some of which may be certain, and over the
-//! radiation parameter if that is uncertain, which is then independent of the others. Two places where elements are singular are none
-//! for the cloud:
+//! The cloud at `t = 0` is a Gaussian over solar angle, eccentricity, inclination and node, some of which may be
+//! certain, and over the radiation parameter if that is uncertain, which is then independent of the others. Two places
+//! where elements are singular are none for the cloud:
 //!
-//! - `e = 0`: the Gaussian is cut to `0 < e < 1` and scaled to a probability of 1, as in the plane ([`crate::problem`]);
+//! - `e = 0`: the Gaussian is cut to `0 < e < 1` and scaled to a probability of 1, as in the plane
+//!   ([`crate::problem`]);
 //! - `i = 0`: an inclination below 0 is one above it with the node on the other side: `(phi, -i, node)` is the orbit
-//!   `(phi, i, node + π)`, since the plane turns about the line of nodes and `phi` counts from a direction that turns with it. So nothing is cut
-//!   there, and the vectors of the orbit are smooth functions of the Gaussian's variables.
+//!   `(phi, i, node + π)`, since the plane turns about the line of nodes and `phi` counts from a direction that turns
+//!   with it. So nothing is cut there, and the vectors of the orbit are smooth functions of the Gaussian's variables.
 //!
 //! `i = π` is singular in `phi` itself; clouds that come near it are refused.
 //!
-//! Every orbit is drawn by its number from the same shares of probability ([`draws`]), whichever model then moves it, so that clouds in two
-//! models differ by the models alone (common random numbers).
+//! Every orbit is drawn by its number from the same shares of probability ([`draws`]), whichever model then moves it,
+//! so that clouds in two models differ by the models alone (common random numbers).
 //!
 //! | file | idea |
 //! |---|---|
@@ -85,8 +86,9 @@ pub struct SpaceProblem {
     pub critical_e: f64,
     /// Whether the Earth has a shadow.
     pub shadow: bool,
-    /// Height of the pericentre above the equator at which the satellite re-enters whatever its semi-major axis is then \[Earth radii\]; where there is
-    /// none, it re-enters at the critical eccentricity. With a constant semi-major axis the two say the same.
+    /// Height of the pericentre above the equator at which the satellite re-enters whatever its semi-major axis is then
+    /// \[Earth radii\]; where there is none, it re-enters at the critical eccentricity. With a constant semi-major axis
+    /// the two say the same.
     pub reentry_altitude: Option<f64>,
 }
 
@@ -96,8 +98,8 @@ const NARROWEST: f64 = 5e-10;
 const SIGMAS: [(&str, f64); 4] = [("sigma_phi", PI), ("sigma_e", 0.5), ("sigma_inclination", PI), ("sigma_node", PI)];
 /// So many of the variables, from the first, must not be certain.
 const MUST_BE_UNCERTAIN: usize = 2;
-/// How far from π an inclination stays, also one that is certain \[rad\]. Next to π the solar angle follows from the vectors of the orbit with an
-/// error of about 2e-16 divided by the square of the distance.
+/// How far from π an inclination stays, also one that is certain \[rad\]. Next to π the solar angle follows from the
+/// vectors of the orbit with an error of about 2e-16 divided by the square of the distance.
 pub const FROM_PI: f64 = 1e-3;
 /// How far from its mean, in standard deviations, an inclination must not reach π.
 const REACH: f64 = 6.0;
@@ -122,8 +124,8 @@ impl SpaceProblem {
         Ok(self)
     }
 
-    /// Whether it is a problem of the planar model whose satellite passes the Earth's shadow: with the shadow there is no Hamiltonian, so that it is
-    /// solved as one in space without obliquity and inclination.
+    /// Whether it is a problem of the planar model whose satellite passes the Earth's shadow: with the shadow there is
+    /// no Hamiltonian, so that it is solved as one in space without obliquity and inclination.
     pub fn is_shadowed_plane(&self) -> bool {
         let Some(model) = self.model.if_averaged() else { return false };
         let InitialInSpace { mean: [_, _, inclination, _], sigma: [_, _, sigma, _], .. } = self.initial;
@@ -144,7 +146,8 @@ impl SpaceProblem {
         }
     }
 
-    /// Height of the pericentre above the Earth's centre at which the satellite re-enters \[Earth radii\], if not at a critical eccentricity.
+    /// Height of the pericentre above the Earth's centre at which the satellite re-enters \[Earth radii\], if not at a
+    /// critical eccentricity.
     pub fn reentry_radius(&self) -> Option<f64> {
         self.reentry_altitude.map(|altitude| 1.0 + altitude)
     }
@@ -283,7 +286,8 @@ pub mod example {
         }
     }
 
-    /// A cloud in the equator under a Sun in the equator, with this radiation parameter, and the same cloud in the plane, whose model is right for it.
+    /// A cloud in the equator under a Sun in the equator, with this radiation parameter, and the same cloud in the
+    /// plane, whose model is right for it.
     pub fn in_the_equator(radiation: f64, spread: Option<Spread>) -> (SpaceProblem, Problem<Planar>) {
         let mut problem = SpaceProblem { spread, critical_e: 0.52, ..problem() };
         let Vectorial { mut forces, sun_longitude, .. } = problem.model.averaged();

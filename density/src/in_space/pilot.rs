@@ -1,7 +1,7 @@
 //! The axes on which clouds in space are compared: they enclose a pilot cloud.
 //!
-//! The pilot orbits start on shells about the mean out to four standard deviations, evenly in all directions, and move in the averaged model,
-//! also where the scenario's is unaveraged, from which it differs by less than the margin.
+//! The pilot orbits start on shells about the mean out to four standard deviations, evenly in all directions, and move
+//! in the averaged model, also where the scenario's is unaveraged, from which it differs by less than the margin.
 
 use std::f64::consts::PI;
 use std::num::NonZeroUsize;
@@ -47,7 +47,8 @@ pub fn axes(problem: &SpaceProblem, bins: &[usize]) -> Result<Vec<Vec<Axis>>, Lo
     }
 }
 
-/// The axes of a cloud that passes the Earth's shadow. An orbit takes a thousand times as long, so that there are fewer of them.
+/// The axes of a cloud that passes the Earth's shadow. An orbit takes a thousand times as long, so that there are fewer
+/// of them.
 fn shadowed_axes(
     model: ShadowedVectorial,
     problem: &SpaceProblem,

@@ -1,4 +1,5 @@
-//! What methods do with a cloud in space that place points in its Gaussian: the averaged model and the Gaussian, in 4 or 5 variables.
+//! What methods do with a cloud in space that place points in its Gaussian: the averaged model and the Gaussian, in 4
+//! or 5 variables.
 
 use super::{NARROWEST, SpaceProblem, VARIABLES, contradiction};
 use crate::gaussian::Gaussian;
@@ -17,11 +18,12 @@ pub trait SpaceTask {
 }
 
 impl SpaceProblem {
-    /// Does a task with the model and the Gaussian of this problem, in which a certain variable has the narrowest deviation that a
-    /// variable can have.
+    /// Does a task with the model and the Gaussian of this problem, in which a certain variable has the narrowest
+    /// deviation that a variable can have.
     ///
     /// # Errors
-    /// [`ProblemError`] if the model is not averaged, or has the Earth's shadow, in which the semi-major axis is one more variable.
+    /// [`ProblemError`] if the model is not averaged, or has the Earth's shadow, in which the semi-major axis is one
+    /// more variable.
     pub fn perform<T: SpaceTask>(&self, task: T) -> Result<T::Output, ProblemError> {
         let Some(model) = self.model.if_averaged() else {
             let name = self.model.name();

@@ -7,9 +7,10 @@
 //! among the bins.
 //!
 //! Moments use the same weights for every snapshot. On scattered points (degree 1) the flow is taken as linear in each
-//! triangle, and `∫ p phi² = Σ phi_i phi_j ∫ p L_i L_j` is exact for a linear flow. On a lattice of degree `d` the flow is a
-//! polynomial in every cell ([`super::lattice`]): moments are integrals of these polynomials ([`super::quadrature`]),
-//! and the joint density is read from a refined lattice ([`super::fine`]), which is finer where the bins need it.
+//! triangle, and `∫ p phi² = Σ phi_i phi_j ∫ p L_i L_j` is exact for a linear flow. On a lattice of degree `d` the flow
+//! is a polynomial in every cell ([`super::lattice`]): moments are integrals of these polynomials
+//! ([`super::quadrature`]), and the joint density is read from a refined lattice ([`super::fine`]), which is finer
+//! where the bins need it.
 //!
 //! **When to trust it.** The flow keeps the measure `e/s dphi de`; a mesh does so only where it resolves the flow, see
 //! [`super::diagnostics`].
@@ -38,7 +39,8 @@ const FINE_CELLS: usize = 300;
 /// Finer numbers of cells per side, for when [`FINE_CELLS`] would misplace more than [`MISPLACED`]: the first that does
 /// not is taken, or the last.
 const FINER_CELLS: [usize; 3] = [450, 600, 900];
-/// Misplacement of the joint density by straight triangles, in total variation, above which the lattice is refined further.
+/// Misplacement of the joint density by straight triangles, in total variation, above which the lattice is refined
+/// further.
 const MISPLACED: f64 = 1.5e-3;
 
 /// A mesh over initial points, ready to be carried.
@@ -198,8 +200,8 @@ fn finer_needed(misplaced: f64, cells: usize) -> Option<usize> {
     (misplaced > MISPLACED && cells < FINER_CELLS[last]).then_some(finer).filter(|&finer| FINER_CELLS[finer] > cells)
 }
 
-/// How far the interpolated flow of a lattice keeps the invariant measure, cell by cell; in cells that are marked as `direct` it is not
-/// interpolated and keeps it.
+/// How far the interpolated flow of a lattice keeps the invariant measure, cell by cell; in cells that are marked as
+/// `direct` it is not interpolated and keeps it.
 pub(super) fn judge_cells(
     initial: &InitialGaussian,
     lines: [&[f64]; 2],

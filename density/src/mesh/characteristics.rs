@@ -1,14 +1,15 @@
 //! The density that each characteristic carries, by Eq. 8 in closed form.
 //!
-//! Eq. 8 of Sun et al. (2022), `n' = n_sun C x1/s n`, is the continuity equation of a density per unit `x1`-`x2` area. Since
-//! `s' = -n_sun C x1`, its solution is `n_t/n_0 = s_0/s_t`. A density per unit `phi`-`e` area is `e` times as large, hence
+//! Eq. 8 of Sun et al. (2022), `n' = n_sun C x1/s n`, is the continuity equation of a density per unit `x1`-`x2` area.
+//! Since `s' = -n_sun C x1`, its solution is `n_t/n_0 = s_0/s_t`. A density per unit `phi`-`e` area is `e` times as
+//! large, hence
 //!
 //! ```text
 //! n_t = n_0 (s_0/s_t) (e_t/e_0)
 //! ```
 //!
-//! The paper starts from densities per `phi`-`e` area, evolves them by Eq. 8 as it stands, and reads them out per `phi`-`e`
-//! area again: the factor `e_t/e_0` is missing. `with_jacobian = false` reproduces the paper.
+//! The paper starts from densities per `phi`-`e` area, evolves them by Eq. 8 as it stands, and reads them out per
+//! `phi`-`e` area again: the factor `e_t/e_0` is missing. `with_jacobian = false` reproduces the paper.
 
 use rayon::prelude::*;
 
@@ -52,7 +53,8 @@ mod tests {
     use crate::model::planar::Force;
     use crate::problem::paper::scenario;
 
-    /// `(x1, x2, ln n)` after `years`, Eq. 8 integrated beside the equations of motion by the classical Runge-Kutta method.
+    /// `(x1, x2, ln n)` after `years`, Eq. 8 integrated beside the equations of motion by the classical Runge-Kutta
+    /// method.
     fn integrate_eq_8(force: Force, start: State, years: f64, steps: u32) -> (State, f64) {
         let rate = |[x1, x2, _]: [f64; 3]| {
             let state = State { x1, x2 };

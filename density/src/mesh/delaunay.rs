@@ -23,8 +23,8 @@ impl HasPosition for Site {
 /// one is used.
 ///
 /// # Errors
-/// [`MeshError::TooFewPoints`] or [`MeshError::Collinear`] if there is no triangle; [`MeshError::Value`] for a coordinate
-/// that is not finite.
+/// [`MeshError::TooFewPoints`] or [`MeshError::Collinear`] if there is no triangle; [`MeshError::Value`] for a
+/// coordinate that is not finite.
 ///
 /// # Panics
 /// If the slices differ in length or have 2^32 points or more.

@@ -21,9 +21,9 @@
 //! | 1e5 random points | scenario 1, 1 yr | 0.06 | 0.15 % |
 //! | 1e5 random points | scenario 2, 1.5 yr | 0.26 | 0.22 % |
 //!
-//! (31 x 31 points over 5.5 standard deviations, 21 over 5.1, 15 over 4.5.) In all measurements the error stayed below two
-//! and a half times the defect plus 2.5 %; the 2.5 % come from sparse tails and coarse densities. The error can be far
-//! smaller: triangles keep their probability even where they are misshapen, and bins blur what is misplaced by less
+//! (31 x 31 points over 5.5 standard deviations, 21 over 5.1, 15 over 4.5.) In all measurements the error stayed below
+//! two and a half times the defect plus 2.5 %; the 2.5 % come from sparse tails and coarse densities. The error can be
+//! far smaller: triangles keep their probability even where they are misshapen, and bins blur what is misplaced by less
 //! than a bin.
 //!
 //! The defect judges the polynomials between the lattice points by their effect on areas. How far they misplace a thin

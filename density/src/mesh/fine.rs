@@ -92,9 +92,9 @@ impl FineLattice {
         self.elements.nodes(&used(x1), &used(x2))
     }
 
-    /// Estimated total variation by which the interpolation misplaces the joint density in the bins of `grid`: the mean distance,
-    /// in bins and at most one, by which polynomials two degrees lower move the points of the refined lattice.
-    /// `lattice` holds the states of the lattice, `states` those of the refined lattice.
+    /// Estimated total variation by which the interpolation misplaces the joint density in the bins of `grid`: the mean
+    /// distance, in bins and at most one, by which polynomials two degrees lower move the points of the refined
+    /// lattice. `lattice` holds the states of the lattice, `states` those of the refined lattice.
     pub(super) fn misplaced_by_interpolation(&self, lattice: [&[f64]; 2], states: &[Vec<f64>; 2], grid: &Grid) -> f64 {
         let Some(rougher) = &self.rougher else { return 0.0 };
         let rough = lattice.map(|values| rougher.apply(values));

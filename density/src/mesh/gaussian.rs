@@ -1,7 +1,8 @@
 //! Probability of a triangle under the initial Gaussian.
 //!
 //! In standard deviations `(u, v)` from the mean, with `q = (u² + v²)/2`, the field `(1 - e^-q)/(4π q) (-v, u)` has the
-//! standard normal density as its curl. By Green's theorem the probability of a triangle is the circulation of that field,
+//! standard normal density as its curl. By Green's theorem the probability of a triangle is the circulation of that
+//! field,
 //!
 //! ```text
 //! P = sum over edges a -> b of (a x b)/(4π) ∫_0^1 (1 - e^-q)/q dt,     (u, v) = a + t (b - a)

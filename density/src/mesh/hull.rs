@@ -1,8 +1,9 @@
 //! The paper's density reconstruction: Delaunay triangulation over the final points, linear interpolation, binning.
 //!
-//! Eqs. 11-13 of Sun et al. (2022): the density weights `n` of the final points are interpolated linearly on a fine grid of
-//! points ([`super::raster`]), averaged in each bin, and divided by their sum. The axes are not scaled (radians, and
-//! eccentricity as it is): scaling them would change the triangulation, and the paper does not scale them.
+//! Eqs. 11-13 of Sun et al. (2022): the density weights `n` of the final points are interpolated linearly on a fine
+//! grid of points ([`super::raster`]), averaged in each bin, and divided by their sum. The axes are not scaled
+//! (radians, and eccentricity as it is): scaling them would change the triangulation, and the paper does not scale
+//! them.
 //!
 //! Moments are exact integrals of the piecewise linear density over all triangles, the limit of an infinitely fine grid
 //! that covers the whole hull; so is the probability above the critical eccentricity.

@@ -1,9 +1,9 @@
 //! High-degree interpolation of the flow between lattice points.
 //!
 //! The flow is an analytic map of the initial plane, so on a lattice of initial points its image `(x1, x2)` can be
-//! interpolated by polynomials of degree `d`: in each lattice cell the tensor product of the Lagrange polynomials on the
-//! `d + 1` nearest lattice lines (sliding stencils, one-sided at the border). Neighbouring cells agree on their common
-//! edge. The error falls as `h^(d+1)`, against `h²` for straight triangles; `d = 2` makes patches of nine nodes.
+//! interpolated by polynomials of degree `d`: in each lattice cell the tensor product of the Lagrange polynomials on
+//! the `d + 1` nearest lattice lines (sliding stencils, one-sided at the border). Neighbouring cells agree on their
+//! common edge. The error falls as `h^(d+1)`, against `h²` for straight triangles; `d = 2` makes patches of nine nodes.
 //!
 //! A finer lattice follows from the same polynomials ([`Refinement`]), and so do moments ([`super::quadrature`]).
 
@@ -194,11 +194,11 @@ pub(super) fn lattice_triangles(side: usize) -> Vec<[u32; 3]> {
 /// Like [`lattice_triangles`], for the lattice with these lines in standard deviations, but with fewer and larger
 /// triangles where the Gaussian is thinner.
 ///
-/// What a straight triangle of width `h` misplaces grows as its probability times `h²`. For a given number of triangles the
-/// sum is least where `h` is inversely proportional to the fourth root of the density, `exp(r²/8)`. Tiles of [`TILE`] cells
-/// per side take every `h`-th line, from [`FULL`] standard deviations on. Where a tile meets a coarser one, their
-/// common edge is straight for one and not for the other, which misplaces no more than the coarser triangles do. Every
-/// triangle has its own probability, so none is lost.
+/// What a straight triangle of width `h` misplaces grows as its probability times `h²`. For a given number of triangles
+/// the sum is least where `h` is inversely proportional to the fourth root of the density, `exp(r²/8)`. Tiles of
+/// [`TILE`] cells per side take every `h`-th line, from [`FULL`] standard deviations on. Where a tile meets a coarser
+/// one, their common edge is straight for one and not for the other, which misplaces no more than the coarser triangles
+/// do. Every triangle has its own probability, so none is lost.
 pub(super) fn graded_triangles(outer: &[f64], inner: &[f64]) -> Vec<[u32; 3]> {
     let tiles = |lines: &[f64]| (lines.len() - 1).div_ceil(TILE);
     let ends = |lines: &[f64], tile: usize| (tile * TILE, (lines.len() - 1).min((tile + 1) * TILE));

@@ -1,8 +1,10 @@
-//! The density evolution equation (DEE): characteristics that carry a density, and meshes that make a joint density of it.
+//! The density evolution equation (DEE): characteristics that carry a density, and meshes that make a joint density of
+//! it.
 //!
-//! Along a trajectory of the flow the density per `phi`-`e` area obeys the continuity equation, whose solution is
-//! `n e^-1 s = const` with `s = sqrt(1 - e²)` (Sun et al. 2022, Eqs. 4-8, with the Jacobian of the polar coordinates that
-//! the paper leaves out; see [`characteristics`]). Scattered values become a density on the comparison grid in two ways:
+//! Along a trajectory of the flow the density per `phi`-`e` area obeys the continuity equation, whose solution is `n
+//! e^-1 s = const` with `s = sqrt(1 - e²)` (Sun et al. 2022, Eqs. 4-8, with the Jacobian of the polar coordinates that
+//! the paper leaves out; see [`characteristics`]). Scattered values become a density on the comparison grid in two
+//! ways:
 //!
 //! - [`hull`]: Delaunay triangulation of the *final* points and linear interpolation of `n`, the paper's recipe
 //!   (Eqs. 11-13). It fills the concave sides of a bent cloud, and slivers join points that were never neighbours.

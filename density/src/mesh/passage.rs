@@ -1,8 +1,8 @@
 //! First passages of the flow that a lattice interpolates.
 //!
-//! The orbits of the lattice are carried in steps so short that none of them turns by more than half a radian. After each step the refined
-//! lattice takes note of how high its orbits have come ([`super::watched_lattice`]), from which the probability of having passed follows. The times at
-//! which the curve is read off are independent of the steps.
+//! The orbits of the lattice are carried in steps so short that none of them turns by more than half a radian. After
+//! each step the refined lattice takes note of how high its orbits have come ([`super::watched_lattice`]), from which
+//! the probability of having passed follows. The times at which the curve is read off are independent of the steps.
 //!
 //! A dense lattice is first tried with about a hundred of its lines per side. All lines are taken if the estimated
 //! error of interpolation is too large with these, unless the orbits turn so often that this would take minutes.
@@ -51,10 +51,10 @@ pub enum PassageError {
 pub struct PassageCurve {
     /// The probability at each time.
     pub probability: Vec<f64>,
-    /// An estimate of its error, the sum of these terms: three times the change by half the refinement and half the degree
-    /// of interpolation; the change if peaks are off by as much as the quintic between steps may be; the largest defect of
-    /// the invariant measure so far; and the probability outside the lattice. Rounding at `t = 0`, where the probability
-    /// is that of the initial Gaussian.
+    /// An estimate of its error, the sum of these terms: three times the change by half the refinement and half the
+    /// degree of interpolation; the change if peaks are off by as much as the quintic between steps may be; the largest
+    /// defect of the invariant measure so far; and the probability outside the lattice. Rounding at `t = 0`, where the
+    /// probability is that of the initial Gaussian.
     pub error: Vec<f64>,
 }
 

@@ -21,7 +21,8 @@ pub enum Placement {
     #[default]
     Lattice,
     /// The R2 sequence, an additive recurrence by powers of the plastic number (after Roberts 2018, *The unreasonable
-    /// effectiveness of quasirandom sequences*), shifted by the seed and mapped through the inverse normal distribution.
+    /// effectiveness of quasirandom sequences*), shifted by the seed and mapped through the inverse normal
+    /// distribution.
     LowDiscrepancy,
 }
 

@@ -1,9 +1,9 @@
 //! Exact integrals of a linear density over triangles and over the convex pieces that bins cut from them.
 //!
-//! With barycentric coordinates `L1, L2, L3` on a triangle of area `A`, `∫ L1^a L2^b L3^c = 2A a! b! c!/(a + b + c + 2)!`
-//! (Zienkiewicz, *The Finite Element Method*, eq. for area coordinates), which gives every moment of a linear density in
-//! closed form. Pieces are cut edge by edge (Sutherland & Hodgman, Comm. ACM 17, 1974), the density being interpolated at
-//! each cut; for a linear function that is exact.
+//! With barycentric coordinates `L1, L2, L3` on a triangle of area `A`, `∫ L1^a L2^b L3^c = 2A a! b! c!/(a + b + c +
+//! 2)!` (Zienkiewicz, *The Finite Element Method*, eq. for area coordinates), which gives every moment of a linear
+//! density in closed form. Pieces are cut edge by edge (Sutherland & Hodgman, Comm. ACM 17, 1974), the density being
+//! interpolated at each cut; for a linear function that is exact.
 
 use crate::grid::{Axis, Grid};
 

@@ -137,14 +137,15 @@ impl Quadrature {
         (moments, circular)
     }
 
-    /// The probability inside the lattice, and the sums of sine and cosine of the solar angle, and the sum of the eccentricity.
+    /// The probability inside the lattice, and the sums of sine and cosine of the solar angle, and the sum of the
+    /// eccentricity.
     pub(super) fn mean_vector(whole: &Whole) -> [f64; 4] {
         let Samples { phi, e, weights } = &whole.samples;
         ordered_sum(phi.len(), |i| [1.0, phi[i].sin(), phi[i].cos(), e[i]].map(|term| weights[i] * term))
     }
 
-    /// The sums of the powers 1, phi, e, phi², phi e and e² of the distances from `centre`, with the solar angles on the branch around
-    /// that of the centre; and the sums of sine and cosine of the solar angle.
+    /// The sums of the powers 1, phi, e, phi², phi e and e² of the distances from `centre`, with the solar angles on
+    /// the branch around that of the centre; and the sums of sine and cosine of the solar angle.
     pub(super) fn power_sums(&self, [x1, x2]: [&[f64]; 2], centre: [f64; 2], whole: Whole) -> ([f64; 6], [f64; 2]) {
         let Samples { phi, e, weights } = self.cut_open(whole, [x1, x2], centre[0] + PI);
         let (mut powers, mut vector) = ([0.0; 6], [0.0; 2]);

@@ -1,9 +1,9 @@
 //! The paper's interpolation grid, never stored.
 //!
-//! The paper interpolates `n` linearly on `Ngrid x Ngrid` points and averages those that fall into each bin (Eqs. 11-12):
-//! 25 million values for `Ngrid = 5000`. Within one triangle `n` is linear, so the points of a grid line inside both the
-//! triangle and a bin contribute an arithmetic series, whose sum has a closed form. The cost of a triangle is its
-//! number of grid lines rather than its number of grid points.
+//! The paper interpolates `n` linearly on `Ngrid x Ngrid` points and averages those that fall into each bin (Eqs.
+//! 11-12): 25 million values for `Ngrid = 5000`. Within one triangle `n` is linear, so the points of a grid line inside
+//! both the triangle and a bin contribute an arithmetic series, whose sum has a closed form. The cost of a triangle is
+//! its number of grid lines rather than its number of grid points.
 //!
 //! Points are cell-centred over the comparison grid. Each belongs to exactly one triangle: spans are half open, and two
 //! triangles compute the crossing of their common edge from the same numbers in the same order.
@@ -71,8 +71,8 @@ impl PointGrid {
         Ok(Self { phi: Line::new(&grid.phi, points)?, e: Line::new(&grid.e, points)? })
     }
 
-    /// Mean over the points of each bin of the function that is linear on each of the triangles `triangle(0..count)` and
-    /// zero elsewhere. Triangles may overhang the grid but must not overlap.
+    /// Mean over the points of each bin of the function that is linear on each of the triangles `triangle(0..count)`
+    /// and zero elsewhere. Triangles may overhang the grid but must not overlap.
     pub fn bin_means(&self, count: usize, triangle: impl Fn(usize) -> [Corner; 3] + Sync) -> Vec<f64> {
         let (phi_bins, e_bins) = (self.phi.end.len(), self.e.end.len());
         let parts = parts(count, phi_bins * e_bins);

@@ -1,9 +1,10 @@
 //! A carried triangle in the `(phi, e)` plane.
 //!
-//! Triangles are carried in `(x1, x2)`, which is regular at `e = 0`, and read out in `(phi, e)`, which is not. A triangle
-//! that subtends a small angle at the origin becomes one triangle in `(phi, e)`, with straight edges there: clouds are
-//! stretched along arcs of nearly constant `e`, which straight edges in `(phi, e)` follow and chords in `(x1, x2)` cut. A
-//! triangle near or around the origin is halved in `(x1, x2)` until its parts are narrow or too small to matter.
+//! Triangles are carried in `(x1, x2)`, which is regular at `e = 0`, and read out in `(phi, e)`, which is not. A
+//! triangle that subtends a small angle at the origin becomes one triangle in `(phi, e)`, with straight edges there:
+//! clouds are stretched along arcs of nearly constant `e`, which straight edges in `(phi, e)` follow and chords in
+//! `(x1, x2)` cut. A triangle near or around the origin is halved in `(x1, x2)` until its parts are narrow or too small
+//! to matter.
 
 use std::f64::consts::PI;
 
@@ -125,8 +126,8 @@ fn halve(triangle: &[Node; 3], depth: u32, visit: &mut impl FnMut(&Part)) {
     halve(&[middle, b, c], depth + 1, visit);
 }
 
-/// The invariant measure `∫ e/s dphi de` of a triangle, straight in `(phi, e)` or, if wide, in `(x1, x2)`; negative if it is
-/// turned over. The midpoints of the edges integrate it to third order.
+/// The invariant measure `∫ e/s dphi de` of a triangle, straight in `(phi, e)` or, if wide, in `(x1, x2)`; negative if
+/// it is turned over. The midpoints of the edges integrate it to third order.
 pub fn invariant_measure(triangle: &[Node; 3]) -> f64 {
     match polar(triangle) {
         Some(corners) => polar_measure(&corners),

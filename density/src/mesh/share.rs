@@ -1,7 +1,7 @@
 //! Divides the probability of carried triangles among the bins.
 //!
-//! Each triangle's probability is spread in proportion to the densities that its corners carry, and cut exactly along the
-//! edges of the bins. Whatever the flow does to a triangle, all of its probability is counted somewhere.
+//! Each triangle's probability is spread in proportion to the densities that its corners carry, and cut exactly along
+//! the edges of the bins. Whatever the flow does to a triangle, all of its probability is counted somewhere.
 
 use std::f64::consts::TAU;
 

@@ -6,8 +6,8 @@
 //! touches. The probability that the maximum exceeds the critical eccentricity is the probability of the pieces of
 //! triangles in which its linear interpolation does.
 //!
-//! Within a step the excess `f = e² - e_crit²` of an orbit follows the quintic through value, slope and second derivative at both ends, as in
-//! [`crate::first_passage::times`].
+//! Within a step the excess `f = e² - e_crit²` of an orbit follows the quintic through value, slope and second
+//! derivative at both ends, as in [`crate::first_passage::times`].
 
 use rayon::prelude::*;
 
@@ -36,8 +36,8 @@ pub(super) struct WatchedLattice {
 }
 
 impl WatchedLattice {
-    /// The orbits of the lattice with these lines, interpolated to `degree` on at least `cells` cells per side. For each of `strides` there is a
-    /// triangulation between every `stride`-th line of the refined lattice.
+    /// The orbits of the lattice with these lines, interpolated to `degree` on at least `cells` cells per side. For
+    /// each of `strides` there is a triangulation between every `stride`-th line of the refined lattice.
     pub fn new<M: PlanarHamiltonian>(
         problem: &Problem<M>,
         lines: &[Vec<f64>; 2],

@@ -5,7 +5,8 @@
 
 use crate::first_passage::Quintic;
 
-/// Distance of the excess from zero beyond which no peak can reach zero within a step, so that the quintic is not needed.
+/// Distance of the excess from zero beyond which no peak can reach zero within a step, so that the quintic is not
+/// needed.
 const NEAR: f64 = 0.5;
 /// Error of a peak of the quintic, per unit by which the quintic over two steps misses the value between them. For
 /// equal steps it is 1/64; four times as much is reported, to allow for unequal steps.

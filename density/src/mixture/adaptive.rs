@@ -2,9 +2,10 @@
 //!
 //! The Gaussian is split at the start ([`super::splitting`]), and its components are moved from time to time.
 //!
-//! What remains is the mixture's disagreement at each snapshot, the larger of `D = Σ w D_c`, twists included, and of ten times the estimated
-//! error of the moments and of the probability in parts that were left out at a bound: a mixture is trusted to give moments to a tenth of its disagreement ([`crate::trust`]). In up to four
-//! variables that error is estimated from the components' points ([`super::fifth_degree`]); in more it is `Σ w E_c`.
+//! What remains is the mixture's disagreement at each snapshot, the larger of `D = Σ w D_c`, twists included, and of
+//! ten times the estimated error of the moments and of the probability in parts that were left out at a bound: a
+//! mixture is trusted to give moments to a tenth of its disagreement ([`crate::trust`]). In up to four variables that
+//! error is estimated from the components' points ([`super::fifth_degree`]); in more it is `Σ w E_c`.
 
 use super::any_model::{MixturePropagator, SigmaPointRule};
 use super::component::Component;
@@ -27,7 +28,8 @@ pub struct AdaptiveMixture<M, const N: usize> {
     propagator: MixturePropagator<M, N>,
     /// `D` at each of the times for which it was planned.
     disagreements: Vec<f64>,
-    /// Share of the Gaussian's probability in components that were left out since they reach across the bound of a variable.
+    /// Share of the Gaussian's probability in components that were left out since they reach across the bound of a
+    /// variable.
     left_out: f64,
     trajectories: usize,
 }
@@ -36,8 +38,8 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
     /// Splits a Gaussian at `t = 0` so that its components stay Gaussians at all `times` \[yr\].
     ///
     /// # Errors
-    /// [`MixtureError`], if the settings are out of range, a point cannot be followed, or no component lies inside the ranges of the
-    /// variables.
+    /// [`MixtureError`], if the settings are out of range, a point cannot be followed, or no component lies inside the
+    /// ranges of the variables.
     pub fn new(
         flow: Flow<M>,
         initial: &Gaussian<N>,
@@ -94,24 +96,26 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
         self.propagator.mixture()
     }
 
-    /// `D` at time number `index` of those for which the mixture was planned, without what is known of its points only when they are there;
-    /// NaN if there is no such time.
+    /// `D` at time number `index` of those for which the mixture was planned, without what is known of its points only
+    /// when they are there; NaN if there is no such time.
     pub fn disagreement(&self, index: usize) -> f64 {
         self.disagreements.get(index).copied().unwrap_or(f64::NAN)
     }
 
-    /// The disagreement at the present time, which is number `index`, and at least ten times the estimated error of the moments.
+    /// The disagreement at the present time, which is number `index`, and at least ten times the estimated error of the
+    /// moments.
     pub fn present_disagreement(&self, index: usize) -> f64 {
         self.disagreement(index).max(DISAGREEMENT_PER_ERROR * self.moment_error().unwrap_or(0.0))
     }
 
-    /// An estimate of the error of the moments at the present time, in standard deviations and products of them; `None` in more than four
-    /// variables, where the mixture's points say nothing of it.
+    /// An estimate of the error of the moments at the present time, in standard deviations and products of them; `None`
+    /// in more than four variables, where the mixture's points say nothing of it.
     pub fn moment_error(&self) -> Option<f64> {
         self.propagator.moment_error()
     }
 
-    /// The share of the probability that was left out at the bounds of the variables; the weights of the components add up to the rest.
+    /// The share of the probability that was left out at the bounds of the variables; the weights of the components add
+    /// up to the rest.
     pub fn left_out(&self) -> f64 {
         self.left_out
     }

@@ -61,8 +61,8 @@ pub fn transform<const N: usize>(
     }
 }
 
-/// The least variance of a variable, that of a deviation of 5e-10. All points of a component may agree on a variable, as those of a cloud in the equator
-/// on their node.
+/// The least variance of a variable, that of a deviation of 5e-10. All points of a component may agree on a variable,
+/// as those of a cloud in the equator on their node.
 const LEAST_VARIANCE: f64 = 2.5e-19;
 
 fn at_least_uncertain<const N: usize>(mut covariance: [[f64; N]; N]) -> [[f64; N]; N] {
@@ -115,9 +115,9 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
         Self::split_along(flow, initial, unscented, library, std::array::from_fn(|k| f64::from(k == along)))
     }
 
-    /// Splits a Gaussian at `t = 0` along a direction of unit length in its standardised coordinates into the components of a library. A
-    /// component is left out if one of its sigma points lies outside the variables' ranges; the weights of the others are scaled to
-    /// sum to 1.
+    /// Splits a Gaussian at `t = 0` along a direction of unit length in its standardised coordinates into the
+    /// components of a library. A component is left out if one of its sigma points lies outside the variables' ranges;
+    /// the weights of the others are scaled to sum to 1.
     ///
     /// # Errors
     /// [`MixtureError`], if the settings are out of range or no component is inside the variables' ranges.
@@ -186,8 +186,8 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
         self.mixture_of(Which::Both)
     }
 
-    /// An estimate of the error of the mixture's moments at the present time, in standard deviations and products of them; `None` if its
-    /// points say nothing of it.
+    /// An estimate of the error of the mixture's moments at the present time, in standard deviations and products of
+    /// them; `None` if its points say nothing of it.
     pub(super) fn moment_error(&self) -> Option<f64> {
         (self.rule == SigmaPointRule::FifthDegree).then(|| {
             let [a, b] = [Which::First, Which::Second].map(|which| moments(M::VARIABLES, &self.mixture_of(which)));
@@ -215,8 +215,8 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePropagator<M, N> {
 }
 
 /// Mean and covariance of a mixture (Eq. 16). The mean vector of a variable on a circle is that of normals wrapped
-/// round the circle (Mardia & Jupp 2000, Eq. 3.5.60), and what lies beyond the cut of the circle counts at its other end
-/// ([`crate::wrapped`]). Weights need not sum to 1.
+/// round the circle (Mardia & Jupp 2000, Eq. 3.5.60), and what lies beyond the cut of the circle counts at its other
+/// end ([`crate::wrapped`]). Weights need not sum to 1.
 pub fn moments<const N: usize>(variables: &[Variable], components: &[Component<N>]) -> VariableMoments<N> {
     let total: f64 = components.iter().map(|component| component.weight).sum();
     let weighted = |f: &dyn Fn(&Component<N>) -> f64| -> f64 {

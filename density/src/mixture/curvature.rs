@@ -1,18 +1,19 @@
 //! How far the flow over a part of a Gaussian is from linear, in any number of variables, and in which direction most.
 //!
-//! This is [`super::linearity`] with all second derivatives. With the first and second differences `a_i` and `H_ij` of the flow along the
-//! axes of the part ([`super::differences`]),
+//! This is [`super::linearity`] with all second derivatives. With the first and second differences `a_i` and `H_ij` of
+//! the flow along the axes of the part ([`super::differences`]),
 //!
 //! ```text
 //! D_c = Σ_i |½ H_ii| + Σ_{i<j} |H_ij|,   |b|² = b^T (P_lin + R)^{-1} b,   P_lin = Σ_i a_i a_i^T
 //! ```
 //!
-//! with the resolution `R` of that file. The twist `H_ij` counts too, which sigma points on the axes alone do not see. The direction
-//! in which the flow is most nonlinear is the unit vector `u` for which `Σ_j |H(u, j)|²` is largest.
+//! with the resolution `R` of that file. The twist `H_ij` counts too, which sigma points on the axes alone do not see.
+//! The direction in which the flow is most nonlinear is the unit vector `u` for which `Σ_j |H(u, j)|²` is largest.
 //!
-//! `D_c` says whether the image of the part is a Gaussian. What the part does to the moments of the whole cloud is another question:
-//! second derivatives add `½ Σ_ij H_ij²` to the variance of a variable (the variance of a quadratic form of normals), of which the
-//! unscented transform has a part only. In units of the whole cloud's variance this is the part's moment error
+//! `D_c` says whether the image of the part is a Gaussian. What the part does to the moments of the whole cloud is
+//! another question: second derivatives add `½ Σ_ij H_ij²` to the variance of a variable (the variance of a quadratic
+//! form of normals), of which the unscented transform has a part only. In units of the whole cloud's variance this is
+//! the part's moment error
 //!
 //! ```text
 //! E_c = max_v ½ Σ_ij (H_ij)_v²/sigma_v²
@@ -39,8 +40,8 @@ pub(super) struct Curvature<const N: usize> {
 pub(super) struct Tensor<const N: usize>([[[f64; N]; N]; N]);
 
 impl<const N: usize> Curvature<N> {
-    /// From the variables of the points at [`places`](super::differences::places), carried by the flow. `deviations` are those of the
-    /// whole cloud.
+    /// From the variables of the points at [`places`](super::differences::places), carried by the flow. `deviations`
+    /// are those of the whole cloud.
     pub fn new(variables: &[Variable], carried: &[[f64; N]], distance: f64, deviations: [f64; N]) -> Self {
         let Differences { slopes, second } = Differences::new(variables, carried, distance);
         let mut covariance = [[0.0; N]; N];
@@ -98,8 +99,8 @@ impl<const N: usize> Tensor<N> {
         unit
     }
 
-    /// The share of the disagreement that a split along `direction` into parts of width `s` leaves: the bend along it, and the
-    /// twists with it.
+    /// The share of the disagreement that a split along `direction` into parts of width `s` leaves: the bend along it,
+    /// and the twists with it.
     pub fn after_split(&self, direction: [f64; N], s: f64) -> f64 {
         let with =
             |j: usize| -> [f64; N] { std::array::from_fn(|v| (0..N).map(|i| direction[i] * self.0[i][j][v]).sum()) };

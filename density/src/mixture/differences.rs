@@ -1,4 +1,5 @@
-//! First and second differences of the flow about a point of a Gaussian, in standard deviations along axes of any orientation.
+//! First and second differences of the flow about a point of a Gaussian, in standard deviations along axes of any
+//! orientation.
 //!
 //! Points at the distance `d` along each axis and along each diagonal of two axes give
 //!
@@ -16,7 +17,8 @@ pub(super) const fn points(n: usize) -> usize {
     1 + n * (n + 1)
 }
 
-/// The places of these points along the axes: those on the axes first, as sigma points are placed, then those on the diagonals.
+/// The places of these points along the axes: those on the axes first, as sigma points are placed, then those on the
+/// diagonals.
 pub(super) fn places<const N: usize>(distance: f64) -> Vec<[f64; N]> {
     let on = |axes: &[usize], sign: f64| -> [f64; N] {
         let step = sign * distance / (axes.len() as f64).sqrt();

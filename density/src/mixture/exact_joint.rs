@@ -1,8 +1,9 @@
 //! The exact joint density for the tests, as bin averages: the initial probability carried forward.
 //!
-//! A lattice of orbits over `±6 sigma` is propagated through all snapshots; between its nodes the flow map is interpolated by
-//! Lagrange polynomials of third order along both directions. Each cell's probability is spread over 100 points of a Kronecker sequence
-//! and dropped into the bins. The error of the sum of absolute differences is about 2e-3 on 100 x 100 bins.
+//! A lattice of orbits over `±6 sigma` is propagated through all snapshots; between its nodes the flow map is
+//! interpolated by Lagrange polynomials of third order along both directions. Each cell's probability is spread over
+//! 100 points of a Kronecker sequence and dropped into the bins. The error of the sum of absolute differences is about
+//! 2e-3 on 100 x 100 bins.
 
 use rayon::prelude::*;
 

@@ -1,8 +1,9 @@
 //! Sigma points that carry a component's covariance as well as the unscented transform carries its mean.
 //!
-//! The `2n + 1` points of the unscented transform lie on the axes. They do not see mixed derivatives of the flow: the twist
-//! `∂²x/∂p_i ∂p_j` adds `(∂²x/∂p_i ∂p_j)²` to a variance, and `∂³x/∂p_i ∂p_j²` adds as much times the slope `∂x/∂p_i`. The fully symmetric
-//! rule of the fifth degree (McNamee & Stenger, Numer. Math. 10, 1967; Lerner, *Hybrid Bayesian Networks*, Stanford 2002, Sect. 4.3) sees both:
+//! The `2n + 1` points of the unscented transform lie on the axes. They do not see mixed derivatives of the flow: the
+//! twist `∂²x/∂p_i ∂p_j` adds `(∂²x/∂p_i ∂p_j)²` to a variance, and `∂³x/∂p_i ∂p_j²` adds as much times the slope
+//! `∂x/∂p_i`. The fully symmetric rule of the fifth degree (McNamee & Stenger, Numer. Math. 10, 1967; Lerner, *Hybrid
+//! Bayesian Networks*, Stanford 2002, Sect. 4.3) sees both:
 //!
 //! ```text
 //! x_0 = m                                w_0 = 1 + (n² - 7n)/18
@@ -10,9 +11,10 @@
 //! x = m ± √3 S_i ± √3 S_j,  i < j        w_2 = 1/36
 //! ```
 //!
-//! It integrates every polynomial up to the fifth degree under the Gaussian exactly, so that mean and covariance of a component that is
-//! `h` wide are right to `h⁴` included. Two such sets are carried, one of them turned against the other ([`turned`]). Each component has
-//! the moments of both together; by how much the mixture's moments differ between the two is an estimate of their error.
+//! It integrates every polynomial up to the fifth degree under the Gaussian exactly, so that mean and covariance of a
+//! component that is `h` wide are right to `h⁴` included. Two such sets are carried, one of them turned against the
+//! other ([`turned`]). Each component has the moments of both together; by how much the mixture's moments differ
+//! between the two is an estimate of their error.
 
 use super::component::Component;
 use crate::angle::nearest;
@@ -52,7 +54,8 @@ pub(super) fn places<const N: usize>() -> Vec<[f64; N]> {
     [[0.0; N]].into_iter().chain(set).chain(other).collect()
 }
 
-/// A point of the second set: that of the first, reflected on the plane across `(1, 2, .., n)`, a direction with no symmetry of the set.
+/// A point of the second set: that of the first, reflected on the plane across `(1, 2, .., n)`, a direction with no
+/// symmetry of the set.
 fn turned<const N: usize>(point: &[f64; N]) -> [f64; N] {
     let normal: [f64; N] = std::array::from_fn(|k| (k + 1) as f64);
     let square: f64 = normal.iter().map(|x| x * x).sum();
@@ -83,7 +86,8 @@ fn weight(n: usize, p: usize, which: Which) -> f64 {
     share * if within < 2 * n { (4.0 - n_f) / 18.0 } else { 1.0 / 36.0 }
 }
 
-/// The component whose points have been carried to these places; angles are taken on the branch nearest to that of the centre.
+/// The component whose points have been carried to these places; angles are taken on the branch nearest to that of the
+/// centre.
 pub(super) fn component<const N: usize>(
     variables: &[Variable],
     share: f64,
@@ -109,7 +113,8 @@ pub(super) fn component<const N: usize>(
     Component { weight: share, mean: std::array::from_fn(|v| centre[v] + shift[v]), covariance }
 }
 
-/// The largest difference of two clouds' means, standard deviations and covariances, in standard deviations and products of them.
+/// The largest difference of two clouds' means, standard deviations and covariances, in standard deviations and
+/// products of them.
 pub(super) fn apart<const N: usize>(variables: &[Variable], a: &VariableMoments<N>, b: &VariableMoments<N>) -> f64 {
     let deviations: [f64; N] = std::array::from_fn(|v| (a.covariance[v][v] * b.covariance[v][v]).abs().powf(0.25));
     let mut largest = 0.0f64;

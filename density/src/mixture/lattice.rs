@@ -1,7 +1,7 @@
 //! An even lattice of equal components: fine splitting at one sigma point per component.
 //!
-//! Equal Gaussians at spacing `d` reproduce a smooth density to a relative ripple of `2 exp(-2 π² sigma²/d²)` (Poisson's
-//! summation formula). The standard normal is therefore the mixture
+//! Equal Gaussians at spacing `d` reproduce a smooth density to a relative ripple of `2 exp(-2 π² sigma²/d²)`
+//! (Poisson's summation formula). The standard normal is therefore the mixture
 //!
 //! ```text
 //! w_i ∝ exp(-(i d)²/(2 (1 - sigma²))),   m_i = i d,   sigma = d/sqrt(n + zeta)
@@ -13,8 +13,8 @@
 //! - With `N` components, `sigma` is proportional to `1/N`, not to `1/sqrt(N)`. The width of 39 components is 0.16 in
 //!   both cases, but that of 99 components is 0.10 with the library and 0.06 here. Splitting in seven three times over
 //!   makes 343 components of width 0.054 per direction; the lattice needs about 117.
-//! - With `sigma = d/sqrt(n + zeta)` the outer sigma points of a component are the centres of its neighbours. Each point
-//!   is propagated once and serves five components: fine splitting costs one sigma point per component, not five.
+//! - With `sigma = d/sqrt(n + zeta)` the outer sigma points of a component are the centres of its neighbours. Each
+//!   point is propagated once and serves five components: fine splitting costs one sigma point per component, not five.
 //! - Mean and variance are kept, except for the ripple and the cut at `reach`; nothing has to be optimised.
 //!
 //! With `n + zeta = 3` the ripple is 0.3 % of the density in each direction, on the scale of a component. With the

@@ -10,23 +10,23 @@
 //! R = diag((rho sigma_phi)², (rho sigma_e)²)
 //! ```
 //!
-//! with `sigma` the standard deviations of the whole mixture. `R` is what the comparison can resolve: `rho` = 0.02 is about
-//! a third of a bin of a grid of 100. Without `R` the measure would condemn differences that nobody can see. An example
-//! is the cloud of scenario 2 at 1.5 yr, a curved filament a small fraction of a bin thick: over 1,200 components `D`
-//! is 10 without `R` and 0.1 with `R`, and the `L1` error of the joint density is 0.017. The same holds for the entropy
-//! difference `½ ln(det P/det P_lin)` of DeMars, Bishop & Jah (JGCD 36(4), 2013), which is 2.0 there, and 0.8 in
-//! scenario 1 at one year, where `L1` is 0.068.
+//! with `sigma` the standard deviations of the whole mixture. `R` is what the comparison can resolve: `rho` = 0.02 is
+//! about a third of a bin of a grid of 100. Without `R` the measure would condemn differences that nobody can see. An
+//! example is the cloud of scenario 2 at 1.5 yr, a curved filament a small fraction of a bin thick: over 1,200
+//! components `D` is 10 without `R` and 0.1 with `R`, and the `L1` error of the joint density is 0.017. The same holds
+//! for the entropy difference `½ ln(det P/det P_lin)` of DeMars, Bishop & Jah (JGCD 36(4), 2013), which is 2.0 there,
+//! and 0.8 in scenario 1 at one year, where `L1` is 0.068.
 //!
 //! # What a value means
-//! Measured over the fourteen snapshots `t > 0` of the three scenarios, with lattices of spacing 0.2, 0.35 and 0.6 and with 39 x 25
-//! components of the splitting library: wherever `D < 0.3`, the `L1` error of the joint density on 100 x 100 bins was below 0.06
-//! (in most snapshots below 0.02); wherever `D > 0.3`, it was above 0.01 and up to 0.66 (at `D` = 2.3). The paper's 39
-//! components along `e` have `D` = 2.2 and 8.0 in scenario 1 at one and two years (`L1` 0.56, 1.01), and 3.5 in
-//! scenario 2 at three years (`L1` 1.15).
+//! Measured over the fourteen snapshots `t > 0` of the three scenarios, with lattices of spacing 0.2, 0.35 and 0.6 and
+//! with 39 x 25 components of the splitting library: wherever `D < 0.3`, the `L1` error of the joint density on 100 x
+//! 100 bins was below 0.06 (in most snapshots below 0.02); wherever `D > 0.3`, it was above 0.01 and up to 0.66 (at
+//! `D` = 2.3). The paper's 39 components along `e` have `D` = 2.2 and 8.0 in scenario 1 at one and two years (`L1`
+//! 0.56, 1.01), and 3.5 in scenario 2 at three years (`L1` 1.15).
 //!
-//! Sigma points on two axes do not see the twist `∂²x/∂p_1∂p_2`. It hardly matters between small components, but `D` is too
-//! small for a split along one direction only: 39 components along the direction of strongest nonlinearity had `D` =
-//! 0.17 at `L1` = 0.12 (scenario 1, 1.5 yr).
+//! Sigma points on two axes do not see the twist `∂²x/∂p_1∂p_2`. It hardly matters between small components, but `D` is
+//! too small for a split along one direction only: 39 components along the direction of strongest nonlinearity had
+//! `D` = 0.17 at `L1` = 0.12 (scenario 1, 1.5 yr).
 
 use super::PlanarComponent;
 use super::unscented::{Offsets, Stencil, Unscented};

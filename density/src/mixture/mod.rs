@@ -1,8 +1,8 @@
 //! Gaussian mixtures carried by the unscented transform (GMM-UT; Sun et al. 2022, Sect. 3.3).
 //!
-//! The initial Gaussian is split into components (Eq. 15), each component into sigma points (Eq. 17); the flow moves the
-//! sigma points, and at a snapshot they give each component's mean and covariance in `(phi, e)` (Eq. 18). The density is the
-//! weighted sum of the components (Eq. 14).
+//! The initial Gaussian is split into components (Eq. 15), each component into sigma points (Eq. 17); the flow moves
+//! the sigma points, and at a snapshot they give each component's mean and covariance in `(phi, e)` (Eq. 18). The
+//! density is the weighted sum of the components (Eq. 14).
 //!
 //! ```text
 //! settings -> split -> SigmaPoints -> PlanarMixturePropagator -> Mixture: rows (w, m_phi, m_e, P_phiphi, P_phie, P_ee)
@@ -37,13 +37,13 @@
 //! | `pieces`, `curvature`, `part` | its parts, how far the flow over a part is from linear and in which direction, and how far it may be |
 //!
 //! # What the paper's form can do and what it cannot
-//! [`MixtureSettings::paper`] is the method of Table 3: 39 components split along `e` (the text says along `phi`, but the
-//! numbers are those of a split along `e`), 195 sigma points. Means are accurate to 0.3 %, standard deviations to a few
-//! per cent. The density is poor: the components stay a full `sigma_phi` wide in the direction that was not split, and
-//! a Gaussian cannot follow where the flow bends them.
+//! [`MixtureSettings::paper`] is the method of Table 3: 39 components split along `e` (the text says along `phi`, but
+//! the numbers are those of a split along `e`), 195 sigma points. Means are accurate to 0.3 %, standard deviations to a
+//! few per cent. The density is poor: the components stay a full `sigma_phi` wide in the direction that was not split,
+//! and a Gaussian cannot follow where the flow bends them.
 //!
-//! The default, [`MixtureSettings::default`], plans an even lattice in both directions; its points are propagated once through all
-//! snapshots. Measured (C = 0.15, W = 0.40921):
+//! The default, [`MixtureSettings::default`], plans an even lattice in both directions; its points are propagated once
+//! through all snapshots. Measured (C = 0.15, W = 0.40921):
 //!
 //! | scenario | form | sigma points | components | worst moment | `L1` at 0.5, 1, ... yr |
 //! |---|---|---|---|---|---|

@@ -21,7 +21,8 @@ pub(super) struct Part<const N: usize> {
     pub across: Option<[f64; N]>,
 }
 
-/// How much more than allowed a part disagrees and adds to the error of the moments; it must be split if one of them is above 1.
+/// How much more than allowed a part disagrees and adds to the error of the moments; it must be split if one of them is
+/// above 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Excess {
     pub disagreement: f64,

@@ -1,17 +1,18 @@
 //! Parts of a Gaussian over any number of variables, and how a part is split along any direction.
 //!
-//! A part is itself a Gaussian. It is kept in the standardised coordinates of the Gaussian that is split, in which that one has the
-//! mean 0 and the covariance 1: a mean and a square root of the covariance, whose columns are the part's own axes.
+//! A part is itself a Gaussian. It is kept in the standardised coordinates of the Gaussian that is split, in which that
+//! one has the mean 0 and the covariance 1: a mean and a square root of the covariance, whose columns are the part's
+//! own axes.
 //!
-//! A split along a direction is the even lattice of [`super::lattice`] in one dimension: equal Gaussians of width `s`, in standard
-//! deviations of the part, at spacing `h`,
+//! A split along a direction is the even lattice of [`super::lattice`] in one dimension: equal Gaussians of width `s`,
+//! in standard deviations of the part, at spacing `h`,
 //!
 //! ```text
 //! m_i = i h,   w_i ∝ exp(-(i h)²/(2 (1 - s²))),   h = 1.6 s sqrt(1 - s²)
 //! ```
 //!
-//! which reproduces the density to a ripple of `2 exp(-2 π²/1.6²)`, 0.09 %. The width is then changed by what the cut of the
-//! lattice takes from the variance, so that weight, mean and covariance of the part are kept exactly.
+//! which reproduces the density to a ripple of `2 exp(-2 π²/1.6²)`, 0.09 %. The width is then changed by what the cut
+//! of the lattice takes from the variance, so that weight, mean and covariance of the part are kept exactly.
 
 use super::library::Library;
 use crate::gaussian::Gaussian;
@@ -19,8 +20,8 @@ use crate::model::{Kind, Variable};
 
 /// Spacing of the lattice in widths of its Gaussians.
 const SPACING: f64 = 1.6;
-/// A Gaussian of the lattice is left out if its peak weight is below this share of the whole probability: what lies beyond the
-/// reach of 5.5 standard deviations of an undivided Gaussian.
+/// A Gaussian of the lattice is left out if its peak weight is below this share of the whole probability: what lies
+/// beyond the reach of 5.5 standard deviations of an undivided Gaussian.
 const LEAST: f64 = 2.7e-7;
 /// The least reach of a lattice in standard deviations, however little the part that is split weighs.
 const LEAST_REACH: f64 = 2.5;
@@ -87,7 +88,8 @@ impl<const N: usize> Piece<N> {
         position
     }
 
-    /// Splits the part along a direction of unit length in its own axes into parts with the means and the deviation of a library.
+    /// Splits the part along a direction of unit length in its own axes into parts with the means and the deviation of
+    /// a library.
     pub fn split_by(&self, direction: [f64; N], library: &Library) -> Vec<Self> {
         let turned = self.turned(direction);
         let part = |(&x, &weight)| turned.moved(x, self.weight * weight, library.sigma);

@@ -17,7 +17,8 @@ use crate::problem::{InitialGaussian, Problem};
 
 /// Spacing of the pilot lattice \[standard deviations\].
 const PILOT_SPACING: f64 = 0.5;
-/// Number of nodes of the pilot lattice along a half axis. It ends at three standard deviations, where the weight is 1 %.
+/// Number of nodes of the pilot lattice along a half axis. It ends at three standard deviations, where the weight is 1
+/// %.
 const PILOT_NODES: i32 = 6;
 
 /// Derivatives of the flow map at the nodes of the pilot lattice.

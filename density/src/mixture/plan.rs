@@ -1,20 +1,20 @@
 //! Chooses the lattice that a problem needs, by a look ahead with a few hundred pilot points.
 //!
-//! A pilot lattice of spacing 0.5 is carried through all snapshots. At each of its nodes the nine points around it give the
-//! first and second derivatives of the flow map, from which the disagreement `D` of [`super::linearity`] follows for a component
-//! of any width and orientation:
+//! A pilot lattice of spacing 0.5 is carried through all snapshots. At each of its nodes the nine points around it give
+//! the first and second derivatives of the flow map, from which the disagreement `D` of [`super::linearity`] follows
+//! for a component of any width and orientation:
 //!
 //! ```text
 //! a_i = d_i ∂x/∂p_i,   b_i = ½ d_i² ∂²x/∂p_i²,   d_i the spacing along direction i
 //! ```
 //!
-//! without propagating anything again. The twist `d_1 d_2 ∂²x/∂p_1∂p_2`, which sigma points on the axes do not see, is added as a
-//! third bend. The plan is the lattice with the fewest points whose `D` is below the tolerance at every snapshot. If
-//! that lattice has more points than allowed, the plan is the allowed lattice with the least `D`.
+//! without propagating anything again. The twist `d_1 d_2 ∂²x/∂p_1∂p_2`, which sigma points on the axes do not see, is
+//! added as a third bend. The plan is the lattice with the fewest points whose `D` is below the tolerance at every
+//! snapshot. If that lattice has more points than allowed, the plan is the allowed lattice with the least `D`.
 //!
-//! One lattice serves the whole cloud and all snapshots. Refining only where the flow bends would break the lattice, and with
-//! it the sharing of sigma points (see [`super::lattice`]). It was not tried, as the lattice needed fewer points than
-//! were allowed.
+//! One lattice serves the whole cloud and all snapshots. Refining only where the flow bends would break the lattice,
+//! and with it the sharing of sigma points (see [`super::lattice`]). It was not tried, as the lattice needed fewer
+//! points than were allowed.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,7 +1,7 @@
 //! Moves the sigma points through the snapshots.
 //!
-//! The components are made once, at `t = 0`; their sigma points are moved from snapshot to snapshot. The weights stay as
-//! they are (Sect. 3.3.1 of the paper).
+//! The components are made once, at `t = 0`; their sigma points are moved from snapshot to snapshot. The weights stay
+//! as they are (Sect. 3.3.1 of the paper).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,15 +1,15 @@
 //! Splits the initial Gaussian into components along one direction or two.
 //!
-//! In coordinates `(u, v)` standardised by the initial Gaussian, `u` along `phi` and `v` along `e`, that Gaussian is round,
-//! so it may be split along any direction `p` and the perpendicular `r`. With a univariate library of means `m_i`, weights
-//! `w_i` and standard deviation `sigma` along each (Eq. 15 for one direction), the components are:
+//! In coordinates `(u, v)` standardised by the initial Gaussian, `u` along `phi` and `v` along `e`, that Gaussian is
+//! round, so it may be split along any direction `p` and the perpendicular `r`. With a univariate library of means
+//! `m_i`, weights `w_i` and standard deviation `sigma` along each (Eq. 15 for one direction), the components are:
 //!
 //! ```text
 //! w_ij = w_i w_j,   m_ij = m_i p + m_j r,   S_ij = [sigma_p p, sigma_r r]
 //! ```
 //!
-//! The initial Gaussian is cut to `0 < e < 1`. A component that reaches below `e = 0` is replaced by the Gaussian that has
-//! the probability, mean and covariance of its part above ([`Axes::cut`]); a component with hardly any probability
+//! The initial Gaussian is cut to `0 < e < 1`. A component that reaches below `e = 0` is replaced by the Gaussian that
+//! has the probability, mean and covariance of its part above ([`Axes::cut`]); a component with hardly any probability
 //! there is left out. The others count if their means are below `e = 1` and all their sigma points inside `|e| < 1`.
 //! The weights of those that count are scaled to sum to 1.
 

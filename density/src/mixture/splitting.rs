@@ -1,16 +1,18 @@
 //! Where and how a Gaussian is split, so that the flow over each of its parts is nearly linear.
 //!
-//! The Gaussian is a tree of parts ([`super::pieces`]). A part is carried through all snapshots by a stencil of points, which give how
-//! far the flow over it is from linear ([`super::curvature`]); where that is more than the part may have, it is split in the direction
-//! in which the flow is most nonlinear. The width of the new parts is found by trial: parts that still bend too much in that
-//! direction are thrown away for narrower ones, since to split them once more in the same direction would need many more.
+//! The Gaussian is a tree of parts ([`super::pieces`]). A part is carried through all snapshots by a stencil of points,
+//! which give how far the flow over it is from linear ([`super::curvature`]); where that is more than the part may
+//! have, it is split in the direction in which the flow is most nonlinear. The width of the new parts is found by
+//! trial: parts that still bend too much in that direction are thrown away for narrower ones, since to split them once
+//! more in the same direction would need many more.
 //!
 //! ```text
 //! largest D_c = tolerance max(1, (w_0/w)^(1/2)),   w_0 = 1e-4
 //! ```
 //!
-//! is what a part of the weight `w` may have: parts that weigh less may be less linear. And no part may add more than `w E_c = 1e-8` to the
-//! error of the moments. The parts that exceed this most are split first; no more are made than are allowed.
+//! is what a part of the weight `w` may have: parts that weigh less may be less linear. And no part may add more than
+//! `w E_c = 1e-8` to the error of the moments. The parts that exceed this most are split first; no more are made than
+//! are allowed.
 
 use rayon::prelude::*;
 
@@ -186,8 +188,8 @@ impl<'a, M: Model<Variables = [f64; N]>, const N: usize> Splitting<'a, M, N> {
         Ok(Judged::default())
     }
 
-    /// The factor by which the parts of a split, whose first axis is its direction, should be narrower: a mean over those that disagree
-    /// by too much.
+    /// The factor by which the parts of a split, whose first axis is its direction, should be narrower: a mean over
+    /// those that disagree by too much.
     fn narrower(parts: &[Part<N>], tolerance: f64) -> f64 {
         let first = std::array::from_fn(|k| f64::from(k == 0));
         let (mut sum, mut weights) = (0.0, 0.0);

@@ -237,7 +237,8 @@ fn settings_out_of_range_are_refused() {
     assert!(matches!(refused(adaptive(0.1, 100)), MixtureError::SplitPlan { points: 100, .. }));
 }
 
-/// The components of a split lie along the direction of its criterion also where solar angle and eccentricity are correlated.
+/// The components of a split lie along the direction of its criterion also where solar angle and eccentricity are
+/// correlated.
 #[test]
 fn a_split_by_a_criterion_lies_along_its_direction() {
     let mut problem = Problem { times: vec![0.0, 1.0], ..scenario(3) };
@@ -259,7 +260,8 @@ fn a_split_by_a_criterion_lies_along_its_direction() {
     assert!((ends[0].0 - ends[1].0).abs() > 3.0 * phi.abs(), "{ends:?}");
 }
 
-/// One split for all snapshots: along the direction of WUSSOLC the paper's 39 components have a better density than along `e` wherever that is poor.
+/// One split for all snapshots: along the direction of WUSSOLC the paper's 39 components have a better density than
+/// along `e` wherever that is poor.
 #[test]
 fn along_the_direction_of_wussolc_the_density_is_better_than_along_e() {
     for number in 1..=3 {

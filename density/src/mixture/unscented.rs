@@ -9,8 +9,8 @@
 //! m(t) = Σ w_k^m x_k(t),     P(t) = Σ w_k^P (x_k(t) - m(t)) (x_k(t) - m(t))^T        (Eq. 18)
 //! ```
 //!
-//! Two misprints of the paper are corrected: the minus points use the same column of `S` as the plus points (Eq. 17), and
-//! the outer weights have 1, not `zeta`, in the numerator (Eq. 19; as printed, the weights do not sum to 1).
+//! Two misprints of the paper are corrected: the minus points use the same column of `S` as the plus points (Eq. 17),
+//! and the outer weights have 1, not `zeta`, in the numerator (Eq. 19; as printed, the weights do not sum to 1).
 //!
 //! The points are placed in standardised coordinates and moved in the plane `(e sin(phi), e cos(phi))`. A point placed
 //! at `e < 0` is the point at `phi + π, |e|`, on the straight line through the origin of that plane; this continues the
@@ -53,8 +53,8 @@ impl Default for Unscented {
 impl Unscented {
     /// The paper's choice below Eqs. 17 and 19.
     pub const PAPER: Self = Self { alpha: 0.8, beta: 0.0, eta: 2.0 };
-    /// `n + zeta = 3`: the points carry the Gaussian's moments along each direction to the fifth order, so that the mean of
-    /// a flow without mixed fourth derivatives is accurate to fifth order (Julier & Uhlmann 2004, Sect. III).
+    /// `n + zeta = 3`: the points carry the Gaussian's moments along each direction to the fifth order, so that the
+    /// mean of a flow without mixed fourth derivatives is accurate to fifth order (Julier & Uhlmann 2004, Sect. III).
     pub const THIRD_ORDER: Self = Self { alpha: 1.0, beta: 1.0, eta: 0.0 };
 
     /// `n + zeta`, the square of the points' distance from their centre in standard deviations, in the plane.

@@ -18,11 +18,12 @@ pub fn pole(obliquity: f64) -> Vector<f64> {
     [0.0, -sin, cos]
 }
 
-/// Mean longitudes of the Sun and of the Moon in the ecliptic \[deg\], from the mean equinox of the date, `centuries` Julian centuries after J2000.0
-/// (2000-01-01 12:00 in terrestrial time); not reduced to one turn.
+/// Mean longitudes of the Sun and of the Moon in the ecliptic \[deg\], from the mean equinox of the date, `centuries`
+/// Julian centuries after J2000.0 (2000-01-01 12:00 in terrestrial time); not reduced to one turn.
 ///
-/// J. Meeus, *Astronomical Algorithms*, 2nd edition, 1998, Eqs. 25.2 and 47.1, without the terms beyond the square. They are the longitudes of circular
-/// orbits, as the models take them: the true Sun is up to 1.9° away, the true Moon up to 7.6°.
+/// J. Meeus, *Astronomical Algorithms*, 2nd edition, 1998, Eqs. 25.2 and 47.1, without the terms beyond the square.
+/// They are the longitudes of circular orbits, as the models take them: the true Sun is up to 1.9° away, the true Moon
+/// up to 7.6°.
 pub fn mean_longitudes(centuries: f64) -> [f64; 2] {
     let t = centuries;
     let sun = 280.46646 + (36_000.769_83 + 0.000_303_2 * t) * t;

@@ -1,9 +1,10 @@
 //! The shape and the orientation of an orbit in space: its elements, and the vectors that stand for them.
 //!
-//! The vectors are the eccentricity vector `e`, which points to the pericentre, and the angular momentum vector `h`, which is
-//! perpendicular to the orbit and has the length `sqrt(1 - e²)` (in units of `sqrt(mu a)`). Both are regular for circular orbits and
-//! for orbits in the equator. The longitude of pericentre `node + argument of pericentre` is so for orbits in the equator, where
-//! neither of its two parts is determined alone. All of this is singular where the inclination is π alone.
+//! The vectors are the eccentricity vector `e`, which points to the pericentre, and the angular momentum vector `h`,
+//! which is perpendicular to the orbit and has the length `sqrt(1 - e²)` (in units of `sqrt(mu a)`). Both are regular
+//! for circular orbits and for orbits in the equator. The longitude of pericentre `node + argument of pericentre` is so
+//! for orbits in the equator, where neither of its two parts is determined alone. All of this is singular where the
+//! inclination is π alone.
 
 use std::f64::consts::TAU;
 
@@ -63,7 +64,8 @@ impl Vectors {
     }
 }
 
-/// Unit vectors to the ascending node, across it in the orbit's plane in the direction of motion, and perpendicular to the orbit.
+/// Unit vectors to the ascending node, across it in the orbit's plane in the direction of motion, and perpendicular to
+/// the orbit.
 fn frame(inclination: f64, node: f64) -> (Vector<f64>, Vector<f64>, Vector<f64>) {
     let (sin_node, cos_node) = node.sin_cos();
     let (sin, cos) = inclination.sin_cos();
@@ -72,8 +74,8 @@ fn frame(inclination: f64, node: f64) -> (Vector<f64>, Vector<f64>, Vector<f64>)
     (to_node, cross(normal, to_node), normal)
 }
 
-/// Axes in the orbit's plane from which the longitude of pericentre counts: those of the equator, turned into the plane about the
-/// line of nodes (the equinoctial axes; Broucke & Cefola, Celest. Mech. 5, 1972).
+/// Axes in the orbit's plane from which the longitude of pericentre counts: those of the equator, turned into the plane
+/// about the line of nodes (the equinoctial axes; Broucke & Cefola, Celest. Mech. 5, 1972).
 pub(super) fn equinoctial_axes<T: Quantity>(h: Vector<T>) -> (Vector<T>, Vector<T>) {
     let [x, y, z] = times(h, T::from(1.0) / dot(h, h).sqrt());
     let share = T::from(1.0) / (z + 1.0);

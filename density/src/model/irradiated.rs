@@ -1,7 +1,8 @@
-//! A model in space whose radiation parameter differs from orbit to orbit: it is a variable of the orbit and stays constant along it.
+//! A model in space whose radiation parameter differs from orbit to orbit: it is a variable of the orbit and stays
+//! constant along it.
 //!
-//! The planar counterpart is [`super::uncertain_radiation`]. Here the model keeps its own Taylor recurrence: only `C`, which is one
-//! number for all orbits elsewhere, becomes one number for each lane.
+//! The planar counterpart is [`super::uncertain_radiation`]. Here the model keeps its own Taylor recurrence: only `C`,
+//! which is one number for all orbits elsewhere, becomes one number for each lane.
 
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -22,8 +23,9 @@ pub trait Irradiated<S: Scale>: CarryIrradiated {
     fn irradiate<const P: usize>(series: &mut Self::Series<P>, lane: usize, radiation: f64);
 }
 
-/// The integrator's loop for orbits of a model with radiation parameters of their own. What the last variable is, `C` or its logarithm,
-/// makes no difference to the states, so there is one loop for both, compiled with the model ([`Model::carry`]).
+/// The integrator's loop for orbits of a model with radiation parameters of their own. What the last variable is, `C`
+/// or its logarithm, makes no difference to the states, so there is one loop for both, compiled with the model
+/// ([`Model::carry`]).
 pub trait CarryIrradiated: Model {
     /// Moves orbits whose last coordinate is the radiation parameter, and returns those that were lost.
     fn carry_irradiated(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)>;

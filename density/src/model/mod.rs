@@ -7,8 +7,8 @@
 //!
 //! There are two sets of coordinates:
 //!
-//! - the *state*, in which orbits are integrated. It is regular wherever satellites go: `(e sin phi, e cos phi)` in the plane, the
-//!   eccentricity and angular momentum vectors in space;
+//! - the *state*, in which orbits are integrated. It is regular wherever satellites go: `(e sin phi, e cos phi)` in the
+//!   plane, the eccentricity and angular momentum vectors in space;
 //! - the *variables*, in which a cloud is given and read out: solar angle, eccentricity, inclination. They have names
 //!   and units; a variable that is an angle has no natural start.
 //!
@@ -85,7 +85,8 @@ pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
     type State<T: Quantity>: Coordinates<T>;
     /// The variables in which orbits are given and read out, one for each of [`Model::VARIABLES`].
     type Variables: Coordinates<f64> + Debug + Send + Sync;
-    /// The Taylor series of the integrator: [`FromEquations`](crate::flow::FromEquations), or a recurrence of the model's own.
+    /// The Taylor series of the integrator: [`FromEquations`](crate::flow::FromEquations), or a recurrence of the
+    /// model's own.
     type Series<const P: usize>: Series<P, Model = Self>;
 
     /// The variables' names, units and kinds.
@@ -105,8 +106,8 @@ pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The variables of an orbit in this state at a time \[yr\]. Those on a circle are in `[0, 2π)`.
     fn read_out(&self, time: f64, state: Self::State<f64>) -> Self::Variables;
 
-    /// The variables of many orbits at a time \[yr\], one element per variable, from the coordinates of their states. The last
-    /// bits may differ from those of [`Model::read_out`].
+    /// The variables of many orbits at a time \[yr\], one element per variable, from the coordinates of their states.
+    /// The last bits may differ from those of [`Model::read_out`].
     fn read_out_lanes(&self, time: f64, states: &[Lanes], variables: &mut [Lanes]) {
         for lane in 0..LANES {
             let values = self.read_out(time, Coordinates::from_fn(|k| states[k][lane]));
@@ -155,9 +156,9 @@ pub trait Model: Copy + Debug + PartialEq + Send + Sync + 'static {
         task.with(self)
     }
 
-    /// Moves orbits with the integrator and returns those that were lost. A model without type parameters repeats this function in its own
-    /// `impl` (`carried_here!`): the integrator's loop is then compiled with the model, once, and not again in every crate that moves its
-    /// orbits. It takes most of the time in which this crate is compiled.
+    /// Moves orbits with the integrator and returns those that were lost. A model without type parameters repeats this
+    /// function in its own `impl` (`carried_here!`): the integrator's loop is then compiled with the model, once, and
+    /// not again in every crate that moves its orbits. It takes most of the time in which this crate is compiled.
     fn carry(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
         self.perform(orbits)
     }
@@ -208,8 +209,8 @@ pub trait Series<const P: usize> {
     /// Computes all coefficients from those of order 0; those of the clearance only if asked for.
     fn expand(&mut self, with_clearance: bool);
 
-    /// The steps that may be taken where steps of these lengths are planned \[1/n_sun\]: shorter ones where something ends the series that its
-    /// coefficients do not show, such as the edge of a shadow.
+    /// The steps that may be taken where steps of these lengths are planned \[1/n_sun\]: shorter ones where something
+    /// ends the series that its coefficients do not show, such as the edge of a shadow.
     #[inline(always)]
     fn shorten(&mut self, planned: Lanes) -> Lanes {
         planned

@@ -41,7 +41,8 @@ pub trait Named: Sized {
     /// The model with these values of its parameters; `None` if there are more or fewer.
     fn from_parameters(values: &[f64]) -> Option<Self>;
 
-    /// The model of a satellite: its semi-major axis in Earth radii, its area-to-mass ratio in m²/kg and its reflectivity.
+    /// The model of a satellite: its semi-major axis in Earth radii, its area-to-mass ratio in m²/kg and its
+    /// reflectivity.
     ///
     /// # Errors
     /// [`ProblemError`] with the first of these that is not in its range.

@@ -1,7 +1,7 @@
 //! Secular dynamics of a planar orbit under solar radiation pressure and Earth's oblateness: the paper's model.
 //!
-//! The solar angle `phi` \[rad\] is the angle from the direction towards the Sun to the pericentre, `e` the eccentricity.
-//! Averaged over an orbit they obey Eq. 1 of Sun et al. (2022), after Krivov & Getino (1997):
+//! The solar angle `phi` \[rad\] is the angle from the direction towards the Sun to the pericentre, `e` the
+//! eccentricity. Averaged over an orbit they obey Eq. 1 of Sun et al. (2022), after Krivov & Getino (1997):
 //!
 //! ```text
 //! e'   = n_sun  C sqrt(1 - e²) sin(phi)
@@ -15,7 +15,8 @@
 //! x2' = -n_sun x1 g             g = W/s⁴ - 1
 //! ```
 //!
-//! and is regular everywhere inside the unit circle. The Hamiltonian is `H = s + C e cos(phi) + (W/3)/s³` (below Eq. 3).
+//! and is regular everywhere inside the unit circle. The Hamiltonian is `H = s + C e cos(phi) + (W/3)/s³` (below Eq.
+//! 3).
 //!
 //! Its Taylor series is the recurrence of [`super::planar_recurrence`].
 

@@ -6,9 +6,10 @@
 //! x1' = C s + W x2 p - x2,   x2' = x1 - W x1 p,   s' = -C x1,   s p' = 4 C x1 p
 //! ```
 //!
-//! so the Taylor coefficients of all four follow from three Cauchy products per order (`x1 p`, `x2 p`, `s p`), without a
-//! square root and with one division per step. The conserved `H` would remove a variable, but no product: with `s` alone,
-//! `s'' = (H - h(s)) h'(s) - C² s` needs three products as well, and `x2 = (H - h(s))/C` loses digits where `C` is small.
+//! so the Taylor coefficients of all four follow from three Cauchy products per order (`x1 p`, `x2 p`, `s p`), without
+//! a square root and with one division per step. The conserved `H` would remove a variable, but no product: with `s`
+//! alone, `s'' = (H - h(s)) h'(s) - C² s` needs three products as well, and `x2 = (H - h(s))/C` loses digits where `C`
+//! is small.
 //!
 //! The coefficients are aligned to cache lines: loads that straddle two cost a quarter of the speed.
 

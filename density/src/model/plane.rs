@@ -8,7 +8,8 @@
 //! x1' = n_sun s ∂H/∂x2      x2' = -n_sun s ∂H/∂x1      s = sqrt(1 - e²)
 //! ```
 //!
-//! So `H` is constant along every orbit, orbits are its contours, and the flow keeps the measure `dx1 dx2/s = e/s dphi de`.
+//! So `H` is constant along every orbit, orbits are its contours, and the flow keeps the measure `dx1 dx2/s = e/s dphi
+//! de`.
 
 use std::f64::consts::TAU;
 use std::fmt::Debug;
@@ -75,7 +76,8 @@ impl<T: Copy> Coordinates<T> for State<T> {
     }
 }
 
-/// A planar model with a Hamiltonian: the capability that closed orbits, the exact density, meshes and phase portraits need.
+/// A planar model with a Hamiltonian: the capability that closed orbits, the exact density, meshes and phase portraits
+/// need.
 ///
 /// Every such model is a [`Model`] automatically: the variables, the range `e < 1`, the kept measure, the conserved
 /// Hamiltonian and the mirror image in time are the same for all of them.
@@ -104,8 +106,8 @@ pub trait PlanarHamiltonian: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// per radian of the Sun\].
     fn turning_rate(&self, state: State) -> f64;
 
-    /// Whether the eccentricity of every orbit grows where `x1 > 0` and falls where `x1 < 0`: an orbit then passes every
-    /// eccentricity once on its way up and once on its way down.
+    /// Whether the eccentricity of every orbit grows where `x1 > 0` and falls where `x1 < 0`: an orbit then passes
+    /// every eccentricity once on its way up and once on its way down.
     fn eccentricity_follows_x1(&self) -> bool;
 
     /// Upper bound of the rate at which an orbit moves near a state, in the time unit `1/n_sun`.
@@ -224,8 +226,8 @@ impl<M: PlanarHamiltonian> Model for M {
 /// Factor by which a density per unit `phi`-`e` area has changed after the flow carried it from `start` to `end`:
 /// `n(end)/n(start) = [e_t/s_t] / [e_0/s_0]`.
 ///
-/// The flow keeps the measure `e/s dphi de` (Eq. 3 is quasi-canonical), which is the integral of Eq. 8 with the Jacobian
-/// `e` of the polar coordinates. The paper leaves that Jacobian out, see [`density_growth_without_jacobian`].
+/// The flow keeps the measure `e/s dphi de` (Eq. 3 is quasi-canonical), which is the integral of Eq. 8 with the
+/// Jacobian `e` of the polar coordinates. The paper leaves that Jacobian out, see [`density_growth_without_jacobian`].
 pub fn density_growth(start: State, end: State) -> f64 {
     density_growth_without_jacobian(start, end) * end.eccentricity() / start.eccentricity()
 }

@@ -1,8 +1,8 @@
 //! Every planar model by its name.
 //!
-//! A model is made here from the named numbers of a scenario. Its name and the names, symbols and ranges of its parameters are stated in
-//! the model's own file alone ([`Named`]), and this file lists the models. The keys by which scenario files give the parameters are declared once more
-//! in `nodes/src/files/scenario_file/orbit.rs`.
+//! A model is made here from the named numbers of a scenario. Its name and the names, symbols and ranges of its
+//! parameters are stated in the model's own file alone ([`Named`]), and this file lists the models. The keys by which
+//! scenario files give the parameters are declared once more in `nodes/src/files/scenario_file/orbit.rs`.
 
 use super::Task;
 use super::parameter::{Named, Parameter};
@@ -112,7 +112,8 @@ macro_rules! planar_models {
                 match self { $(Self::$variant(model) => model.eccentricity_squared_rates(state)),+ }
             }
 
-            /// Hands the task to the model that this one stands for, so that no choice between models is made within it.
+            /// Hands the task to the model that this one stands for, so that no choice between models is made within
+            /// it.
             fn perform_in_plane<T: Task>(&self, task: T) -> T::Output {
                 match self { $(Self::$variant(model) => model.perform_in_plane(task)),+ }
             }
@@ -166,7 +167,8 @@ fn superfluous(model: &'static str, parameters: &[Parameter], other: &str) -> Mo
     ModelError::Superfluous { model, parameter: other.into(), known }
 }
 
-/// The name of the planar model in which these forces act and as few others as can be; `None` if there is no such model.
+/// The name of the planar model in which these forces act and as few others as can be; `None` if there is no such
+/// model.
 pub fn with_forces(forces: &[&str]) -> Option<&'static str> {
     let acts = |parameters: &[Parameter], force: &str| parameters.iter().any(|parameter| parameter.force == force);
     let fitting = Planar::ALL.iter().filter(|(_, parameters)| forces.iter().all(|force| acts(parameters, force)));
@@ -198,8 +200,8 @@ impl Planar {
         Self::ALL.iter().any(|(known, _)| *known == name)
     }
 
-    /// The model `name` with these named parameters, in any order. Whether their values are right is checked with the problem
-    /// ([`crate::problem::Problem::new`]).
+    /// The model `name` with these named parameters, in any order. Whether their values are right is checked with the
+    /// problem ([`crate::problem::Problem::new`]).
     ///
     /// # Errors
     /// [`ModelError`] says which name is wrong and which would be right.

@@ -1,8 +1,9 @@
 //! Every model in space by its name.
 //!
-//! A model is made here from the named numbers of a scenario message, and says here which named numbers state it. The names of the models are in
-//! [`ModelName`], those of the forces' parameters in the files of the planar models, and those of all other parameters in this file. The keys of scenario
-//! files, most of which have the same names, are declared once more in `nodes/src/files/scenario_file/`.
+//! A model is made here from the named numbers of a scenario message, and says here which named numbers state it. The
+//! names of the models are in [`ModelName`], those of the forces' parameters in the files of the planar models, and
+//! those of all other parameters in this file. The keys of scenario files, most of which have the same names, are
+//! declared once more in `nodes/src/files/scenario_file/`.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -34,7 +35,8 @@ pub enum SpaceModel {
     Osculating {
         /// The model.
         model: Osculating,
-        /// The mean anomaly of all orbits at `t = 0` \[rad\]; where there is none, orbits are spread evenly over the revolution.
+        /// The mean anomaly of all orbits at `t = 0` \[rad\]; where there is none, orbits are spread evenly over the
+        /// revolution.
         mean_anomaly: Option<f64>,
     },
 }
@@ -62,7 +64,8 @@ impl SpaceModel {
         self.model_name().text()
     }
 
-    /// Whether it is averaged over the revolutions of the satellite, so that an orbit's place in its revolution is none of its variables.
+    /// Whether it is averaged over the revolutions of the satellite, so that an orbit's place in its revolution is none
+    /// of its variables.
     pub fn is_averaged(&self) -> bool {
         self.if_averaged().is_some()
     }
@@ -83,7 +86,8 @@ impl SpaceModel {
         }
     }
 
-    /// Does a task with the model, in which the radiation parameter is a variable of the orbit if it has a distribution.
+    /// Does a task with the model, in which the radiation parameter is a variable of the orbit if it has a
+    /// distribution.
     pub fn perform<T: Task>(&self, distribution: Option<Distribution>, task: T) -> T::Output {
         match (*self, distribution) {
             (Self::Vectorial { model, .. }, None) => task.with(&model),

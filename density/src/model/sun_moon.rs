@@ -112,7 +112,8 @@ impl PlanarHamiltonian for SunMoon {
         [self.force.parameters(), vec![(SUN, self.sun), (MOON, self.moon)]].concat()
     }
 
-    /// `C + 10 A` would bound the rate of the eccentricity itself; twice the Sun's part also bounds how that rate changes.
+    /// `C + 10 A` would bound the rate of the eccentricity itself; twice the Sun's part also bounds how that rate
+    /// changes.
     fn pull(&self) -> f64 {
         self.force.pull() + 20.0 * self.sun
     }
@@ -129,7 +130,8 @@ impl PlanarHamiltonian for SunMoon {
         self.force.slope_on_axis(q) + self.curvatures().1 * q
     }
 
-    /// Where `x1` is not 0, `x2' = 0` says that `g + (B - 4A) s = 0`, and with that `x1' = 0` says that `x2 = -C/(10 A)`.
+    /// Where `x1` is not 0, `x2' = 0` says that `g + (B - 4A) s = 0`, and with that `x1' = 0` says that `x2 = -C/(10
+    /// A)`.
     fn stationary_points_off_axis(&self) -> Vec<State> {
         const STEPS: u32 = 1000;
         if self.sun == 0.0 {

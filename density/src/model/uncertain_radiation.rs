@@ -1,7 +1,8 @@
-//! A planar model whose radiation parameter differs from orbit to orbit: it is a variable of the orbit and stays constant along it.
+//! A planar model whose radiation parameter differs from orbit to orbit: it is a variable of the orbit and stays
+//! constant along it.
 //!
-//! Radiation pressure enters the motion linearly: `C` adds `n_sun C s` to the rate of `x1 = e sin(phi)`, with `s = sqrt(1 - e²)`
-//! (Eqs. 1 and 7 of Sun et al. 2022). All else is the planar model's motion with `C = 0`.
+//! Radiation pressure enters the motion linearly: `C` adds `n_sun C s` to the rate of `x1 = e sin(phi)`, with `s =
+//! sqrt(1 - e²)` (Eqs. 1 and 7 of Sun et al. 2022). All else is the planar model's motion with `C = 0`.
 
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -99,8 +100,9 @@ pub trait OwnRadiation: PlanarHamiltonian {
         task.with(model)
     }
 
-    /// Moves orbits whose third coordinate is the radiation parameter, and returns those that were lost. What the third variable is makes
-    /// no difference to the states, so there is one loop for both, compiled with the model ([`Model::carry`]).
+    /// Moves orbits whose third coordinate is the radiation parameter, and returns those that were lost. What the third
+    /// variable is makes no difference to the states, so there is one loop for both, compiled with the model
+    /// ([`Model::carry`]).
     fn carry_with_own(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)>;
 }
 

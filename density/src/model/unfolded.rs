@@ -1,8 +1,10 @@
-//! A model in space for clouds whose inclination may be below 0: what methods take that place points in a Gaussian themselves.
+//! A model in space for clouds whose inclination may be below 0: what methods take that place points in a Gaussian
+//! themselves.
 //!
-//! The Gaussian of a cloud in space reaches below `i = 0` without a cut, since `(phi, -i, node)` is the orbit `(phi, i, node + π)`
-//! ([`crate::in_space`]), and the vectors of the orbit are smooth functions of all its variables. Here the inclination is therefore a
-//! variable without a bound at 0. Orbits are read out as everywhere, with an inclination of 0 or more.
+//! The Gaussian of a cloud in space reaches below `i = 0` without a cut, since `(phi, -i, node)` is the orbit `(phi, i,
+//! node + π)` ([`crate::in_space`]), and the vectors of the orbit are smooth functions of all its variables. Here the
+//! inclination is therefore a variable without a bound at 0. Orbits are read out as everywhere, with an inclination of
+//! 0 or more.
 
 use super::irradiated::{Irradiated, WithRadiation};
 use super::uncertain_radiation::Scale;

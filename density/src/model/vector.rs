@@ -2,7 +2,8 @@
 
 use super::quantity::Quantity;
 
-/// A vector by its components in equatorial axes: the first towards the vernal equinox, the third towards the Earth's north pole.
+/// A vector by its components in equatorial axes: the first towards the vernal equinox, the third towards the Earth's
+/// north pole.
 pub type Vector<T> = [T; 3];
 
 /// Sum.

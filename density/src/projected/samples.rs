@@ -1,4 +1,5 @@
-//! Samples of a cloud, read out on projections, with the standard errors of independent samples or of independent groups of them.
+//! Samples of a cloud, read out on projections, with the standard errors of independent samples or of independent
+//! groups of them.
 
 use std::f64::consts::PI;
 
@@ -8,8 +9,9 @@ use crate::estimate::ordered_sum;
 use crate::grid::Axis;
 use crate::sampling::group;
 
-/// Reads out equally weighted samples, one column per variable. A column of NaN is that of a variable that the sampled model does not have:
-/// nothing is said of it. Samples are independent, or were drawn in this number of independent groups ([`crate::sampling::group`]).
+/// Reads out equally weighted samples, one column per variable. A column of NaN is that of a variable that the sampled
+/// model does not have: nothing is said of it. Samples are independent, or were drawn in this number of independent
+/// groups ([`crate::sampling::group`]).
 ///
 /// # Panics
 /// If there is not one column per variable, or if they differ in length.
@@ -93,8 +95,8 @@ impl<R: Fn(usize) -> usize + Sync> Sample<'_, R> {
         SampleMoments { mean, covariance, above, circular }
     }
 
-    /// Standard errors of independent samples, to leading order in `1/n` (Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977,
-    /// Chapter 10), with what the cut of an angle's branch adds where the cloud reaches it.
+    /// Standard errors of independent samples, to leading order in `1/n` (Kendall & Stuart, *The Advanced Theory of
+    /// Statistics* 1, 1977, Chapter 10), with what the cut of an angle's branch adds where the cloud reaches it.
     fn errors(&self, SampleMoments { mean, covariance, above, circular }: &SampleMoments) -> Errors {
         let on_branch = |k: usize, i: usize| {
             let value = self.value(k, i);
@@ -154,8 +156,8 @@ impl<R: Fn(usize) -> usize + Sync> Sample<'_, R> {
 /// How far from the cut a sample is beside it \[rad\].
 const BESIDE: f64 = PI / 32.0;
 
-/// The cut of an angle's branch, opposite to the circular mean: it moves with the sample, and samples beside it change by a turn. See
-/// [`crate::sample_sums`] for the derivation.
+/// The cut of an angle's branch, opposite to the circular mean: it moves with the sample, and samples beside it change
+/// by a turn. See [`crate::sample_sums`] for the derivation.
 struct BranchCut {
     /// The circular mean.
     centre: f64,
@@ -176,8 +178,8 @@ impl BranchCut {
     }
 }
 
-/// Standard errors from the spread of the moments of independent groups, see [`crate::standard_errors`]; NaN where there are fewer than two
-/// groups, or fewer than two samples in each.
+/// Standard errors from the spread of the moments of independent groups, see [`crate::standard_errors`]; NaN where
+/// there are fewer than two groups, or fewer than two samples in each.
 fn of_groups<R: Fn(usize) -> usize + Sync>(whole: &Sample<'_, R>, groups: usize) -> Errors {
     let Sample { columns, question, rows, .. } = *whole;
     let mut members = vec![Vec::with_capacity(rows / groups.max(1) + 2); groups];
@@ -208,7 +210,8 @@ fn of_groups<R: Fn(usize) -> usize + Sync>(whole: &Sample<'_, R>, groups: usize)
     }
 }
 
-/// The representative of an angle on the branch that an axis is on, as [`crate::grid::Grid::fold`]; other values as they are.
+/// The representative of an angle on the branch that an axis is on, as [`crate::grid::Grid::fold`]; other values as
+/// they are.
 fn on_axis(value: f64, is_circle: bool, axis: Axis) -> f64 {
     if is_circle { fold(value, axis.low.midpoint(axis.high) - PI) } else { value }
 }
@@ -239,7 +242,8 @@ mod tests {
         assert!(errors(Some(1)).above.is_nan(), "one group has no spread");
     }
 
-    /// The errors that 400 samples of 1,000 state on average, against the spread of their moments, where an angle reaches round the circle.
+    /// The errors that 400 samples of 1,000 state on average, against the spread of their moments, where an angle
+    /// reaches round the circle.
     #[test]
     fn errors_hold_what_the_cut_of_a_branch_adds() {
         const SEEDS: u64 = 400;

@@ -1,12 +1,14 @@
 //! Importance sampling with a proposal found from a pilot.
 //!
-//! 1. A fifth of the orbits explores the ball of [`REACH`] standard deviations: directions at random, radii spread evenly. So
-//!    every region of the event that is seen from the mean under more than a few degrees is found, also if there are several.
-//! 2. Three tenths refine: kernels about the points found, then twice a mixture of Gaussians that is fitted to the points
-//!    with the event, each weighted by the normal density over the density from which it was drawn (the cross-entropy
-//!    method: Rubinstein & Kroese 2004; for failure probabilities Papaioannou, Geyer & Straub 2019).
-//! 3. The rest is drawn from the last mixture, with wider copies of its components and the first kernels beside them, so that
-//!    no weight is large (a defensive mixture, Hesterberg 1995). Only these count. They are independent, so that
+//! 1. A fifth of the orbits explores the ball of [`REACH`] standard deviations: directions at random, radii spread
+//!    evenly. So every region of the event that is seen from the mean under more than a few degrees is found, also if
+//!    there are several.
+//! 2. Three tenths refine: kernels about the points found, then twice a mixture of Gaussians that is fitted to the
+//!    points with the event, each weighted by the normal density over the density from which it was drawn (the
+//!    cross-entropy method: Rubinstein & Kroese 2004; for failure probabilities Papaioannou, Geyer & Straub 2019).
+//! 3. The rest is drawn from the last mixture, with wider copies of its components and the first kernels beside them,
+//!    so that no weight is large (a defensive mixture, Hesterberg 1995). Only these count. They are independent, so
+//!    that
 //!
 //! ```text
 //! P = 1/n Σ w_i 1(event),   w = φ(z)/q(z) / P(inside),   standard error = sqrt((<w² 1> - P²)/(n - 1))
@@ -109,8 +111,8 @@ fn explore<M: Model, const N: usize>(
     if found.is_empty() {
         return Err(Refused::NothingFound { orbits: margins.orbits, reach: REACH });
     }
-    // A point stands for a volume that grows with its radius. The square root of the normal density keeps regions in play
-    // that are a little farther from the mean: how near they come is not known yet.
+    // A point stands for a volume that grows with its radius. The square root of the normal density keeps regions in
+    // play that are a little farther from the mean: how near they come is not known yet.
     let radius = |point: &[f64; N]| point.iter().map(|z| z * z).sum::<f64>().sqrt();
     let logs: Vec<f64> =
         found.iter().map(|point| 0.5 * log_normal(point) + (N - 1) as f64 * radius(point).ln()).collect();

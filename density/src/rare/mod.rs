@@ -5,11 +5,12 @@
 //! distribution, cut where the variables end. The *margin* of a point is how far its orbit stays from the event; it is
 //! zero or less where the event happens. Two methods ask for margins alone and work for every [`Model`]:
 //!
-//! - [`mod@importance`]: importance sampling. A pilot looks for all regions of the event, a mixture of Gaussians is fitted to
-//!   the probability in them, and independent draws from that mixture, weighted, give an unbiased estimate with a
-//!   standard error.
+//! - [`mod@importance`]: importance sampling. A pilot looks for all regions of the event, a mixture of Gaussians is
+//!   fitted to the probability in them, and independent draws from that mixture, weighted, give an unbiased estimate
+//!   with a standard error.
 //! - [`mod@subset`]: subset simulation (Au & Beck, Prob. Eng. Mech. 16, 2001), as used by Romano, Losacco, Colombo & Di
-//!   Lizia (2020) for collisions and re-entries. It needs no pilot and gives a less accurate answer for the same number of orbits.
+//!   Lizia (2020) for collisions and re-entries. It needs no pilot and gives a less accurate answer for the same number
+//!   of orbits.
 //!
 //! | file | idea |
 //! |---|---|
@@ -66,13 +67,15 @@ pub struct Answer {
     pub probability: f64,
     /// Its standard error.
     pub standard_error: f64,
-    /// Its 95 % interval, symmetric in the logarithm, in which the estimate of a small probability is nearer to a normal variable.
+    /// Its 95 % interval, symmetric in the logarithm, in which the estimate of a small probability is nearer to a
+    /// normal variable.
     pub interval: (f64, f64),
     /// Number of orbits propagated.
     pub orbits: usize,
 }
 
-/// The least probability that is told. Rarer events begin to lie beyond the reach of the pilot, and intervals would be too narrow.
+/// The least probability that is told. Rarer events begin to lie beyond the reach of the pilot, and intervals would be
+/// too narrow.
 pub const RAREST: f64 = 1e-10;
 
 impl Answer {

@@ -16,8 +16,8 @@ pub(super) struct Proposal<const N: usize> {
 
 /// Steps of the fit, after which it no longer changes by much.
 const STEPS: usize = 25;
-/// The deviation, in standard deviations of the initial Gaussian, that a component has where points say little of it. About
-/// five deviations from the mean the normal density falls by a factor of e within 0.2.
+/// The deviation, in standard deviations of the initial Gaussian, that a component has where points say little of it.
+/// About five deviations from the mean the normal density falls by a factor of e within 0.2.
 const NATURAL: f64 = 0.25;
 
 impl<const N: usize> Proposal<N> {
@@ -45,8 +45,9 @@ impl<const N: usize> Proposal<N> {
         Self { components: points.iter().zip(weights).map(kernel).collect() }
     }
 
-    /// A mixture of at most `most` components fitted to points with weights that add up to 1, by expectation and maximisation
-    /// (Dempster, Laird & Rubin 1977). Covariances are drawn towards that of [`NATURAL`] where few points determine them.
+    /// A mixture of at most `most` components fitted to points with weights that add up to 1, by expectation and
+    /// maximisation (Dempster, Laird & Rubin 1977). Covariances are drawn towards that of [`NATURAL`] where few points
+    /// determine them.
     pub fn fit(points: &[[f64; N]], weights: &[f64], most: usize) -> Self {
         let centres = spread_out(points, weights, most);
         let mut fitted = Self::kernels(&centres, &vec![1.0 / centres.len() as f64; centres.len()], 2.0 * NATURAL);

@@ -1,22 +1,23 @@
 //! Subset simulation (Au & Beck, Prob. Eng. Mech. 16, 2001).
 //!
-//! The event is the last of a sequence of events that hold one another: `P = P(F_1) P(F_2 | F_1) ... P(F_m | F_m-1)`. Each
-//! `F_k` is the tenth of the points of the level before that comes nearest to the event. Points of the next level are made
-//! from these by Markov chains that leave the Gaussian as it is within `F_k`: `z' = ρ z + sqrt(1 - ρ²) ξ`, taken if `z'` lies in `F_k`
-//! (Papaioannou, Betz, Zwirglmaier & Straub 2015).
+//! The event is the last of a sequence of events that hold one another: `P = P(F_1) P(F_2 | F_1) ... P(F_m | F_m-1)`.
+//! Each `F_k` is the tenth of the points of the level before that comes nearest to the event. Points of the next level
+//! are made from these by Markov chains that leave the Gaussian as it is within `F_k`: `z' = ρ z + sqrt(1 - ρ²) ξ`,
+//! taken if `z'` lies in `F_k` (Papaioannou, Betz, Zwirglmaier & Straub 2015).
 //!
-//! Points of a chain resemble one another, and so do chains that start from points of the same chain. Au & Beck's coefficient of variation
-//! (Eqs. 25 to 29) counts the first alone and takes the levels as independent, which leaves out a fifth of the spread at 1e-9. Here the variance
-//! is that of the sums over families: the points whose chains go back, `g` levels before, to the same chain (the genealogy of a particle
-//! filter, cut after `g` generations: Lee & Whiteley, Biometrika 105, 2018; Olsson & Douc, Bernoulli 25, 2019):
+//! Points of a chain resemble one another, and so do chains that start from points of the same chain. Au & Beck's
+//! coefficient of variation (Eqs. 25 to 29) counts the first alone and takes the levels as independent, which leaves
+//! out a fifth of the spread at 1e-9. Here the variance is that of the sums over families: the points whose chains go
+//! back, `g` levels before, to the same chain (the genealogy of a particle filter, cut after `g` generations: Lee &
+//! Whiteley, Biometrika 105, 2018; Olsson & Douc, Bernoulli 25, 2019):
 //!
 //! ```text
 //! D_k(f) = Σ_(points of level k in family f) (1(F_k) - p_k)/(n p_k)
 //! Var(ln P) = Σ_k Σ_f D_k(f)² + 2 Σ_k Σ_(l = k-g)^(k-1) Σ_f D_l(f) D_k(f)
 //! ```
 //!
-//! A family of too few generations leaves out resemblance, and one of many is a sum of few terms, so the largest of one, two and three
-//! generations is taken.
+//! A family of too few generations leaves out resemblance, and one of many is a sum of few terms, so the largest of
+//! one, two and three generations is taken.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -64,8 +65,8 @@ struct Generation {
     parents: Vec<usize>,
 }
 
-/// The probability of the event, from levels of `points` orbits each, which is rounded down to a multiple of ten. An event
-/// of `1e-k` takes about `k` levels.
+/// The probability of the event, from levels of `points` orbits each, which is rounded down to a multiple of ten. An
+/// event of `1e-k` takes about `k` levels.
 ///
 /// # Errors
 /// [`Refused`] says why there is no answer.

@@ -71,8 +71,8 @@ fn seeds() -> u64 {
     std::env::var("PHASECLOUD_SEEDS").ok().map_or(40, |text| text.parse().expect("a number"))
 }
 
-/// How many of the intervals of so many seeds hold the exact probability, the largest relative standard error, and the spread of the
-/// logarithm of the estimate.
+/// How many of the intervals of so many seeds hold the exact probability, the largest relative standard error, and the
+/// spread of the logarithm of the estimate.
 fn coverage(right: f64, seeds: u64, answer: impl Fn(u64) -> Result<Answer, Refused>) -> (u64, f64, f64) {
     let (mut held, mut worst, mut squares) = (0, 0.0f64, 0.0);
     for seed in 0..seeds {

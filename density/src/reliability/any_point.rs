@@ -76,7 +76,8 @@ pub fn are_alike(one: &AnyPoint, other: &AnyPoint) -> bool {
     }
 }
 
-/// The quantity at each of the points of a row, which must be alike ([`are_alike`]), less that of another model or method, to about `tolerance`.
+/// The quantity at each of the points of a row, which must be alike ([`are_alike`]), less that of another model or
+/// method, to about `tolerance`.
 pub fn evaluate(row: &[AnyPoint], quantity: Quantity, other: Option<Other>, tolerance: f64) -> Row {
     let in_plane: Vec<Point> = row.iter().filter_map(AnyPoint::in_plane).cloned().collect();
     let in_space: Vec<SpaceProblem> = row.iter().filter_map(AnyPoint::in_space).cloned().collect();

@@ -1,13 +1,16 @@
 //! The radiation parameters with which orbits that start all over the cloud re-enter.
 //!
-//! Each start of a quasi-random sample is followed with many radiation parameters; where it passes the critical eccentricity with one and not with the next, the
-//! border is found by halving. The probability of re-entry for an uncertain parameter is then the mean, over the starts, of the probability of the parameters with
-//! which they pass: smooth in everything, so that two thousand starts are mostly enough for an error below 1e-3. Independent replicates of the sample show the
-//! error; where it is too large, each replicate gets twice as many starts, up to [`MOST_STARTS`].
+//! Each start of a quasi-random sample is followed with many radiation parameters; where it passes the critical
+//! eccentricity with one and not with the next, the border is found by halving. The probability of re-entry for an
+//! uncertain parameter is then the mean, over the starts, of the probability of the parameters with which they pass:
+//! smooth in everything, so that two thousand starts are mostly enough for an error below 1e-3. Independent replicates
+//! of the sample show the error; where it is too large, each replicate gets twice as many starts, up to
+//! [`MOST_STARTS`].
 //!
-//! A band of parameters with which a start passes, or does not, may be narrower than the distance `h` of the logarithms of the parameters that are tried. A band of width
-//! `w < h` is seen with the probability `w/h`, since the parameters of each start are shifted by a share of their distance that is even over the starts. So each
-//! band that is seen counts `h/w` times, and the mean has no bias (Horvitz & Thompson, J. Am. Stat. Assoc. 47, 1952).
+//! A band of parameters with which a start passes, or does not, may be narrower than the distance `h` of the logarithms
+//! of the parameters that are tried. A band of width `w < h` is seen with the probability `w/h`, since the parameters
+//! of each start are shifted by a share of their distance that is even over the starts. So each band that is seen
+//! counts `h/w` times, and the mean has no bias (Horvitz & Thompson, J. Am. Stat. Assoc. 47, 1952).
 
 use crate::exact::Estimated;
 use crate::exact::measure::normal_tail;
@@ -21,8 +24,8 @@ use super::replicates::{Numbers, REPLICATES, estimated};
 pub const MOST_STARTS: usize = 2048;
 /// Distance of the parameters of a start, as a factor.
 const FACTOR: f64 = 1.12;
-/// What is left of the distance in which a border lies, as a share of the narrowest relative deviation of the parameter; of the parameter itself where that is
-/// certain.
+/// What is left of the distance in which a border lies, as a share of the narrowest relative deviation of the
+/// parameter; of the parameter itself where that is certain.
 const SHARPNESS: f64 = 0.01;
 const SHARPEST: f64 = 1e-4;
 
@@ -56,7 +59,8 @@ pub struct ByOrbits {
 }
 
 impl ByOrbits {
-    /// Starts that are enough by `error`, which says the largest error of what is wanted of them, for an error of `tolerance`; or the most that there can be.
+    /// Starts that are enough by `error`, which says the largest error of what is wanted of them, for an error of
+    /// `tolerance`; or the most that there can be.
     pub fn new(cloud: &Cloud, asked: Asked, tolerance: f64, error: impl Fn(&Self) -> f64) -> Self {
         let mut found = Self::none(asked);
         for numbers in Numbers::up_to(MOST_STARTS) {
@@ -110,7 +114,8 @@ impl ByOrbits {
 }
 
 impl Borders {
-    /// The probability of the parameters with which it passes, if `above` is the probability of those above a logarithm.
+    /// The probability of the parameters with which it passes, if `above` is the probability of those above a
+    /// logarithm.
     fn share(&self, above: &impl Fn(f64) -> f64, distance: f64) -> f64 {
         let mut passes = self.passes_first;
         let mut share = f64::from(u8::from(passes));
@@ -158,7 +163,8 @@ fn lattice(Asked { ends: (low, high), .. }: Asked) -> (u32, f64) {
 /// The fractional part of the golden ratio, whose multiples are spread evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// The borders of some starts, the first of which has this number, and how many of them have an orbit of which nothing is known.
+/// The borders of some starts, the first of which has this number, and how many of them have an orbit of which nothing
+/// is known.
 fn borders(cloud: &Cloud, asked: Asked, starts: &[Start], first: usize) -> (Vec<Borders>, usize) {
     let (parts, distance) = lattice(asked);
     let (low, high) = (asked.ends.0.ln(), asked.ends.1.ln());

@@ -1,7 +1,7 @@
 //! Figures of a cloud as functions of the radiation parameter: a table that is linear between its values.
 //!
-//! The table is kept in the variable that is a Gaussian if the parameter is uncertain: `C` itself, or its logarithm. Linear functions of that
-//! variable have closed means over any part of a Gaussian,
+//! The table is kept in the variable that is a Gaussian if the parameter is uncertain: `C` itself, or its logarithm.
+//! Linear functions of that variable have closed means over any part of a Gaussian,
 //!
 //! ```text
 //! ∫ φ(z) dz = Φ(b) - Φ(a)      ∫ z φ(z) dz = φ(a) - φ(b)      from a to b
@@ -33,7 +33,8 @@ pub struct ByRadiation {
     distribution: Distribution,
     count: usize,
     nodes: Vec<Node>,
-    /// The error of the linear function between each node and the next, one per figure; none where a node has no figures.
+    /// The error of the linear function between each node and the next, one per figure; none where a node has no
+    /// figures.
     bends: Vec<Vec<f64>>,
 }
 
@@ -46,8 +47,8 @@ pub struct Range {
     pub coarsest: f64,
     /// Largest error of the linear functions between the values.
     pub tolerance: f64,
-    /// The narrowest relative deviation of a parameter whose mean is to be taken; 0 if there is one that is certain. A distance of values that is
-    /// narrow against it may have an error that is larger by as much.
+    /// The narrowest relative deviation of a parameter whose mean is to be taken; 0 if there is one that is certain. A
+    /// distance of values that is narrow against it may have an error that is larger by as much.
     pub narrowest: f64,
 }
 
@@ -134,8 +135,8 @@ impl ByRadiation {
         (0..self.count).map(figure).collect()
     }
 
-    /// The means of the figures over the radiation parameter of `problem`. Probability beyond the table counts with the nearest value, and as an error of
-    /// its own size times `scale`, the largest difference that a figure can make.
+    /// The means of the figures over the radiation parameter of `problem`. Probability beyond the table counts with the
+    /// nearest value, and as an error of its own size times `scale`, the largest difference that a figure can make.
     pub fn means(&self, problem: &UncertainProblem, scale: f64) -> Vec<Estimated> {
         let (mean, sigma) = problem.third();
         let lowest = problem.lowest();

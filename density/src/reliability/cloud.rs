@@ -97,8 +97,8 @@ impl Cloud {
         numbers.into_par_iter().map(draw).collect()
     }
 
-    /// When each orbit first reaches the critical eccentricity \[yr\]: infinite if it does not within these years, NaN if it cannot be followed and has
-    /// not passed before.
+    /// When each orbit first reaches the critical eccentricity \[yr\]: infinite if it does not within these years, NaN
+    /// if it cannot be followed and has not passed before.
     pub fn passages(&self, orbits: &[Irradiated], years: f64) -> Vec<f64> {
         orbits
             .par_chunks(CHUNK)

@@ -48,7 +48,8 @@ pub fn less(one: Estimated, other: Estimated) -> Estimated {
     Estimated { value: one.value - other.value, error: one.error + other.error }
 }
 
-/// The quantity in space less that in the plane at each of some points, to about `tolerance`. Both have the same starts, so that the error is that of the difference alone.
+/// The quantity in space less that in the plane at each of some points, to about `tolerance`. Both have the same
+/// starts, so that the error is that of the difference alone.
 pub fn space_less_plane(points: &[SpaceProblem], quantity: Quantity, tolerance: f64) -> Row {
     points.iter().map(|point| of_point(point, quantity, tolerance)).collect()
 }

@@ -50,8 +50,8 @@ impl Followed {
         self.estimated(&self.of_replicates())
     }
 
-    /// Figures from those of the replicates. A probability, or a difference of probabilities, to which few orbits say anything has at least the error of as many
-    /// independent ones (Wilson's interval).
+    /// Figures from those of the replicates. A probability, or a difference of probabilities, to which few orbits say
+    /// anything has at least the error of as many independent ones (Wilson's interval).
     pub(super) fn estimated(&self, of_replicates: &[Vec<f64>]) -> Vec<Estimated> {
         let starts = self.replicates.iter().map(Vec::len).sum();
         let is_mean = matches!(self.quantity, Quantity::MeanEccentricity { .. });

@@ -1,8 +1,9 @@
 //! Points of a map in space: there is no exact curve, and every quantity is that of a quasi-random sample of orbits.
 //!
-//! Each orbit is followed to the end with a radiation parameter that is drawn for it. The borders in that parameter, by which the plane is answered ([`super::by_orbits`]),
-//! are of no use here: near resonances with the Sun and the Moon several of them lie within a tenth of the parameter, and halving finds one. All points have the
-//! same starts by their numbers, so that a map is smooth where the probability is.
+//! Each orbit is followed to the end with a radiation parameter that is drawn for it. The borders in that parameter, by
+//! which the plane is answered ([`super::by_orbits`]), are of no use here: near resonances with the Sun and the Moon
+//! several of them lie within a tenth of the parameter, and halving finds one. All points have the same starts by their
+//! numbers, so that a map is smooth where the probability is.
 
 use crate::exact::Estimated;
 use crate::in_space::SpaceProblem;

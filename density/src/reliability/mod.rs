@@ -1,9 +1,10 @@
-//! Maps from which a disposal designer decides: a quantity of a cloud for many scenarios, such as the probability of re-entry over
-//! semi-major axis and area-to-mass ratio.
+//! Maps from which a disposal designer decides: a quantity of a cloud for many scenarios, such as the probability of
+//! re-entry over semi-major axis and area-to-mass ratio.
 //!
-//! What a cloud does with a *given* radiation parameter `C` is a function of `C`. An uncertain `C` only averages over that function, and all scenarios that differ in `C` or in
-//! its uncertainty alone share it. So a whole row of a map costs about as much as a few of its points. Where the quantity hardly bends between points of the
-//! map, it is interpolated.
+//! What a cloud does with a *given* radiation parameter `C` is a function of `C`. An uncertain `C` only averages over
+//! that function, and all scenarios that differ in `C` or in its uncertainty alone share it. So a whole row of a map
+//! costs about as much as a few of its points. Where the quantity hardly bends between points of the map, it is
+//! interpolated.
 //!
 //! | file | idea |
 //! |---|---|

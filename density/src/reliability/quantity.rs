@@ -24,8 +24,8 @@ pub enum Quantity {
         /// The years.
         within: f64,
     },
-    /// The factor on the radiation parameter, and so on the area-to-mass ratio, with which that probability is reached within these years; infinite
-    /// if not even [`LARGEST_FACTOR`] suffices, 0 if [`SMALLEST_FACTOR`] does.
+    /// The factor on the radiation parameter, and so on the area-to-mass ratio, with which that probability is reached
+    /// within these years; infinite if not even [`LARGEST_FACTOR`] suffices, 0 if [`SMALLEST_FACTOR`] does.
     RequiredFactor {
         /// The probability.
         probability: f64,
@@ -76,7 +76,8 @@ impl Quantity {
         }
     }
 
-    /// The figures of a cloud with a certain radiation parameter, to about `tolerance`; `None` if the exact method has no answer.
+    /// The figures of a cloud with a certain radiation parameter, to about `tolerance`; `None` if the exact method has
+    /// no answer.
     pub(super) fn figures(self, problem: &Problem<Planar>, tolerance: f64) -> Option<Vec<Estimated>> {
         is_possible(&problem.model).ok()?;
         let times = self.times();
@@ -102,7 +103,8 @@ impl Quantity {
         }
     }
 
-    /// The time of a probability, with half the distance between the times at which the curve less and plus its error has it.
+    /// The time of a probability, with half the distance between the times at which the curve less and plus its error
+    /// has it.
     fn time(self, figures: &[Estimated], probability: f64) -> Estimated {
         if figures.iter().any(|figure| figure.value.is_nan()) {
             return UNKNOWN;

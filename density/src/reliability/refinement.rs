@@ -1,11 +1,12 @@
 //! Which points of a map are computed: those between which the quantity bends.
 //!
-//! The map is divided into blocks. In each the middles of its sides and its centre are computed; where one of them is farther from the
-//! interpolation between the corners than half the tolerance, the block is divided into four, otherwise all of its points are interpolated.
-//! A cliff may pass between the points of a block that it leaves next to the border. So blocks that touch differ by a factor of two at most, as is
-//! usual in adaptive meshes: a block more than twice as large as one that it touches is divided as well. And the error of an interpolation
-//! follows from what was seen in the block and in all that it touches. The same points are computed whatever was known before, so a map that was
-//! interrupted and goes on is the same as one that was not.
+//! The map is divided into blocks. In each the middles of its sides and its centre are computed; where one of them is
+//! farther from the interpolation between the corners than half the tolerance, the block is divided into four,
+//! otherwise all of its points are interpolated. A cliff may pass between the points of a block that it leaves next to
+//! the border. So blocks that touch differ by a factor of two at most, as is usual in adaptive meshes: a block more
+//! than twice as large as one that it touches is divided as well. And the error of an interpolation follows from what
+//! was seen in the block and in all that it touches. The same points are computed whatever was known before, so a map
+//! that was interrupted and goes on is the same as one that was not.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,8 +17,8 @@ use super::UNKNOWN;
 /// Distance of the points that are computed first.
 const FIRST: usize = 8;
 
-/// The error of an interpolation, as a multiple of the largest distance that was seen in its block and in those that it touches: the middles of a
-/// block need not be where that is largest.
+/// The error of an interpolation, as a multiple of the largest distance that was seen in its block and in those that it
+/// touches: the middles of a block need not be where that is largest.
 const MARGIN: f64 = 1.5;
 
 /// A cell of a finished map.
@@ -90,8 +91,8 @@ fn first_spans(count: usize) -> Vec<(usize, usize)> {
 /// The points that are known, each with one or more quantities.
 pub type Known = BTreeMap<(usize, usize), Vec<Estimated>>;
 
-/// Fills a map of `size` points, each of which has one or more quantities, to about `tolerance`. `compute` gets the points that are needed next
-/// and adds them to those that are known, or says why it stops.
+/// Fills a map of `size` points, each of which has one or more quantities, to about `tolerance`. `compute` gets the
+/// points that are needed next and adds them to those that are known, or says why it stops.
 ///
 /// # Errors
 /// What `compute` says.
@@ -134,7 +135,8 @@ struct Settled {
     bend: f64,
 }
 
-/// For each point of the map, the best of the values that `of` gives for the blocks that hold it; `start` where there is none.
+/// For each point of the map, the best of the values that `of` gives for the blocks that hold it; `start` where there
+/// is none.
 fn at_points(
     settled: &[Settled],
     size: (usize, usize),
@@ -257,7 +259,8 @@ mod tests {
 
     #[test]
     fn a_cliff_that_passes_between_the_points_of_a_block_is_found_from_its_neighbour() {
-        // It bends away from the border of two blocks and passes the probes of the second, at steps of two, without touching one.
+        // It bends away from the border of two blocks and passes the probes of the second, at steps of two, without
+        // touching one.
         let of = |x: f64, y: f64| {
             let wave = (-0.5 * ((x - 9.0) / 0.45).powi(2)).exp() * (-0.5 * ((y - 16.0) / 1.4).powi(2)).exp();
             (-0.5 * ((y - 18.0 - 0.02 * x) / 0.8).powi(2)).exp() + 0.2 * wave

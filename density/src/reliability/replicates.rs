@@ -8,8 +8,8 @@ use crate::exact::Estimated;
 pub const REPLICATES: usize = 8;
 /// Starts of each at first.
 pub const FIRST_STARTS: usize = 256;
-/// Number of standard errors that an error estimate has. With [`REPLICATES`] replicates, a Gaussian figure is farther off once in 50 times (Student's distribution with
-/// 7 degrees of freedom).
+/// Number of standard errors that an error estimate has. With [`REPLICATES`] replicates, a Gaussian figure is farther
+/// off once in 50 times (Student's distribution with 7 degrees of freedom).
 pub const STANDARD_ERRORS: f64 = 3.0;
 
 /// The numbers of starts that are added one after another: as many as at first, and then as many again as there are.
@@ -36,8 +36,8 @@ impl Iterator for Numbers {
     }
 }
 
-/// The mean of a figure of each replicate, such as a probability, that are of so many starts together. Each of those stands for a part of the cloud of which nothing else is
-/// known; of those that are `lost` nothing at all is known.
+/// The mean of a figure of each replicate, such as a probability, that are of so many starts together. Each of those
+/// stands for a part of the cloud of which nothing else is known; of those that are `lost` nothing at all is known.
 pub fn estimated(figures: &[f64], starts: usize, lost: usize) -> Estimated {
     let count = figures.len() as f64;
     let mean = figures.iter().sum::<f64>() / count;

@@ -4,8 +4,8 @@ use crate::exact::Estimated;
 
 use super::quantity::{LARGEST_FACTOR, Quantity, SMALLEST_FACTOR};
 
-/// The least factor with which a probability is reached, with half the distance between those at which the probability plus and less its error
-/// reaches it.
+/// The least factor with which a probability is reached, with half the distance between those at which the probability
+/// plus and less its error reaches it.
 pub fn factor_for(probability: f64, of: impl Fn(f64) -> Estimated) -> Estimated {
     const STEPS: i32 = 120;
     let factor = |k: i32| SMALLEST_FACTOR * (LARGEST_FACTOR / SMALLEST_FACTOR).powf(f64::from(k) / f64::from(STEPS));
@@ -32,7 +32,8 @@ pub fn factor_for(probability: f64, of: impl Fn(f64) -> Estimated) -> Estimated 
     Estimated { value, error: 0.5 * (late - early) }
 }
 
-/// The error of the probability on which a quantity rests: that of the point itself, or that at the factor that is required.
+/// The error of the probability on which a quantity rests: that of the point itself, or that at the factor that is
+/// required.
 pub fn error_at(quantity: Quantity, of: impl Fn(f64) -> Estimated) -> f64 {
     let factor = match quantity {
         Quantity::RequiredFactor { probability, .. } => factor_for(probability, &of).value,

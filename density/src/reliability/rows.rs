@@ -1,4 +1,5 @@
-//! Rows of a map: scenarios that differ in the radiation parameter and its uncertainty alone share one table of figures.
+//! Rows of a map: scenarios that differ in the radiation parameter and its uncertainty alone share one table of
+//! figures.
 
 use crate::exact::Estimated;
 use crate::model::registry::Planar;
@@ -28,8 +29,8 @@ pub struct Point {
     pub spread: Option<Spread>,
 }
 
-/// The quantity at points that differ in their radiation parameters and spreads alone, to about `tolerance`: a table of the figures
-/// over the radiation parameters of all of them, and from it each point.
+/// The quantity at points that differ in their radiation parameters and spreads alone, to about `tolerance`: a table of
+/// the figures over the radiation parameters of all of them, and from it each point.
 pub type Row = Vec<Estimated>;
 
 /// Whether two points share a table.
@@ -96,7 +97,8 @@ fn with_orbits(row: &[Point], quantity: Quantity, tolerance: f64, asked: Asked) 
     (orbits.lost() == 0).then(|| row.iter().map(of).collect())
 }
 
-/// The years within which passages are asked for, if a sample of orbits answers well enough: where the parameter of every point is uncertain.
+/// The years within which passages are asked for, if a sample of orbits answers well enough: where the parameter of
+/// every point is uncertain.
 fn years_of_orbits(row: &[Point], quantity: Quantity, tolerance: f64) -> Option<f64> {
     let is_uncertain = |point: &Point| point.spread.is_some_and(|spread| spread.relative >= NARROWEST_OF_ORBITS);
     let are_enough = tolerance >= FINEST_OF_ORBITS && row.iter().all(is_uncertain);
@@ -106,8 +108,8 @@ fn years_of_orbits(row: &[Point], quantity: Quantity, tolerance: f64) -> Option<
     }
 }
 
-/// Narrowest relative deviation of the radiation parameter that makes the probability smooth enough for a sample of orbits, and the finest tolerance for which
-/// a sample takes less time than the exact curve.
+/// Narrowest relative deviation of the radiation parameter that makes the probability smooth enough for a sample of
+/// orbits, and the finest tolerance for which a sample takes less time than the exact curve.
 const NARROWEST_OF_ORBITS: f64 = 0.02;
 const FINEST_OF_ORBITS: f64 = 5e-4;
 

@@ -28,9 +28,9 @@ pub(super) fn total(rolled: &[Rolled]) -> [f64; SECTOR_SUMS] {
 }
 
 impl SampleSums {
-    /// Sums of the sectors' terms on the branch of the circular mean, which lies `from_centre` rad from the grid's centre, with
-    /// their numbers of samples; `turn` is a turn in half widths of the grid. The sector that is cut is returned as two
-    /// parts.
+    /// Sums of the sectors' terms on the branch of the circular mean, which lies `from_centre` rad from the grid's
+    /// centre, with their numbers of samples; `turn` is a turn in half widths of the grid. The sector that is cut is
+    /// returned as two parts.
     pub(super) fn unrolled(&self, from_centre: f64, turn: f64) -> Vec<Rolled> {
         // If the cloud lies right of the grid's centre, samples below its cut move up; if it lies left, samples above
         // its cut move down.

@@ -1,7 +1,8 @@
 //! Reduces samples, a batch at a time.
 //!
-//! What does not depend on the sector of a sample is counted and summed at once; the rest is [gathered](super::by_sector). What is
-//! done with each sample is written as a loop over the batch without branches, which the compiler turns into vectors.
+//! What does not depend on the sector of a sample is counted and summed at once; the rest is
+//! [gathered](super::by_sector). What is done with each sample is written as a loop over the batch without branches,
+//! which the compiler turns into vectors.
 
 use std::f64::consts::{PI, TAU};
 
@@ -94,7 +95,8 @@ impl Accumulator {
         }
     }
 
-    /// Adds a batch of samples, the sums of sectors to those of `sums`; false, and nothing is added, if one of them needs closer attention.
+    /// Adds a batch of samples, the sums of sectors to those of `sums`; false, and nothing is added, if one of them
+    /// needs closer attention.
     pub fn take(&mut self, phi: &Batch, e: &Batch, sums: &mut SampleSums) -> bool {
         let seen = &mut self.seen;
         if !look(&self.question, phi, e, self.gathered.next(), seen) {

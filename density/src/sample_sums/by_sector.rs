@@ -1,7 +1,7 @@
 //! Gathers samples and adds them up sector by sector.
 //!
-//! The samples of a sector are brought side by side, so that many of them are added up at once and no sum is looked up for a single
-//! sample.
+//! The samples of a sector are brought side by side, so that many of them are added up at once and no sum is looked up
+//! for a single sample.
 
 use multiversion::multiversion;
 
@@ -9,10 +9,11 @@ use super::halves::Halves;
 use super::{SECTOR_SUMS, SECTORS, Sector};
 use crate::lanes::{BATCH, Batch};
 
-/// Batches that are gathered before they are added up: as many as the cache of a core holds with them brought side by side.
+/// Batches that are gathered before they are added up: as many as the cache of a core holds with them brought side by
+/// side.
 const GATHERED: usize = 128;
-/// Room for a sector's samples is rounded up to a multiple of this, since a remainder that fills no vector is slow. Unused places hold 0,
-/// which adds nothing.
+/// Room for a sector's samples is rounded up to a multiple of this, since a remainder that fills no vector is slow.
+/// Unused places hold 0, which adds nothing.
 const WIDE: usize = 8;
 
 /// A batch of samples.

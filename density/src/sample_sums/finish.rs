@@ -62,8 +62,8 @@ impl SampleSums {
         Estimate { standard_errors, ..Estimate::from_joint(grid, joint, moments, circular) }
     }
 
-    /// The effect of the cut of the branch on the influence of a sample, from the moments `s`, `t`, `σ_s²`, `κ` about the
-    /// grid's centre, in units of half widths of the grid; `mean` is the circular mean in the same units.
+    /// The effect of the cut of the branch on the influence of a sample, from the moments `s`, `t`, `σ_s²`, `κ` about
+    /// the grid's centre, in units of half widths of the grid; `mean` is the circular mean in the same units.
     fn cut(&self, rolled: &[Rolled], [s, t, var, cov]: [f64; 4], mean: f64, resultant: f64, frame: &Frame) -> Cut {
         /// Number of sectors beside the cut, on each side, from which the density there is computed.
         const BESIDE: f64 = 2.5;

@@ -1,11 +1,11 @@
 //! Whole numbers of units in two halves of 64 bits.
 //!
-//! A term is rounded to whole units and added exactly, as everywhere here, but in two numbers: its upper half in units of
-//! 2^32, and the rest. Both together are the same whole number as the sum of the whole terms.
+//! A term is rounded to whole units and added exactly, as everywhere here, but in two numbers: its upper half in units
+//! of 2^32, and the rest. Both together are the same whole number as the sum of the whole terms.
 //!
-//! A floating-point number is rounded to whole units by adding [`UPPER`] or [`LOWER`], next to which neighbours are one unit apart; the bits of
-//! the sum, read as an integer, then count units from the bits of that constant. So bits are added as they are, and
-//! the constant's bits are taken off once, for all terms.
+//! A floating-point number is rounded to whole units by adding [`UPPER`] or [`LOWER`], next to which neighbours are one
+//! unit apart; the bits of the sum, read as an integer, then count units from the bits of that constant. So bits are
+//! added as they are, and the constant's bits are taken off once, for all terms.
 
 /// Next to it floating-point numbers are 2^32 units, which is 2^-28, apart.
 const UPPER: f64 = 1.5 * (1u64 << 24) as f64;

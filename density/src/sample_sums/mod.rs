@@ -11,7 +11,8 @@
 //! ```
 //!
 //! a cloud that fills its grid has `s` and `t` of order one, so central moments by shifting the origin lose few digits
-//! (`μ_20 = a_20 - a_10²` and so on, `a_jk = S_jk/n`; Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977, Chapter 3).
+//! (`μ_20 = a_20 - a_10²` and so on, `a_jk = S_jk/n`; Kendall & Stuart, *The Advanced Theory of Statistics* 1, 1977,
+//! Chapter 3).
 //!
 //! | file | idea |
 //! |---|---|

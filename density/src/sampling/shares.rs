@@ -1,7 +1,7 @@
 //! Draws as points of the unit cube: shares of the probability that lie above a draw, one for each variable.
 //!
-//! Whoever has a distribution turns them into a draw by its quantiles. A plan's points depend on the plan and on the number of the draw alone,
-//! so that two models that take the same plan are given the same orbits.
+//! Whoever has a distribution turns them into a draw by its quantiles. A plan's points depend on the plan and on the
+//! number of the draw alone, so that two models that take the same plan are given the same orbits.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -20,7 +20,8 @@ const DIGITS: u32 = 52;
 /// Largest number of coordinates.
 pub(super) const MOST_COORDINATES: usize = 8;
 
-/// A row of Joe & Kuo's table: the degree and the inner coefficients of a primitive polynomial, and the initial numbers `m`.
+/// A row of Joe & Kuo's table: the degree and the inner coefficients of a primitive polynomial, and the initial numbers
+/// `m`.
 struct Polynomial {
     degree: usize,
     inner: u64,
@@ -133,7 +134,8 @@ pub(super) fn middle(digits: u64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Points 1, 2, 3, 7, 20, 45 and 63, times 64, of scipy 1.16's `qmc.Sobol(d=8, scramble=False)`, which is in Gray-code order.
+    /// Points 1, 2, 3, 7, 20, 45 and 63, times 64, of scipy 1.16's `qmc.Sobol(d=8, scramble=False)`, which is in
+    /// Gray-code order.
     const SCIPY: [(usize, [u64; 8]); 7] = [
         (1, [32, 32, 32, 32, 32, 32, 32, 32]),
         (2, [48, 16, 16, 16, 48, 48, 16, 48]),

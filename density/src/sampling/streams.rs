@@ -1,11 +1,13 @@
 //! The first numbers of many streams of a generator, side by side.
 //!
-//! Every draw has a stream of its own and takes a few numbers from it. The library's generator computes four blocks of a stream at a
-//! time, most of which a draw never looks at. Here the first block of [`STREAMS`] neighbouring streams is computed at once, one stream
-//! in each lane of a vector, and a draw that wants more goes on with the library's generator. The numbers are the same, bit by bit.
+//! Every draw has a stream of its own and takes a few numbers from it. The library's generator computes four blocks of
+//! a stream at a time, most of which a draw never looks at. Here the first block of [`STREAMS`] neighbouring streams is
+//! computed at once, one stream in each lane of a vector, and a draw that wants more goes on with the library's
+//! generator. The numbers are the same, bit by bit.
 //!
 //! A block of ChaCha (Bernstein, *ChaCha, a variant of Salsa20*, 2008) is sixteen words of 32 bits: four constants, the
-//! key, the number of the block, which is 0 here, and the number of the stream, mixed in eight rounds and added to what they were.
+//! key, the number of the block, which is 0 here, and the number of the stream, mixed in eight rounds and added to what
+//! they were.
 
 use std::convert::Infallible;
 
@@ -142,8 +144,8 @@ fn two_rounds(block: [u32; WORDS]) -> [u32; WORDS] {
     [x0, x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, x12, x13, x14, x15]
 }
 
-/// The first blocks of the streams from number `first` on. The rounds are within the loop over the streams, since only then
-/// does the compiler keep the blocks in vectors.
+/// The first blocks of the streams from number `first` on. The rounds are within the loop over the streams, since only
+/// then does the compiler keep the blocks in vectors.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
 fn first_blocks(key: &[u32; 8], first: u64, words: &mut [Word; WORDS]) {
     let ([c0, c1, c2, c3], [k0, k1, k2, k3, k4, k5, k6, k7]) = (CONSTANTS, *key);

@@ -61,7 +61,8 @@ pub struct Verdict {
     pub undecided: Vec<String>,
 }
 
-/// Factor by which the careful oracle must be closer to a figure than the quick one for the figure to count as undecided.
+/// Factor by which the careful oracle must be closer to a figure than the quick one for the figure to count as
+/// undecided.
 const CLOSER: f64 = 1.5;
 
 impl Verdict {
@@ -145,11 +146,11 @@ pub fn judge(problem: &Problem, answer: &Answer, oracle: &Oracle, may_withhold: 
 
 /// Factor by which the oracle's error may exceed its own estimate.
 ///
-/// Of 60 figures of 40 scenarios in which the oracle and `exact` differed by more than the estimates of both, the largest
-/// factor at `t > 0` was 2.9. For joint densities factors of 8.6 (`--seed 3 --index 43`: two ways of `exact` agree to 6e-6 there, while the
-/// oracle is off by 2.4e-4 and estimates 2.8e-5) and 14 (`--seed 1 --first 177`) have been seen since. At the latter, the exact averages over 16 bins
-/// differ by less than 1e-7 from a quadrature of backward orbits with 40 x 40 nodes per bin (SciPy, DOP853), while the oracle is off by 2.0e-4
-/// and estimates 1.4e-5.
+/// Of 60 figures of 40 scenarios in which the oracle and `exact` differed by more than the estimates of both, the
+/// largest factor at `t > 0` was 2.9. For joint densities factors of 8.6 (`--seed 3 --index 43`: two ways of `exact`
+/// agree to 6e-6 there, while the oracle is off by 2.4e-4 and estimates 2.8e-5) and 14 (`--seed 1 --first 177`) have
+/// been seen since. At the latter, the exact averages over 16 bins differ by less than 1e-7 from a quadrature of
+/// backward orbits with 40 x 40 nodes per bin (SciPy, DOP853), while the oracle is off by 2.0e-4 and estimates 1.4e-5.
 fn trust_in_oracle(kind: Kind) -> f64 {
     if kind == Kind::Joint { 20.0 } else { 4.0 }
 }

@@ -109,9 +109,9 @@ impl Lattice {
 
     /// Error of the sum over lines of one share per line, `shares`, if the share jumps within few lines.
     ///
-    /// A step of size `S` that a Gaussian of `σ` line spacings smooths is summed with the error `exp(-2π²σ²)` (the first term of
-    /// Poisson's summation formula). Its steepest part is `S/(σ √2π)` per line, with σ² less 1/12 for the width of a
-    /// line.
+    /// A step of size `S` that a Gaussian of `σ` line spacings smooths is summed with the error `exp(-2π²σ²)` (the
+    /// first term of Poisson's summation formula). Its steepest part is `S/(σ √2π)` per line, with σ² less 1/12 for the
+    /// width of a line.
     pub fn doubt_of_steps(&self, shares: &[f64]) -> f64 {
         let heaviest = self.line_weight.iter().copied().fold(0.0, f64::max);
         let steps = || shares.windows(2).zip(&self.line_weight).filter(|(_, weight)| **weight > 1e-10 * heaviest);

@@ -4,7 +4,8 @@
 //! - [`paths`]: the oracle's own integrator, with the largest eccentricity on the way;
 //! - [`lattice`]: orbits that fill the initial Gaussian on lines of constant solar angle, with quadrature weights;
 //! - [`crossing`], [`moments`], [`bins`]: probabilities, moments and the joint density from those orbits;
-//! - [`oracle`]: all of them on finer and finer lattices, with the error that the last refinement shows, and Monte Carlo;
+//! - [`oracle`]: all of them on finer and finer lattices, with the error that the last refinement shows, and Monte
+//!   Carlo;
 //! - [`methods`]: the methods, called as the nodes call them;
 //! - [`cases`]: scenarios of other people, with values that others worked out;
 //! - [`judge`]: whether a method's figures are as accurate as it claims;

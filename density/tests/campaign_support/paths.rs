@@ -6,8 +6,8 @@
 //! x1' = C s + W x2 p - x2,   x2' = x1 - W x1 p,   s' = -C x1,   s p' = 4 C x1 p
 //! ```
 //!
-//! Within a step the series is a dense output. The eccentricity peaks where `x1` changes from positive to negative, so the
-//! largest eccentricity on the way is found at the zeros of a polynomial.
+//! Within a step the series is a dense output. The eccentricity peaks where `x1` changes from positive to negative, so
+//! the largest eccentricity on the way is found at the zeros of a polynomial.
 
 use std::f64::consts::TAU;
 

@@ -80,9 +80,9 @@ pub fn relative_errors(found: &Moments, exact: &Moments) -> [f64; 4] {
     std::array::from_fn(|k| (found[k] / exact[k] - 1.0).abs())
 }
 
-/// Exact mean density of each bin: `fineness` midpoints along `phi` and `e` in every bin are followed back to the initial
-/// Gaussian. The total mass shows whether they were enough, because filaments can be as thin as a twentieth of a bin in
-/// `e`.
+/// Exact mean density of each bin: `fineness` midpoints along `phi` and `e` in every bin are followed back to the
+/// initial Gaussian. The total mass shows whether they were enough, because filaments can be as thin as a twentieth of
+/// a bin in `e`.
 pub fn exact_joint(problem: &Problem, time: f64, grid: &Grid, fineness: [usize; 2]) -> Vec<f64> {
     let flow = Flow::new(problem.model);
     let in_cloud = bins_of_cloud(problem, time, grid);

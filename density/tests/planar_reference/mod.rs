@@ -1,5 +1,5 @@
-//! The scenarios of `reference/planar.json`, of which another program computed moments and probabilities by quadrature over the
-//! initial Gaussian and, where it is uncertain, the radiation parameter.
+//! The scenarios of `reference/planar.json`, of which another program computed moments and probabilities by quadrature
+//! over the initial Gaussian and, where it is uncertain, the radiation parameter.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::f64::consts::PI;

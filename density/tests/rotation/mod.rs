@@ -1,12 +1,13 @@
-//! A model that is not ours: a rigid rotation in space, with three variables, no Hamiltonian and an answer in closed form.
+//! A model that is not ours: a rigid rotation in space, with three variables, no Hamiltonian and an answer in closed
+//! form.
 
 use std::f64::consts::TAU;
 
 use density::flow::FromEquations;
 use density::model::{Kind, Model, Quantity, Variable};
 
-/// Points turn about an axis through the origin by `turns` radians a year. The state is Cartesian; points are given and read out by
-/// their angle about the `z` axis, their distance from it and their height.
+/// Points turn about an axis through the origin by `turns` radians a year. The state is Cartesian; points are given and
+/// read out by their angle about the `z` axis, their distance from it and their height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigidRotation {
     /// A unit vector along the axis.

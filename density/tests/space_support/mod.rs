@@ -1,4 +1,5 @@
-//! Four clouds on inclined orbits over ten years, and their moments by randomised quasi-Monte Carlo, with which methods in space are compared.
+//! Four clouds on inclined orbits over ten years, and their moments by randomised quasi-Monte Carlo, with which methods
+//! in space are compared.
 
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
@@ -19,7 +20,8 @@ use density::uncertain::{Distribution, Spread};
 pub const TIMES: [f64; 5] = [0.0, 1.0, 3.0, 6.0, 10.0];
 pub const NAMES: [&str; 4] = ["medium", "navigation", "sun-synchronous", "uncertain"];
 
-/// The forces on an orbit of a semi-major axis \[Earth radii\], from those at 2.5: oblateness goes with `n/a²`, the tides with `1/n`.
+/// The forces on an orbit of a semi-major axis \[Earth radii\], from those at 2.5: oblateness goes with `n/a²`, the
+/// tides with `1/n`.
 fn forces(axis: f64, radiation: f64) -> SunMoon {
     let ratio: f64 = axis / 2.5;
     let force = Force { radiation, oblateness: 0.409_204 * ratio.powf(-3.5) };
@@ -112,8 +114,8 @@ pub fn by_qmc(problem: &SpaceProblem, orbits: usize) -> Vec<Cloud> {
     problem.times.iter().map(at).collect()
 }
 
-/// How far the moments of one cloud are from those of another, for each variable: the mean in deviations, the deviation relative to itself;
-/// each less twice the standard error of the difference.
+/// How far the moments of one cloud are from those of another, for each variable: the mean in deviations, the deviation
+/// relative to itself; each less twice the standard error of the difference.
 pub fn apart(found: &Cloud, right: &Cloud) -> Vec<[f64; 2]> {
     let error = |of: fn(&Errors) -> &Vec<f64>, k: usize| {
         let errors = [found, right].map(|cloud| cloud.errors.as_ref().map_or(0.0, |errors| of(errors)[k]));

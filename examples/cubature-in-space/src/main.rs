@@ -1,6 +1,7 @@
-//! A Gaussian over solar angle, eccentricity, inclination and node, carried by the cubature rule of degree 3 (Arasaratnam & Haykin, IEEE Trans.
-//! Autom. Control 54(6), 2009): `2n` points at `sqrt(n)` standard deviations along the columns of a square root of the covariance, all of
-//! the same weight. Orbits move in the eccentricity vector `e` and the angular momentum vector `h` (docs/models.md) by Runge-Kutta steps.
+//! A Gaussian over solar angle, eccentricity, inclination and node, carried by the cubature rule of degree 3
+//! (Arasaratnam & Haykin, IEEE Trans. Autom. Control 54(6), 2009): `2n` points at `sqrt(n)` standard deviations along
+//! the columns of a square root of the covariance, all of the same weight. Orbits move in the eccentricity vector `e`
+//! and the angular momentum vector `h` (docs/models.md) by Runge-Kutta steps.
 use std::f64::consts::{PI, TAU};
 
 use density::model::vectorial::Vectorial;
@@ -21,7 +22,8 @@ fn sum<const N: usize>(terms: [(f64, Vector); N]) -> Vector {
     std::array::from_fn(|k| terms.iter().map(|(factor, vector)| factor * vector[k]).sum())
 }
 
-/// `e' = n_sun (e × ∂H/∂h + h × ∂H/∂e)` and `h' = n_sun (h × ∂H/∂h + e × ∂H/∂e)` (Tremaine, Touma & Namouni 2009) \[1/yr\].
+/// `e' = n_sun (e × ∂H/∂h + h × ∂H/∂e)` and `h' = n_sun (h × ∂H/∂h + e × ∂H/∂e)` (Tremaine, Touma & Namouni 2009)
+/// \[1/yr\].
 fn rate(model: &Vectorial, time: f64, [e, h]: Orbit) -> Orbit {
     let Vectorial { forces, obliquity, sun_longitude } = *model;
     let (c, w, a, b) = (forces.force.radiation, forces.force.oblateness, forces.sun, forces.moon);

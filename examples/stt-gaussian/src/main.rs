@@ -1,6 +1,6 @@
-//! A Gaussian carried by second-order state transition tensors (Park & Scheeres, J. Guid. Control Dyn. 29(6), 2006): GMM-STT
-//! with one component. Where the flow takes `u` standard deviations from the initial mean to `m + A u + ½ uᵀ B u`, the mean is
-//! `m_i + ½ tr B_i` and the covariance `A_i·A_j + ½ tr(B_i B_j)`, exact for a flow that is quadratic.
+//! A Gaussian carried by second-order state transition tensors (Park & Scheeres, J. Guid. Control Dyn. 29(6), 2006):
+//! GMM-STT with one component. Where the flow takes `u` standard deviations from the initial mean to `m + A u + ½ uᵀ B
+//! u`, the mean is `m_i + ½ tr B_i` and the covariance `A_i·A_j + ½ tr(B_i B_j)`, exact for a flow that is quadratic.
 use density::model::earth::SUN_MEAN_MOTION;
 use density::model::planar::Force;
 use density::model::registry::Planar;

@@ -58,8 +58,8 @@ pub fn placed(
     Ok(shifts.take_while(|shift| x.low + shift < axis.end - 1e-9).map(at).collect())
 }
 
-/// A scale with its numbers. The label `words` gets the unit of a density of `variables`; long numbers are given in a power
-/// of ten of that unit.
+/// A scale with its numbers. The label `words` gets the unit of a density of `variables`; long numbers are given in a
+/// power of ten of that unit.
 pub fn colour_bar(area: &Area<'_>, words: &str, variables: &[&Variable], scale: Scale) -> Result<(), DrawError> {
     let (end, unit) = match scale {
         Scale::Linear(end) | Scale::Difference(end) => unit(end),

@@ -1,4 +1,5 @@
-//! The probability that the re-entry variable has ever reached its critical value, against time, with its error interval.
+//! The probability that the re-entry variable has ever reached its critical value, against time, with its error
+//! interval.
 
 use super::probability_axis::{ProbabilityAxis, in_words};
 use super::write_absent;

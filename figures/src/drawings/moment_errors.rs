@@ -1,4 +1,5 @@
-//! Relative errors of means and standard deviations against time (Figs. 6, 13, 17), with the sampling error of Monte Carlo.
+//! Relative errors of means and standard deviations against time (Figs. 6, 13, 17), with the sampling error of Monte
+//! Carlo.
 
 use super::at_times;
 use crate::axis::Axis;

@@ -61,7 +61,8 @@ fn variables_of(runs: &[Drawn<'_>]) -> String {
     listed(&names)
 }
 
-/// The blocks of all runs, one per key. A block that only a later run has follows the block that it follows in that run.
+/// The blocks of all runs, one per key. A block that only a later run has follows the block that it follows in that
+/// run.
 fn united(columns: &[Vec<Block>]) -> Vec<&Block> {
     let mut union: Vec<&Block> = Vec::new();
     for column in columns {

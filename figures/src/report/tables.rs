@@ -143,8 +143,9 @@ pub fn distances(scene: &Scene<'_>) -> Markup {
     framed(&format!("Distances, {}", scene.name), &table)
 }
 
-/// The distances that are shown: the density, the measure, and the words for both. Densities of two variables have a total
-/// variation and a Hellinger distance, those of one variable the largest difference of their distribution functions.
+/// The distances that are shown: the density, the measure, and the words for both. Densities of two variables have a
+/// total variation and a Hellinger distance, those of one variable the largest difference of their distribution
+/// functions.
 fn distances_shown(description: &Description) -> Vec<(String, &'static str, String)> {
     let symbols = |projection: &Projection| -> Vec<&str> {
         projection.variables.iter().map(|&position| glyph(&description.variables[position].symbol)).collect()

@@ -82,7 +82,8 @@ fn in_plane(n: &[f64], third: &[f64]) -> Vec<f64> {
     n.iter().zip(third).map(|(n, third)| n / third).collect()
 }
 
-/// The estimate where the radiation parameter is uncertain: the columns are solar angle, eccentricity, third variable and density of the three.
+/// The estimate where the radiation parameter is uncertain: the columns are solar angle, eccentricity, third variable
+/// and density of the three.
 fn layers(
     content: &Characteristics,
     snapshot: &Snapshot,

@@ -1,9 +1,9 @@
 //! The registry of the kinds of snapshots: how each kind is checked and estimated.
 //!
-//! Each kind has one file here, with an `impl` of [`Kind`] for its content, and one line in [`of`]. Its columns and
-//! its fields are declared in [`messages::content`]. Beyond these files kinds of snapshots are told apart where one of them is made
-//! (each propagator makes one kind, and [`crate::reduced`] another), by the rules of `phasecloud check` that hold for single kinds, and where
-//! the Python package gives the columns of a snapshot their names.
+//! Each kind has one file here, with an `impl` of [`Kind`] for its content, and one line in [`of`]. Its columns and its
+//! fields are declared in [`messages::content`]. Beyond these files kinds of snapshots are told apart where one of them
+//! is made (each propagator makes one kind, and [`crate::reduced`] another), by the rules of `phasecloud check` that
+//! hold for single kinds, and where the Python package gives the columns of a snapshot their names.
 
 mod characteristics;
 mod mixture;
@@ -289,8 +289,8 @@ fn not_finite(rows: usize, items: &[f64]) -> Option<Breach> {
     Some(Breach { rule: Rule::Finite, what: format!("row {row} of column {column} is {}", items[position]) })
 }
 
-/// The first number of trajectories that is not finite, or that no orbit can have, in the columns of the space's variables. A column of NaN is
-/// right for a variable that `may_be_absent`.
+/// The first number of trajectories that is not finite, or that no orbit can have, in the columns of the space's
+/// variables. A column of NaN is right for a variable that `may_be_absent`.
 fn not_of_trajectories(
     space: &Space,
     rows: usize,

@@ -14,9 +14,9 @@ header! {
         pub treatment: u32 [codes treatment::CODES],
         /// Hull meshes only: interpolation points per axis (the paper's Ngrid), at most 20,000.
         pub resolution: u32,
-        /// Carried meshes only: points per side if the initial points form a square lattice in `e` and in `phi` less its mean
-        /// given `e`, with `phi` outermost; else 0. Where the radiation parameter is uncertain they form as many such lattices, one
-        /// after the other, at ascending and evenly spaced values of the third variable.
+        /// Carried meshes only: points per side if the initial points form a square lattice in `e` and in `phi` less
+        /// its mean given `e`, with `phi` outermost; else 0. Where the radiation parameter is uncertain they form as
+        /// many such lattices, one after the other, at ascending and evenly spaced values of the third variable.
         pub lattice: u32,
         /// Carried lattices only: degree to which the flow is interpolated between the points; 0 or 1 is linear.
         pub degree: u32,

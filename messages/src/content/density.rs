@@ -2,7 +2,8 @@
 
 use super::{Kind, NoDetails, kind};
 
-/// Numbers before the joint density in a snapshot of kind [`kind::DENSITY`] in the plane; with more variables there are more moments.
+/// Numbers before the joint density in a snapshot of kind [`kind::DENSITY`] in the plane; with more variables there are
+/// more moments.
 pub const DENSITY_HEAD: usize = 12;
 
 /// A density on the comparison grid, with its moments.

@@ -8,7 +8,8 @@ use crate::describe::{Described, Field, FieldType, header};
 use crate::text::Label;
 
 header! {
-    /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long each.
+    /// What a propagator computed at one time. Payload: the columns of its [`kind`], one after the other, `rows` long
+    /// each.
     #[type_name("phasecloud/SnapshotHeader/5")]
     pub struct SnapshotHeader {
         /// Names the run.
@@ -23,8 +24,8 @@ header! {
         /// Trajectories that the propagator followed for this snapshot; 0 if it does not say. In that case each row
         /// of samples or characteristics counts as one.
         pub trajectories: u64,
-        /// The propagator's own estimate of the largest error of a coordinate of a trajectory, if it interpolates trajectories; 0 if it does not
-        /// say.
+        /// The propagator's own estimate of the largest error of a coordinate of a trajectory, if it interpolates
+        /// trajectories; 0 if it does not say.
         pub trajectory_error: f64,
         /// Position of the scenario in the run.
         pub scenario: u32,

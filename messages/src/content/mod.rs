@@ -32,12 +32,12 @@ codes! {
         pub const SAMPLES: u32 = 1;
         /// Characteristics: `phi` \[rad\], `e`, density `n` \[1/rad\] carried along.
         pub const CHARACTERISTICS: u32 = 2;
-        /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers in the plane (the six
-        /// moments, circular mean \[rad\] and resultant length of `phi`, error estimates of the moments in standard
-        /// deviations, of the resultant vector, of the probability and of the joint density in L1), then the joint
-        /// density \[1/rad\], `phi` outermost. NaN in place of any of the first eight numbers, or of the whole joint
-        /// density, means that the method withholds it. The error estimates give the accuracy that was reached: 0 or
-        /// more, infinity if it is not known, never NaN.
+        /// A density on the comparison grid, in one column: [`DENSITY_HEAD`](super::DENSITY_HEAD) numbers in the plane
+        /// (the six moments, circular mean \[rad\] and resultant length of `phi`, error estimates of the moments in
+        /// standard deviations, of the resultant vector, of the probability and of the joint density in L1), then the
+        /// joint density \[1/rad\], `phi` outermost. NaN in place of any of the first eight numbers, or of the whole
+        /// joint density, means that the method withholds it. The error estimates give the accuracy that was reached: 0
+        /// or more, infinity if it is not known, never NaN.
         pub const DENSITY: u32 = 4;
         /// Samples that their propagator has reduced to counts and sums, in one column of whole numbers: the number
         /// of samples, how many of them are above the critical eccentricity, how many sectors of the circle hold any;
@@ -45,7 +45,8 @@ codes! {
         /// number of samples in each bin of the comparison grid, `phi` outermost. A sum is two numbers,
         /// `high * 2^52 + low`, in units of 2^-60; `density/src/sample_sums/` says which sums.
         pub const REDUCED: u32 = 5;
-        /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\], variance of `e`.
+        /// A Gaussian mixture: weight, mean `phi` \[rad\], mean `e`, variance of `phi` \[rad²\], covariance \[rad\],
+        /// variance of `e`.
         pub const MIXTURE: u32 = 3;
     }
 }

@@ -1,6 +1,7 @@
 //! A recording: every message of a run in one file, header and payload byte for byte.
 //!
-//! Numbers are little-endian. The file starts with 16 bytes, [`MAGIC`], whose last is the version, and goes on with frames:
+//! Numbers are little-endian. The file starts with 16 bytes, [`MAGIC`], whose last is the version, and goes on with
+//! frames:
 //!
 //! | bytes | what |
 //! |---|---|
@@ -12,8 +13,9 @@
 //! | .. | payload |
 //! | 4 | CRC-32 (IEEE) of the frame up to here |
 //!
-//! The first frame is [`frame::ABOUT`], the second [`frame::TOPICS`], the last [`frame::END`]. Messages of one publisher stand
-//! in the order in which it sent them; messages of different publishers in the order in which they arrived.
+//! The first frame is [`frame::ABOUT`], the second [`frame::TOPICS`], the last [`frame::END`]. Messages of one
+//! publisher stand in the order in which it sent them; messages of different publishers in the order in which they
+//! arrived.
 
 mod read;
 mod write;

@@ -90,8 +90,9 @@ header! {
 }
 
 header! {
-    /// The problem. Payload: the mean of the initial Gaussian, one number per variable; the upper triangle of its covariance, row by
-    /// row; then one row per snapshot: time \[yr\], and for every axis of every projection its lowest and highest value.
+    /// The problem. Payload: the mean of the initial Gaussian, one number per variable; the upper triangle of its
+    /// covariance, row by row; then one row per snapshot: time \[yr\], and for every axis of every projection its
+    /// lowest and highest value.
     #[type_name("phasecloud/ScenarioHeader/2")]
     pub struct ScenarioHeader {
         /// Names the run; every message carries it.

@@ -1,5 +1,5 @@
-//! Which kind of file a TOML file is: launch file, scenario file, sweep file or map file. Users take one for another; then what to do with
-//! it is more help than a list of keys that are missing.
+//! Which kind of file a TOML file is: launch file, scenario file, sweep file or map file. Users take one for another;
+//! then what to do with it is more help than a list of keys that are missing.
 
 use std::path::Path;
 
@@ -56,8 +56,8 @@ impl FileKind {
         }
     }
 
-    /// The kind of file that a table is by most of its keys, and the first key that tells; `None` if it has none that tells, or as many of
-    /// another kind.
+    /// The kind of file that a table is by most of its keys, and the first key that tells; `None` if it has none that
+    /// tells, or as many of another kind.
     pub(crate) fn told_by<'t, 'd>(table: &'t DeTable<'d>) -> Option<(Self, &'t Spanned<std::borrow::Cow<'d, str>>)> {
         // A map file has the keys of a sweep file, and its quantity.
         let is_possible = |kind: Self| kind != Self::Map || table.keys().any(|key| key.get_ref().as_ref() == QUANTITY);

@@ -1,4 +1,5 @@
-//! The table `[hosts]` of launch files and map files, as it stands there. What its values must be is checked by who opens the way to the hosts.
+//! The table `[hosts]` of launch files and map files, as it stands there. What its values must be is checked by who
+//! opens the way to the hosts.
 
 use std::path::PathBuf;
 

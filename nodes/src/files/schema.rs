@@ -1,5 +1,5 @@
-//! JSON Schemas of the files that users write, generated from the types into which they are read. The descriptions are those of the pages
-//! in `docs/`.
+//! JSON Schemas of the files that users write, generated from the types into which they are read. The descriptions are
+//! those of the pages in `docs/`.
 
 use schemars::generate::SchemaSettings;
 use schemars::{Schema, SchemaGenerator, json_schema};

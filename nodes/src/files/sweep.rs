@@ -72,8 +72,8 @@ impl Sweep {
         Self::varied(file, &raw.scenario, &raw.vary)
     }
 
-    /// The combinations that a file names: a scenario, and the values of its keys that are varied. The scenario and the first combination are
-    /// checked.
+    /// The combinations that a file names: a scenario, and the values of its keys that are varied. The scenario and the
+    /// first combination are checked.
     ///
     /// # Errors
     /// [`InputError`] with file, line and key.
@@ -231,7 +231,8 @@ impl Sweep {
         let table = format!("{}.", key.split('.').next().unwrap_or(key));
         let exactly = self.axes.iter().find(|axis| axis.key == *key);
         let related = || self.axes.iter().find(|axis| axis.key.starts_with(&table));
-        // A key of another table may be wrong because of the varied one, as the height of re-entry because of the orbit's.
+        // A key of another table may be wrong because of the varied one, as the height of re-entry because of the
+        // orbit's.
         let axis = exactly.or_else(related).or(self.axes.first());
         let about = if exactly.is_some() { String::new() } else { format!("{key}: ") };
         let told = format!("{about}{problem}, in {} ({})", self.name(index), self.combination(index));

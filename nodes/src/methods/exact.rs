@@ -180,7 +180,8 @@ impl ExactDensity {
     }
 }
 
-/// The payload of a snapshot: the quantities of the scenario's space in their order, the error estimates, the joint density.
+/// The payload of a snapshot: the quantities of the scenario's space in their order, the error estimates, the joint
+/// density.
 fn numbers(exact: &ExactSnapshot, third: Option<ThirdMoments>) -> Vec<f64> {
     let ExactSnapshot { estimate, moment_error, circular_error, probability_error, joint_error, .. } = exact;
     let [mean_phi, std_phi, mean_e, std_e, cov_phi_e, above] = estimate.moments.to_array();

@@ -1,4 +1,5 @@
-//! The flow map as a propagator: samples, or the density along characteristics, that move by a map instead of one by one.
+//! The flow map as a propagator: samples, or the density along characteristics, that move by a map instead of one by
+//! one.
 
 #[cfg(test)]
 mod tests;
@@ -65,7 +66,8 @@ pub struct Settings {
     /// Seed of the samples; 1 unless set.
     #[serde(deserialize_with = "natural_option", skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// Degree to which the density is interpolated between characteristics; unless set, it is 7, or the largest that fits.
+    /// Degree to which the density is interpolated between characteristics; unless set, it is 7, or the largest that
+    /// fits.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub degree: Option<usize>,
     /// Largest error of the map.

@@ -26,8 +26,8 @@ use course::{Course, InPlane, Planned};
 
 pub use split_choice::SplitChoice;
 
-/// `sigma_points` is multiplied by this to give the most components of a mixture over so many variables. In space orbits take ten times as
-/// long, and clouds of satellites are right with a few thousand.
+/// `sigma_points` is multiplied by this to give the most components of a mixture over so many variables. In space
+/// orbits take ten times as long, and clouds of satellites are right with a few thousand.
 const fn allowance(variables: usize) -> usize {
     if variables == 3 { 12 } else { 1 }
 }
@@ -48,7 +48,8 @@ pub struct Settings {
     /// Whether the library of a split that is not adaptive keeps the variance exactly; false unless set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep_variance: Option<bool>,
-    /// Most sigma points of an adaptive split; with a third variable a twelfth of its most components, in space that number.
+    /// Most sigma points of an adaptive split; with a third variable a twelfth of its most components, in space that
+    /// number.
     #[serde(deserialize_with = "positive_option", skip_serializing_if = "Option::is_none")]
     pub sigma_points: Option<usize>,
     /// Most components that are published; if there are more, they are merged, which keeps mean and covariance

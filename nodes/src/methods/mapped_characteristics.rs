@@ -1,8 +1,8 @@
-//! Characteristics in the plane that move by a flow map: points of a lattice, and the density that each carries, changed by the determinant of
-//! the map's derivative.
+//! Characteristics in the plane that move by a flow map: points of a lattice, and the density that each carries,
+//! changed by the determinant of the map's derivative.
 //!
-//! Liouville's theorem gives the same density in closed form, from which the map's own is off as far as the map is: the estimator compares
-//! both and reports the difference among the diagnostics.
+//! Liouville's theorem gives the same density in closed form, from which the map's own is off as far as the map is: the
+//! estimator compares both and reports the difference among the diagnostics.
 
 use std::ops::Range;
 use std::sync::Arc;

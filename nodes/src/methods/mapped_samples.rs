@@ -1,4 +1,5 @@
-//! Samples that move by a flow map instead of one by one: what `through = "flow-map"` makes of a Monte Carlo case, and what DEE does in space.
+//! Samples that move by a flow map instead of one by one: what `through = "flow-map"` makes of a Monte Carlo case, and
+//! what DEE does in space.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Debug;
@@ -28,7 +29,8 @@ use kit::problem_key::by_key;
 
 use crate::methods::Misfit;
 
-/// A cell of a map is not halved again if fewer than so many samples lie in it: its halves would take about as many orbits.
+/// A cell of a map is not halved again if fewer than so many samples lie in it: its halves would take about as many
+/// orbits.
 const LEAST_SAMPLES: f64 = 1000.0;
 /// A map is made of at most so many orbits, and of no more than a quarter of the samples.
 const MOST_ORBITS: usize = 1_000_000;
@@ -182,7 +184,8 @@ pub struct Mapping {
     pub passages: bool,
 }
 
-/// A map for so many samples that is off by at most `error`. What it may cost depends on the whole case, so that all shards have the same one.
+/// A map for so many samples that is off by at most `error`. What it may cost depends on the whole case, so that all
+/// shards have the same one.
 pub fn map_for(samples: usize, error: f64) -> MapSettings {
     MapSettings {
         error,

@@ -1,4 +1,5 @@
-//! Monte Carlo: random draws from the initial Gaussian, propagated one by one or moved by a flow map (Sect. 3.1). It is the propagator of `qmc` as well.
+//! Monte Carlo: random draws from the initial Gaussian, propagated one by one or moved by a flow map (Sect. 3.1). It is
+//! the propagator of `qmc` as well.
 
 mod direct_samples;
 mod settings;
@@ -41,7 +42,8 @@ impl MonteCarlo {
         Self { settings, shard: Shard::WHOLE, direct: None, mapped: None, interval_of_replicates: false }
     }
 
-    /// The same, whose passages have an interval from the spread of the replicates. It takes no shards, since an interval needs all replicates.
+    /// The same, whose passages have an interval from the spread of the replicates. It takes no shards, since an
+    /// interval needs all replicates.
     pub(super) fn with_interval_of_replicates(settings: Settings) -> Self {
         Self { interval_of_replicates: true, ..Self::new(settings) }
     }
@@ -150,8 +152,8 @@ impl Propagator for MonteCarlo {
         self.mapped.as_ref().map_or(0.0, MappedSamples::error)
     }
 
-    /// The curve is counted from the same orbits while they are propagated. It has an interval for independent draws, and for replicates
-    /// whose spread is asked for.
+    /// The curve is counted from the same orbits while they are propagated. It has an interval for independent draws,
+    /// and for replicates whose spread is asked for.
     fn first_passage(&mut self, times: &[f64]) -> Result<Passage, Failure> {
         let independent = self.settings.draws == DrawsChoice::Independent;
         let (curve, samples) = self.curve(times)?;
@@ -160,7 +162,8 @@ impl Propagator for MonteCarlo {
         Ok(Passage::Counted { rows: Passage::rows(&curve), samples: samples as u64, independent })
     }
 
-    /// Standard errors are known of independent draws alone. Samples that move by a flow map do not say which of them have passed.
+    /// Standard errors are known of independent draws alone. Samples that move by a flow map do not say which of them
+    /// have passed.
     fn given_re_entry(&self) -> Vec<[f64; GIVEN_COLUMNS]> {
         let Some(DirectSamples { cloud, points, curve_times, radiation: Some(radiation), .. }) = &self.direct else {
             return Vec::new();

@@ -55,7 +55,8 @@ pub trait Method: Clone + Serialize + DeserializeOwned {
         Ok(())
     }
 
-    /// Whether the method can do a scenario, as far as that is known before anything is computed. The assignment has no grids.
+    /// Whether the method can do a scenario, as far as that is known before anything is computed. The assignment has no
+    /// grids.
     ///
     /// # Errors
     /// Why not, in the words of the run.
@@ -69,7 +70,8 @@ pub trait Method: Clone + Serialize + DeserializeOwned {
     /// How accurately it propagates, if that is set.
     fn accuracy_mut(&mut self) -> &mut Option<AccuracySetting>;
 
-    /// The most numbers that a snapshot can hold, with these numbers of bins in `phi` and `e` and of variables of the cloud.
+    /// The most numbers that a snapshot can hold, with these numbers of bins in `phi` and `e` and of variables of the
+    /// cloud.
     fn most_numbers(&self, bins: (usize, usize), variables: usize) -> usize;
 
     /// Whether its first-passage curve follows from the snapshots, so that it is computed after all of them.

@@ -1,6 +1,7 @@
 //! The propagators that come with phasecloud, by the name that a launch file gives as `node`.
 //!
-//! A method is one file here with an `impl` of [`Method`] for its settings and one of [`kit::Propagator`], and one line of the registry.
+//! A method is one file here with an `impl` of [`Method`] for its settings and one of [`kit::Propagator`], and one line
+//! of the registry.
 //!
 //! | file | idea |
 //! |---|---|

@@ -1,8 +1,10 @@
-//! Randomised quasi-Monte Carlo: independent replicates of a scrambled Sobol sequence, each orbit propagated on its own.
+//! Randomised quasi-Monte Carlo: independent replicates of a scrambled Sobol sequence, each orbit propagated on its
+//! own.
 //!
-//! It is Monte Carlo ([`super::mc`]) whose draws fill the initial Gaussian evenly. For smooth figures its error falls almost as `1/n^(3/2)` and
-//! not as `1/sqrt(n)`; what it is follows from the spread of the replicates, which are independent of one another (Owen, Ann. Statist. 25,
-//! 1997; L'Ecuyer & Lemieux in *Modeling Uncertainty*, 2002). So it is the reference where there is no exact density.
+//! It is Monte Carlo ([`super::mc`]) whose draws fill the initial Gaussian evenly. For smooth figures its error falls
+//! almost as `1/n^(3/2)` and not as `1/sqrt(n)`; what it is follows from the spread of the replicates, which are
+//! independent of one another (Owen, Ann. Statist. 25, 1997; L'Ecuyer & Lemieux in *Modeling Uncertainty*, 2002). So it
+//! is the reference where there is no exact density.
 
 use kit::assignment::Assignment;
 use kit::failure::Failure;

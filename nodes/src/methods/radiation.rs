@@ -26,8 +26,8 @@ impl Radiation {
         of::<Linear>(space).or_else(|| of::<Logarithmic>(space))
     }
 
-    /// What re-entry, and none, says of the parameter by each of `times` times. `points` has the position of the time by which each orbit has
-    /// passed.
+    /// What re-entry, and none, says of the parameter by each of `times` times. `points` has the position of the time
+    /// by which each orbit has passed.
     pub(super) fn given_re_entry(&self, cloud: &dyn Cloud, points: &[u8], times: usize) -> Vec<[Given; 2]> {
         let Self { position, variables, of_variable } = *self;
         let mut columns = vec![0.0; variables * points.len()];

@@ -1,6 +1,7 @@
 //! The settings that all sampling methods have, read in one place.
 
-/// Declares the settings of a sampling method: those that all of them have, and its own after the seed and after the replicates.
+/// Declares the settings of a sampling method: those that all of them have, and its own after the seed and after the
+/// replicates.
 macro_rules! sampling_settings {
     (
         $(#[$about:meta])*

@@ -1,6 +1,7 @@
 //! The comparator: computes the errors of every case against the reference, and the effort of every case.
 //!
-//! A figure that the first reference withholds is compared with the next one that states it (see [`crate::services::yardstick`]).
+//! A figure that the first reference withholds is compared with the next one that states it (see
+//! [`crate::services::yardstick`]).
 
 use std::collections::BTreeMap;
 
@@ -185,8 +186,8 @@ pub(crate) fn difference(space: &Space, quantity: Quantity, value: f64, referenc
     if space.is_angle(quantity) { nearest(value - reference, 0.0) } else { value - reference }
 }
 
-/// One row per projection, NaN where one of the two says nothing of it; then, for each of the two densities on the first projection, by how much its mass falls
-/// short of 1.
+/// One row per projection, NaN where one of the two says nothing of it; then, for each of the two densities on the
+/// first projection, by how much its mass falls short of 1.
 pub(crate) fn distances(case: &Reading, reference: &Reading) -> Vec<f64> {
     let row = |place: usize| {
         if [case, reference].iter().any(|reading| reading.density(place).iter().any(|density| density.is_nan())) {

@@ -37,8 +37,8 @@ impl CaseEstimator {
 }
 
 /// Checks that densities and moments are finite: numbers that are each allowed, such as `phi` = 1e308, may still lead
-/// to others that are not finite. NaN is allowed only if the method withholds figures (`withholds`), or if it says nothing of some
-/// variables (`lacks`); a density is withheld as a whole.
+/// to others that are not finite. NaN is allowed only if the method withholds figures (`withholds`), or if it says
+/// nothing of some variables (`lacks`); a density is withheld as a whole.
 fn check_finite(Estimated { values, densities, .. }: &Estimated, withholds: bool, lacks: bool) -> Result<(), String> {
     let is_good = |number: &f64| number.is_finite() || ((withholds || lacks) && number.is_nan());
     let is_withheld = |density: &Vec<f64>| density.iter().all(|density| density.is_nan());

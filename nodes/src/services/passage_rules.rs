@@ -301,7 +301,8 @@ mod tests {
 
     #[test]
     fn a_curve_contradicts_the_initial_cloud_or_its_own_snapshots_only_beyond_its_noise() {
-        // Nothing of this cloud is at or above the critical eccentricity at the start; its second snapshot is at 0.5 yr.
+        // Nothing of this cloud is at or above the critical eccentricity at the start; its second snapshot is at 0.5
+        // yr.
         let assignment = kit::example::assignment();
         let snapshot = |above: f64| {
             let mut numbers = vec![NAN; Reading::numbers_of(&assignment)];

@@ -105,8 +105,8 @@ struct Publisher<'a> {
 }
 
 impl Publisher<'_> {
-    /// Publishes a scenario, which the request of that number may have asked for, unless that is done already, and waits until
-    /// it is recorded.
+    /// Publishes a scenario, which the request of that number may have asked for, unless that is done already, and
+    /// waits until it is recorded.
     fn publish(&mut self, scenario: &AnyScenario, request: Option<u32>) -> Result<(), Failure> {
         let snapshots = scenario.times().len();
         if snapshots > self.most_snapshots {

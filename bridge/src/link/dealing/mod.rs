@@ -1,8 +1,8 @@
 //! The parts of a map, for which worker hosts ask.
 //!
-//! A worker asks home for parts, computes them, and brings what it has found with its next question. Until it asks again for something to do
-//! it says from time to time that it is there. Every question may be asked again if its answer is lost: home answers with the parts that the worker
-//! has not brought yet, and takes what comes twice once.
+//! A worker asks home for parts, computes them, and brings what it has found with its next question. Until it asks
+//! again for something to do it says from time to time that it is there. Every question may be asked again if its
+//! answer is lost: home answers with the parts that the worker has not brought yet, and takes what comes twice once.
 //!
 //! - [`Dealing`]: home's end, which leaves to a [`Dealer`] who gets what
 //! - [`Asker`]: a worker's end

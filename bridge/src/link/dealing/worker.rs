@@ -27,8 +27,8 @@ impl<'a> Asker<'a> {
         Self { zenoh, map_id, process, contact: Contact::with_home() }
     }
 
-    /// Brings what has been found, and asks for something to do if the worker `is_free`. `None` if home does not answer; then the same is to
-    /// be asked again.
+    /// Brings what has been found, and asks for something to do if the worker `is_free`. `None` if home does not
+    /// answer; then the same is to be asked again.
     ///
     /// # Errors
     /// [`Failure::Refused`] if home has not answered for so long that it is lost, or speaks another language.

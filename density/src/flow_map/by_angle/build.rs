@@ -26,19 +26,20 @@ use super::rise::{Rise, rise_of};
 const PILOTS: usize = 1 << 14;
 /// Largest number of patches of half a period.
 const MOST_PARTS: usize = 256;
-/// The error that the series along an orbit has at most, as far as the integrator allows: an error of the states misplaces the orbit of a
-/// start, whose angle then runs ahead or behind for the rest of the horizon. It takes a few coefficients more than the error of the map would.
+/// The error that the series along an orbit has at most, as far as the integrator allows: an error of the states
+/// misplaces the orbit of a start, whose angle then runs ahead or behind for the rest of the horizon. It takes a few
+/// coefficients more than the error of the map would.
 const ALONG: f64 = 1e-13;
 /// Where that accuracy is not reached, the series may contribute at most this share of the map's error.
 const SHARE_ALONG: f64 = 0.1;
 /// Coefficients below this are left out.
 const NEGLIGIBLE: f64 = 1e-16;
-/// An error below so many times the setting that does not fall by this factor when an interval is halved is not one of interpolation but of the
-/// orbits, and further halves would not help.
+/// An error below so many times the setting that does not fall by this factor when an interval is halved is not one of
+/// interpolation but of the orbits, and further halves would not help.
 const FLOOR: f64 = 1e3;
 const FALLS: f64 = 0.5;
-/// The orbits by which a panel is checked: where a polynomial through Chebyshev nodes is furthest off, short of the edges, at which the orbit
-/// may be the separatrix or a point.
+/// The orbits by which a panel is checked: where a polynomial through Chebyshev nodes is furthest off, short of the
+/// edges, at which the orbit may be the separatrix or a point.
 const CHECKS: [f64; 3] = [-0.980_785_280_403_230_4, 0.0, 0.980_785_280_403_230_4];
 
 /// Starts of a panel from which the map is compared with orbits.
@@ -145,8 +146,8 @@ impl<'a, M: PlanarHamiltonian> Builder<'a, M> {
         Ok(map)
     }
 
-    /// Starts from which the map is compared with orbits: in each panel some of the cloud's, from the first to the last in the order of their
-    /// orbits, and points on ellipses about the mean, out to where hardly any start lies.
+    /// Starts from which the map is compared with orbits: in each panel some of the cloud's, from the first to the last
+    /// in the order of their orbits, and points on ellipses about the mean, out to where hardly any start lies.
     fn starts_to_compare(&self, panels: &[Panel], initial: &InitialGaussian) -> Vec<State> {
         let of_panel = |panel: &Panel| {
             let pilots = self.pilots_in((panel.low, panel.high));
@@ -178,8 +179,8 @@ impl<'a, M: PlanarHamiltonian> Builder<'a, M> {
         self.pilots_in(interval).len() as f64 / PILOTS as f64
     }
 
-    /// Halves the intervals that are worth it, the most probable first, as far as orbits are left; the others are given up. With each comes the
-    /// error before it was halved last.
+    /// Halves the intervals that are worth it, the most probable first, as far as orbits are left; the others are given
+    /// up. With each comes the error before it was halved last.
     fn halve(&self, mut bent: Vec<(Tried, f64)>, summary: &mut Summary) -> Vec<Tried> {
         let share = |tried: &Tried| self.share(tried.interval);
         bent.sort_by(|(a, _), (b, _)| share(b).total_cmp(&share(a)).then(a.interval.0.total_cmp(&b.interval.0)));
@@ -255,8 +256,8 @@ impl<'a, M: PlanarHamiltonian> Builder<'a, M> {
         None
     }
 
-    /// Whether the map is good for states on orbits that it was not made from, at all snapshots; else the first snapshot at which it is off by too
-    /// much, and by how much.
+    /// Whether the map is good for states on orbits that it was not made from, at all snapshots; else the first
+    /// snapshot at which it is off by too much, and by how much.
     fn checked(&self, panel: &Panel, checks: &[(f64, &Contour)]) -> Result<(), (f64, f64)> {
         let parts = panel.patches.len();
         for &(a, orbit) in checks {

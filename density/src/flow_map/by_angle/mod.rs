@@ -1,24 +1,26 @@
 //! The map by action and angle: motion in the plane is periodic, so a table of one period knows it for all times.
 //!
-//! Every orbit of the plane is a contour of `H` and is named by its least eccentric point `q` on the axis `x1 = 0` ([`crate::exact`]), which is
-//! a function of `H` (the action is another). In the place of the angle is the time `θ` since the orbit passed that point, `θ = n_sun t`
-//! \[rad\]. In these coordinates the motion is
+//! Every orbit of the plane is a contour of `H` and is named by its least eccentric point `q` on the axis `x1 = 0`
+//! ([`crate::exact`]), which is a function of `H` (the action is another). In the place of the angle is the time `θ`
+//! since the orbit passed that point, `θ = n_sun t` \[rad\]. In these coordinates the motion is
 //!
 //! ```text
 //! q(t) = q(0)      θ(t) = θ(0) + n_sun t   modulo the period T(q)
 //! ```
 //!
-//! (Arnold, *Mathematical Methods of Classical Mechanics*, 1989, §50, with the angle `2π θ/T`). The map is three tables over `q`: half the
-//! period, the states on the orbit, and when the orbit rises above the critical eccentricity. They are made from orbits that are followed
-//! half round, a few hundred in all, whatever the horizon. A start is found in them once; then a snapshot costs one evaluation of a
-//! polynomial, whether it is two years ahead or a hundred.
+//! (Arnold, *Mathematical Methods of Classical Mechanics*, 1989, §50, with the angle `2π θ/T`). The map is three tables
+//! over `q`: half the period, the states on the orbit, and when the orbit rises above the critical eccentricity. They
+//! are made from orbits that are followed half round, a few hundred in all, whatever the horizon. A start is found in
+//! them once; then a snapshot costs one evaluation of a polynomial, whether it is two years ahead or a hundred.
 //!
-//! An error of the period counts once for every turn, so the error of the map still grows with the horizon, and panels of `q` are halved
-//! until their error at the last snapshot is below the setting, on three orbits in each from which the panel was not made, at states all round
-//! them. What the finished map states as its error is then measured against orbits that are propagated one by one to all snapshots, from
-//! starts in every panel. That includes what the orbits are off, so over a hundred years it may be more than the setting. At a separatrix the period grows without bound. The panels next to it are halved until less of the
-//! cloud is left than [`Settings::smallest_share`], and what is left is propagated directly. At a centre nothing is singular. Where the
-//! model's eccentricity does not rise and fall once in every period, the map is refused ([`Refused::TurnsBack`]).
+//! An error of the period counts once for every turn, so the error of the map still grows with the horizon, and panels
+//! of `q` are halved until their error at the last snapshot is below the setting, on three orbits in each from which
+//! the panel was not made, at states all round them. What the finished map states as its error is then measured against
+//! orbits that are propagated one by one to all snapshots, from starts in every panel. That includes what the orbits
+//! are off, so over a hundred years it may be more than the setting. At a separatrix the period grows without bound.
+//! The panels next to it are halved until less of the cloud is left than [`Settings::smallest_share`], and what is left
+//! is propagated directly. At a centre nothing is singular. Where the model's eccentricity does not rise and fall once
+//! in every period, the map is refused ([`Refused::TurnsBack`]).
 //!
 //! | file | idea |
 //! |---|---|
@@ -62,12 +64,14 @@ pub struct AngleMap<M> {
 }
 
 impl<M: PlanarHamiltonian> AngleMap<M> {
-    /// The map by `flow` of the cloud that starts as `initial`, good to [`Settings::error`] at the ascending `times` \[yr\]. With a critical
-    /// eccentricity it also knows first passages. The accuracy of `flow` is that of orbits that are propagated directly. Of the settings,
-    /// [`Settings::reach`] has no effect: the map reaches as far as the cloud.
+    /// The map by `flow` of the cloud that starts as `initial`, good to [`Settings::error`] at the ascending `times`
+    /// \[yr\]. With a critical eccentricity it also knows first passages. The accuracy of `flow` is that of orbits that
+    /// are propagated directly. Of the settings, [`Settings::reach`] has no effect: the map reaches as far as the
+    /// cloud.
     ///
     /// # Errors
-    /// [`Refused`] if the setting is finer than the orbits, if the model's orbits have no such angle, or if the map covers too little.
+    /// [`Refused`] if the setting is finer than the orbits, if the model's orbits have no such angle, or if the map
+    /// covers too little.
     ///
     /// # Panics
     /// If there are no times.
@@ -99,8 +103,8 @@ impl<M: PlanarHamiltonian> AngleMap<M> {
         panel.locate(state, q).map(|spot| (number as u32, spot))
     }
 
-    /// The state `years` after it was this one, and the determinant of the flow's derivative, by the map alone; `None` if it has to be propagated
-    /// directly. `years` may lie between and beyond the snapshot times.
+    /// The state `years` after it was this one, and the determinant of the flow's derivative, by the map alone; `None`
+    /// if it has to be propagated directly. `years` may lie between and beyond the snapshot times.
     pub fn state(&self, start: State, years: f64) -> Option<(State, f64)> {
         let (number, spot) = self.locate(start)?;
         let panel = &self.panels[number as usize];
@@ -108,8 +112,8 @@ impl<M: PlanarHamiltonian> AngleMap<M> {
         Some((panel.state(later), panel.area(later) / panel.area(spot)))
     }
 
-    /// The largest error of a coordinate at any snapshot, from orbits that start in these states and are propagated by `flow` one by one. It
-    /// includes what these orbits are off themselves.
+    /// The largest error of a coordinate at any snapshot, from orbits that start in these states and are propagated by
+    /// `flow` one by one. It includes what these orbits are off themselves.
     fn off(&self, flow: Flow<M>, starts: &[State]) -> f64 {
         let (x1, x2) = starts.iter().map(|state| (state.x1, state.x2)).unzip();
         let (mut columns, mut now, mut largest): ([Vec<f64>; 2], f64, f64) = ([x1, x2], 0.0, 0.0);
@@ -128,8 +132,8 @@ impl<M: PlanarHamiltonian> AngleMap<M> {
         largest
     }
 
-    /// The factor by which a density per unit `phi`-`e` area has changed on the way: by the determinant of the map, or in closed form where
-    /// the orbit is propagated directly.
+    /// The factor by which a density per unit `phi`-`e` area has changed on the way: by the determinant of the map, or
+    /// in closed form where the orbit is propagated directly.
     pub fn growth(&self, start: State, end: State, years: f64) -> f64 {
         match self.state(start, years) {
             Some((_, determinant)) => end.eccentricity() / (start.eccentricity() * determinant),

@@ -1,7 +1,8 @@
 //! A set of orbits that moves by action and angle from snapshot to snapshot.
 //!
-//! Each start is found in the tables once. Up to [`KEPT`] spots are kept; more are found again at every snapshot, so that memory does not
-//! grow with their number. Each value depends on its own start alone: results are the same bytes for any number of threads.
+//! Each start is found in the tables once. Up to [`KEPT`] spots are kept; more are found again at every snapshot, so
+//! that memory does not grow with their number. Each value depends on its own start alone: results are the same bytes
+//! for any number of threads.
 
 use std::fmt;
 use std::ops::Range;
@@ -113,7 +114,8 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
         self.left.read_out(time, self.places_of(chunk), |row, variables| [phi[row], e[row]] = variables);
     }
 
-    /// Writes the starts of a chunk as they were drawn: a state next to `e = 0` that went through the tables would have lost its angle.
+    /// Writes the starts of a chunk as they were drawn: a state next to `e = 0` that went through the tables would have
+    /// lost its angle.
     fn read_out_starts(&self, chunk: usize, phi: &mut [f64], e: &mut [f64]) {
         let starts = (self.draw)(numbers_of(&self.numbers, CHUNK, chunk));
         for (row, [start_phi, start_e]) in starts.into_iter().enumerate() {
@@ -152,8 +154,9 @@ impl<M: PlanarHamiltonian> AngleOrbits<M> {
         parts.map(|part| Ok(part?.0.finish())).try_reduce(|| SampleSums::empty(grid.len()), SampleSums::plus)
     }
 
-    /// For each of `times`, how many orbits first reached the critical eccentricity with which the map was made after the time before it and
-    /// up to this one. Orbits that are propagated directly are counted only up to the snapshot that has been reached.
+    /// For each of `times`, how many orbits first reached the critical eccentricity with which the map was made after
+    /// the time before it and up to this one. Orbits that are propagated directly are counted only up to the snapshot
+    /// that has been reached.
     pub fn passage_counts(&self, times: &[f64]) -> Vec<u64> {
         let chunk_counts = |chunk: usize| {
             let mut counts = vec![0u64; times.len() + 1];

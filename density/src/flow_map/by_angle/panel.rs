@@ -1,8 +1,9 @@
 //! The orbits between two points of the axis: where they are at every time on the orbit, and half their period.
 //!
-//! The state is a function of the least eccentric point `q` and of the time `θ` since the orbit passed it, in units of half the
-//! period: `u = θ/half`, from 0 to 1. The other half of the orbit is the mirror image. Interpolated in `q` and `u`, it is smooth next to
-//! a centre too, where the orbits become points: only an angle is singular there, not the state.
+//! The state is a function of the least eccentric point `q` and of the time `θ` since the orbit passed it, in units of
+//! half the period: `u = θ/half`, from 0 to 1. The other half of the orbit is the mirror image. Interpolated in `q` and
+//! `u`, it is smooth next to a centre too, where the orbits become points: only an angle is singular there, not the
+//! state.
 
 use crate::exact::contour::{Contour, angle_of};
 use crate::flow_map::chebyshev::{Basis, MOST_NODES, series};
@@ -12,8 +13,8 @@ use crate::model::plane::State;
 use super::patch::{Patch, Slopes};
 use super::rise::Rise;
 
-/// How far beyond its edges a panel may be used, as a share of half its width: the root of rounding, which is by how much the
-/// Hamiltonian misplaces an orbit next to a centre.
+/// How far beyond its edges a panel may be used, as a share of half its width: the root of rounding, which is by how
+/// much the Hamiltonian misplaces an orbit next to a centre.
 const BEYOND: f64 = 1e-3;
 /// Largest number of steps of Newton's method.
 const MOST_STEPS: usize = 24;
@@ -78,14 +79,16 @@ impl Panel {
         State { x1: if is_mirrored { -x1 } else { x1 }, x2 }
     }
 
-    /// The area of the states of a rectangle of orbits and times about a spot, in a unit that is the same for all times on an orbit: the
-    /// motion shears such rectangles and keeps their areas, so the ratio of two such numbers is the determinant of the flow's derivative.
+    /// The area of the states of a rectangle of orbits and times about a spot, in a unit that is the same for all times
+    /// on an orbit: the motion shears such rectangles and keeps their areas, so the ratio of two such numbers is the
+    /// determinant of the flow's derivative.
     pub fn area(&self, spot: Spot) -> f64 {
         let (patch, b, _) = self.place(spot);
         patch.slopes(spot.a, b).determinant().abs()
     }
 
-    /// Where a state is, whose orbit has its least eccentric point about `q`; `None` if it is not found on an orbit of the panel.
+    /// Where a state is, whose orbit has its least eccentric point about `q`; `None` if it is not found on an orbit of
+    /// the panel.
     pub fn locate(&self, State { x1, x2 }: State, q: f64) -> Option<Spot> {
         let (a, right) = (self.local(q), [x1.abs(), x2]);
         let e2 = x1 * x1 + x2 * x2;
@@ -116,7 +119,8 @@ impl Panel {
             })
     }
 
-    /// The orbit and the share of half a period at which the state is the `right` one, searched from a point of a patch.
+    /// The orbit and the share of half a period at which the state is the `right` one, searched from a point of a
+    /// patch.
     fn newton(&self, mut patch: usize, (mut a, mut b): (f64, f64), right: [f64; 2]) -> Option<(f64, f64)> {
         let parts = self.patches.len();
         let mut best = (f64::INFINITY, (a, b, patch));
@@ -149,7 +153,8 @@ impl Panel {
         (distance < NEAR_ENOUGH).then(|| (a, ((patch as f64 + 0.5 * (b + 1.0)) / parts as f64).clamp(0.0, 1.0)))
     }
 
-    /// How many years after it was at this spot an orbit first reaches the critical eccentricity; infinite if it never does.
+    /// How many years after it was at this spot an orbit first reaches the critical eccentricity; infinite if it never
+    /// does.
     pub fn passage(&self, spot: Spot, critical_e: f64) -> f64 {
         let rise = match &self.rise {
             Rise::Never => return f64::INFINITY,

@@ -32,8 +32,8 @@ impl Slopes {
 }
 
 impl Patch {
-    /// From the coefficients of both coordinates of the state, with `b` fastest; coefficients below `negligible` at the end of the series
-    /// along `b` are left out.
+    /// From the coefficients of both coordinates of the state, with `b` fastest; coefficients below `negligible` at the
+    /// end of the series along `b` are left out.
     pub fn new(basis: &Basis, coefficients: [&[f64]; 2], negligible: f64) -> Self {
         let row = |k: usize| {
             let mut row = [0.0; 2 * MOST_NODES];

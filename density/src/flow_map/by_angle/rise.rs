@@ -5,8 +5,8 @@ use crate::flow_map::chebyshev::{Basis, MOST_NODES, series};
 use crate::flow_map::passing::TIME_ERROR;
 use crate::model::earth::SUN_MEAN_MOTION;
 
-/// The time on the orbit, between 0 and half a period, from which on an orbit is above the critical eccentricity until the mirror image of
-/// that time.
+/// The time on the orbit, between 0 and half a period, from which on an orbit is above the critical eccentricity until
+/// the mirror image of that time.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Rise {
     /// None of them is ever above it.
@@ -19,7 +19,8 @@ pub(super) enum Rise {
     Search,
 }
 
-/// What is known from the orbits at the nodes and at further points (`checks`), with an estimate of the error of the time \[yr\].
+/// What is known from the orbits at the nodes and at further points (`checks`), with an estimate of the error of the
+/// time \[yr\].
 pub(super) fn rise_of(basis: &Basis, nodes: &[&Contour], checks: &[(f64, &Contour)], critical_e: f64) -> (Rise, f64) {
     let all = || nodes.iter().copied().chain(checks.iter().map(|(_, orbit)| *orbit));
     let rises: Vec<Option<f64>> = all().map(|orbit| orbit.rises_above(critical_e)).collect();

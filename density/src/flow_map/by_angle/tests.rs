@@ -22,8 +22,9 @@ fn map_of(initial: InitialGaussian, times: &[f64], critical: Option<f64>, settin
     AngleMap::new(Flow::new(scenario(1).model), &initial, times, critical, settings).unwrap()
 }
 
-/// The largest error of a coordinate at all snapshots over random starts that are drawn from the cloud and over as many that are spread evenly
-/// within 8.4 deviations, the largest error of the determinant beside the one in closed form, `s_t/s_0`, and the share of the former on panels.
+/// The largest error of a coordinate at all snapshots over random starts that are drawn from the cloud and over as many
+/// that are spread evenly within 8.4 deviations, the largest error of the determinant beside the one in closed form,
+/// `s_t/s_0`, and the share of the former on panels.
 fn off(map: &AngleMap<Force>, initial: InitialGaussian) -> (f64, f64, f64) {
     let polar = plan().polar(&initial);
     let mut random = ChaCha8Rng::seed_from_u64(11);
@@ -89,8 +90,8 @@ fn the_error_is_the_stated_one_over_a_separatrix_a_centre_and_zero_eccentricity(
     let at_the_centre =
         InitialGaussian { mean_phi: 0.0, mean_e: 0.277, sigma_phi: 0.1, sigma_e: 0.02, correlation: 0.0 };
     let about_e_zero = InitialGaussian { mean_phi: 0.2, mean_e: 0.03, sigma_phi: 0.4, sigma_e: 0.02, correlation: 0.0 };
-    // Next to the separatrix the period depends so strongly on the orbit that after thirty years its rounding alone is above the setting: there
-    // 15 % of a cloud over the saddle are left to direct propagation.
+    // Next to the separatrix the period depends so strongly on the orbit that after thirty years its rounding alone is
+    // above the setting: there 15 % of a cloud over the saddle are left to direct propagation.
     let clouds = [
         ("centre", at_the_centre, [0.99, 0.99]),
         ("e = 0", about_e_zero, [0.99, 0.99]),

@@ -9,7 +9,8 @@ use crate::model::plane::State;
 pub(in crate::mesh) struct Sparse {
     /// One of so many is taken.
     pub stride: usize,
-    /// Where the count begins. Lattices of which a mean is taken begin at different numbers, so that every point is taken in some.
+    /// Where the count begins. Lattices of which a mean is taken begin at different numbers, so that every point is
+    /// taken in some.
     pub first: usize,
 }
 
@@ -26,8 +27,8 @@ impl Quadrature {
         self.points_a_cell * self.points_a_cell
     }
 
-    /// Replaces the states of the points in these cells by those to which `carry` takes their starts, where it can. The points that are taken
-    /// share the probability of all points of these cells; if none is taken, nothing changes.
+    /// Replaces the states of the points in these cells by those to which `carry` takes their starts, where it can. The
+    /// points that are taken share the probability of all points of these cells; if none is taken, nothing changes.
     pub(in crate::mesh) fn replace(
         &self,
         whole: &mut Whole,

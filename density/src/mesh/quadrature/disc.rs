@@ -3,7 +3,8 @@
 use crate::angle::nearest;
 use crate::model::plane::State;
 
-/// Distance of a part's middle from the origin, in half widths of the part, beyond which `phi` and `e` are smooth in it.
+/// Distance of a part's middle from the origin, in half widths of the part, beyond which `phi` and `e` are smooth in
+/// it.
 const FAR: f64 = 3.0;
 
 /// A circle in `(x1, x2)` within which the image of a cell lies.

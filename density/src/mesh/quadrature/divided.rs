@@ -1,4 +1,5 @@
-//! Cells whose images reach `e = 0` or the cut of the branch: they are divided until their parts do not reach it or no longer matter.
+//! Cells whose images reach `e = 0` or the cut of the branch: they are divided until their parts do not reach it or no
+//! longer matter.
 
 use rayon::prelude::*;
 
@@ -21,7 +22,8 @@ struct CellPart {
 }
 
 impl Quadrature {
-    /// The points of all cells. In a cell where `phi` or `e` is not smooth they are those of its parts, unless orbits have given its points.
+    /// The points of all cells. In a cell where `phi` or `e` is not smooth they are those of its parts, unless orbits
+    /// have given its points.
     pub(super) fn cut_open(&self, whole: Whole, [x1, x2]: [&[f64]; 2], cut: f64) -> Samples {
         let is_irregular = |&cell: &usize| !whole.is_direct(cell) && !whole.discs[cell].is_regular(cut);
         let irregular = (0..whole.discs.len()).filter(is_irregular).collect::<Vec<_>>();

@@ -4,12 +4,14 @@ use super::{Point, Quadrature, Samples, Whole};
 use crate::model::plane::State;
 
 impl Quadrature {
-    /// Calls `visit` with a state and a weight for each point. A point stands for a part of its cell; the state is that at the fraction `share`
-    /// of this part, found from the slopes to the neighbouring points. Lattices that are averaged have different shares, so that their points
-    /// do not coincide. Points that were propagated as orbits stay where they are.
+    /// Calls `visit` with a state and a weight for each point. A point stands for a part of its cell; the state is that
+    /// at the fraction `share` of this part, found from the slopes to the neighbouring points. Lattices that are
+    /// averaged have different shares, so that their points do not coincide. Points that were propagated as orbits stay
+    /// where they are.
     pub(in crate::mesh) fn spread(&self, whole: &Whole, share: [f64; 2], mut visit: impl FnMut(State, f64)) {
         let (n, cells) = (self.points_a_cell, self.lines[0].len() - 1);
-        // How far the place is from each point along a direction, and the distance to the point's neighbour in the cell.
+        // How far the place is from each point along a direction, and the distance to the point's neighbour in the
+        // cell.
         let along = |axis: usize| -> Vec<(f64, f64)> {
             let mut start = self.lines[axis][0];
             let points = &self.axes[axis];

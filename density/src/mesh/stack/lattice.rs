@@ -20,7 +20,8 @@ pub struct Stack {
 }
 
 impl Stack {
-    /// The stack of the initial points in these columns, solar angle, eccentricity and third variable: layers of `side` by `side` points.
+    /// The stack of the initial points in these columns, solar angle, eccentricity and third variable: layers of `side`
+    /// by `side` points.
     ///
     /// # Errors
     /// [`MeshError`] if the columns are no such lattice, or if the degree does not fit it.

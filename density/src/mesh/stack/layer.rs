@@ -108,8 +108,8 @@ impl LayerMesh {
         [self.lines[0][k / side], self.lines[1][k % side]]
     }
 
-    /// The sums over the cloud with these states, whose points are `whole`. `third` is the layer's distance from the mean of the third variable;
-    /// `share` says at which place in its part of the cloud each point is counted.
+    /// The sums over the cloud with these states, whose points are `whole`. `third` is the layer's distance from the
+    /// mean of the third variable; `share` says at which place in its part of the cloud each point is counted.
     pub(super) fn sums(
         &self,
         ([x1, x2], whole): (&[Vec<f64>; 2], Whole),
@@ -139,7 +139,8 @@ impl LayerMesh {
         sums
     }
 
-    /// The states in the middles of the cells; `rough` has the states by polynomials of a lower degree in the third variable.
+    /// The states in the middles of the cells; `rough` has the states by polynomials of a lower degree in the third
+    /// variable.
     pub(super) fn middles(&self, states: &[Vec<f64>; 2], rough: Option<&[Vec<f64>; 2]>) -> Middles {
         let by = |refinement: &Refinement, states: &[Vec<f64>; 2]| {
             states.each_ref().map(|values| {
@@ -169,7 +170,8 @@ impl LayerMesh {
     }
 }
 
-/// Mean distance of states from others, in bins and at most one, where `cell` says whether a state is used and how dense the cloud was there.
+/// Mean distance of states from others, in bins and at most one, where `cell` says whether a state is used and how
+/// dense the cloud was there.
 fn moved(states: &[Vec<f64>; 2], others: &[Vec<f64>; 2], cell: impl Fn(usize) -> (bool, f64), grid: &Grid) -> f64 {
     let polar = |[x1, x2]: &[Vec<f64>; 2], k: usize| {
         let state = State { x1: x1[k], x2: x2[k] };

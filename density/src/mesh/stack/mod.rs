@@ -1,22 +1,25 @@
 //! Carried meshes on top of one another, where the radiation parameter is uncertain.
 //!
-//! The initial points are a cubic lattice over `phi`, `e` and the third variable, `C` or `ln C` ([`points`]). Its layers are
-//! lattices in the plane, each carried by the flow with its own `C`, and each keeps its probability as a carried mesh does ([`super::carried`]).
-//! The flow depends on `C` as smoothly as on the start. So the layer of any value of `C` between follows by polynomials through
-//! the nearest layers, of the same degree as those between the points of a layer.
+//! The initial points are a cubic lattice over `phi`, `e` and the third variable, `C` or `ln C` ([`points`]). Its
+//! layers are lattices in the plane, each carried by the flow with its own `C`, and each keeps its probability as a
+//! carried mesh does ([`super::carried`]). The flow depends on `C` as smoothly as on the start. So the layer of any
+//! value of `C` between follows by polynomials through the nearest layers, of the same degree as those between the
+//! points of a layer.
 //!
-//! In each layer a few points to every cell of the lattice follow from the polynomials (`super::quadrature`). Moments are sums over
-//! these points, and so is the joint density: each point puts its probability into one bin, at a place that differs from layer to layer, and
-//! there are many points in all layers together. Means over the third variable are sums over evenly spaced layers (the trapezoidal rule, which for a smooth function under a Gaussian
-//! converges faster than any power of the step: Trefethen & Weideman, SIAM Review 56, 2014). The step is halved until moments and joint
-//! density stand; where the Gaussian is cut at `C = 0`, the last two sums are combined to Simpson's rule.
+//! In each layer a few points to every cell of the lattice follow from the polynomials (`super::quadrature`). Moments
+//! are sums over these points, and so is the joint density: each point puts its probability into one bin, at a place
+//! that differs from layer to layer, and there are many points in all layers together. Means over the third variable
+//! are sums over evenly spaced layers (the trapezoidal rule, which for a smooth function under a Gaussian converges
+//! faster than any power of the step: Trefethen & Weideman, SIAM Review 56, 2014). The step is halved until moments and
+//! joint density stand; where the Gaussian is cut at `C = 0`, the last two sums are combined to Simpson's rule.
 //!
 //! In cells that the polynomials do not resolve, the points are propagated one by one ([`unresolved`]).
 //!
-//! Diagnostics are those of a carried mesh: the defect of the measure is taken in the layers halfway between two of the lattice,
-//! which are farthest from all points, in the cells where polynomials are used. To it is added twice what the last halving changed the moments by, in
-//! standard deviations, and to the misplaced mass what it changed the joint density by. (Where both halves of the layers are off independently of each other,
-//! as among orbits that have come apart, the change is about as large as the error of their mean.)
+//! Diagnostics are those of a carried mesh: the defect of the measure is taken in the layers halfway between two of the
+//! lattice, which are farthest from all points, in the cells where polynomials are used. To it is added twice what the
+//! last halving changed the moments by, in standard deviations, and to the misplaced mass what it changed the joint
+//! density by. (Where both halves of the layers are off independently of each other, as among orbits that have come
+//! apart, the change is about as large as the error of their mean.)
 //!
 //! | file | idea |
 //! |---|---|
@@ -174,8 +177,8 @@ impl Carried<'_> {
         (states, whole)
     }
 
-    /// The weighted sum over layers at these positions, and their diagnostics if they are wanted. The layers of the lattice have their points
-    /// already.
+    /// The weighted sum over layers at these positions, and their diagnostics if they are wanted. The layers of the
+    /// lattice have their points already.
     fn total(&self, positions: &[(f64, f64)], wholes: &[Whole], common: &Common<'_>, is_judged: bool) -> Total {
         let Stack { layer, problem, .. } = self.stack;
         let Common { grid, centre, start, direct } = *common;
@@ -207,8 +210,9 @@ impl Carried<'_> {
     }
 }
 
-/// Where the points of a layer at this position are counted in the part of the cloud that each stands for: the shares of all layers fill the unit
-/// square evenly (the additive recurrence by powers of the plastic number, as in [`super::points`]).
+/// Where the points of a layer at this position are counted in the part of the cloud that each stands for: the shares
+/// of all layers fill the unit square evenly (the additive recurrence by powers of the plastic number, as in
+/// [`super::points`]).
 fn place_of(position: f64) -> [f64; 2] {
     const PLASTIC: f64 = 1.324_717_957_244_746;
     [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)].map(|step| (0.5 + position * step).fract())

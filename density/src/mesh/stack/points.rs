@@ -37,8 +37,9 @@ pub fn cubic_side(count: usize) -> usize {
     if root.saturating_pow(3) <= count { root } else { root - 1 }
 }
 
-/// A cubic lattice of the largest number of points that does not exceed `count`, over [`lattice_reach`] standard deviations to
-/// each side of the mean in all three directions, cut to `0 < e < 1` and where the distribution of the third variable is cut.
+/// A cubic lattice of the largest number of points that does not exceed `count`, over [`lattice_reach`] standard
+/// deviations to each side of the mean in all three directions, cut to `0 < e < 1` and where the distribution of the
+/// third variable is cut.
 ///
 /// # Errors
 /// As [`lattice_points`].
@@ -65,7 +66,8 @@ pub(super) fn layers_of(points: usize, side: usize) -> usize {
     (points / side.saturating_mul(side).max(1)).max(2)
 }
 
-/// The third variable of each layer in standard deviations, from that of all points of equal layers with `side` points per side.
+/// The third variable of each layer in standard deviations, from that of all points of equal layers with `side` points
+/// per side.
 ///
 /// # Errors
 /// [`MeshError`] if the columns are not those of equal layers at ascending, evenly spaced values.

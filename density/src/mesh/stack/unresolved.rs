@@ -1,13 +1,14 @@
 //! The cells of a stack that its polynomials do not resolve, and the orbits that take their place.
 //!
-//! Where orbits come near `e = 1`, or part at a saddle, neighbours of the lattice end so far apart that no polynomial between them is right. A
-//! cell, between two layers, counts as not resolved where polynomials two degrees lower, in the layers or between them, differ in its middle by
-//! more than [`APART`]. In such a cell, and in those next to it, the points of the quadrature are where orbits of the problem's model take them
-//! from their starts. The cells that hold least, [`LIGHT`] of the cloud together, stay as they are. Where the orbits would take too many years,
+//! Where orbits come near `e = 1`, or part at a saddle, neighbours of the lattice end so far apart that no polynomial
+//! between them is right. A cell, between two layers, counts as not resolved where polynomials two degrees lower, in
+//! the layers or between them, differ in its middle by more than [`APART`]. In such a cell, and in those next to it,
+//! the points of the quadrature are where orbits of the problem's model take them from their starts. The cells that
+//! hold least, [`LIGHT`] of the cloud together, stay as they are. Where the orbits would take too many years,
 //! [`MOST_YEARS`], every second, fourth ... point stands for the others.
 //!
-//! This is right only if that model has carried the stack. Some orbits of the lattice show whether it has; where it has not, all cells stay as they
-//! are.
+//! This is right only if that model has carried the stack. Some orbits of the lattice show whether it has; where it has
+//! not, all cells stay as they are.
 
 use rayon::prelude::*;
 
@@ -19,12 +20,13 @@ use crate::mesh::quadrature::Sparse;
 use crate::model::plane::State;
 use crate::uncertain::UncertainProblem;
 
-/// A cell counts as not resolved if the polynomials of two degrees differ by more than this in a coordinate of the state.
+/// A cell counts as not resolved if the polynomials of two degrees differ by more than this in a coordinate of the
+/// state.
 const APART: f64 = 5e-4;
 /// The lightest cells are left as they are, up to this probability together.
 const LIGHT: f64 = 1e-5;
-/// The most years that orbits are propagated for the layers of the lattice, all orbits together. Layers between them may take as many each
-/// time that their number doubles.
+/// The most years that orbits are propagated for the layers of the lattice, all orbits together. Layers between them
+/// may take as many each time that their number doubles.
 const MOST_YEARS: f64 = 400_000.0;
 /// If an orbit of the model ends farther than this from the lattice's point, the points were carried by another model.
 const OTHER: f64 = 1e-3;

@@ -4,7 +4,8 @@ use super::local_flow::LocalFlow;
 use super::spectral::Preferred;
 use super::{first_order, second_order, sigma_points};
 
-/// In which direction a Gaussian is split. `x` is a direction in the variables; see the [room's text](super) for the other symbols.
+/// In which direction a Gaussian is split. `x` is a direction in the variables; see the [room's text](super) for the
+/// other symbols.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
     /// Along the longest principal axis of the covariance, whatever the flow does.
@@ -33,7 +34,8 @@ pub enum Criterion {
     Alodt,
     /// Statistical and deterministic linearisation: `max |(G_SL - G) x|` over `|S^{-1} x| = 1`.
     Sadl,
-    /// Whitened uncertainty-scaled statistical and deterministic linearisation: `max |S_z^{-1} (G_SL - G) x|` over `|S^{-1} x| = 1`.
+    /// Whitened uncertainty-scaled statistical and deterministic linearisation: `max |S_z^{-1} (G_SL - G) x|` over
+    /// `|S^{-1} x| = 1`.
     Wussadl,
 }
 

@@ -20,8 +20,8 @@ pub(super) fn usfos<const N: usize>(flow: &LocalFlow<N>) -> Preferred<N> {
     largest_form(&gram(|k| &flow.slopes[k]))
 }
 
-/// `max E[(u^T x)² |G u|²]` over `|x| = 1`, `u` normal with the covariance `P`; the fourth moments of a normal make of it
-/// `S (tr(J^T J) + 2 J^T J) S^T`.
+/// `max E[(u^T x)² |G u|²]` over `|x| = 1`, `u` normal with the covariance `P`; the fourth moments of a normal make of
+/// it `S (tr(J^T J) + 2 J^T J) S^T`.
 pub(super) fn safos<const N: usize>(flow: &LocalFlow<N>) -> Preferred<N> {
     let gram: [[f64; N]; N] = gram(|k| &flow.slopes[k]);
     let trace: f64 = (0..N).map(|k| gram[k][k]).sum();

@@ -6,8 +6,8 @@
 //! J = G S,   H_ij = Σ_kl G²_kl S_ki S_lj,       G, G² the first and second derivatives of g at m
 //! ```
 //!
-//! They are taken by differences over [`STEP`] standard deviations. Sigma points further out give what criteria by sigma points compare them
-//! with.
+//! They are taken by differences over [`STEP`] standard deviations. Sigma points further out give what criteria by
+//! sigma points compare them with.
 
 use super::super::differences::{Differences, offset, places, points};
 use super::super::triangular::{cholesky, solved};
@@ -16,8 +16,8 @@ use super::spectral::{Preferred, eigenvectors, gram, unit};
 use crate::gaussian::Gaussian;
 use crate::model::Variable;
 
-/// Distance over which derivatives are taken, in standard deviations. With orbits good to 1e-12 second derivatives of clouds 0.01 wide are
-/// then good to about 1e-6 by rounding, and to 3e-5 of the fourth derivatives.
+/// Distance over which derivatives are taken, in standard deviations. With orbits good to 1e-12 second derivatives of
+/// clouds 0.01 wide are then good to about 1e-6 by rounding, and to 3e-5 of the fourth derivatives.
 const STEP: f64 = 0.02;
 
 /// Where the flow is looked at.
@@ -57,7 +57,8 @@ pub(super) struct LocalFlow<const N: usize> {
     pub slopes: [[f64; N]; N],
     /// `H_ij`
     pub second: [[[f64; N]; N]; N],
-    /// The columns of `J` by statistical linearisation: half the differences of opposite sigma points, per standard deviation.
+    /// The columns of `J` by statistical linearisation: half the differences of opposite sigma points, per standard
+    /// deviation.
     pub secants: [[f64; N]; N],
     /// The principal axes in standardised coordinates, with the eigenvalues of the covariance.
     pub principal: [Preferred<N>; N],
@@ -123,8 +124,8 @@ impl<const N: usize> LocalFlow<N> {
         std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
     }
 
-    /// Turns a change of the variables after the flow into standard deviations of the linear prediction: a multiplication by
-    /// `S_z^{-1}`, where `S_z S_z^T = P_z = J J^T`.
+    /// Turns a change of the variables after the flow into standard deviations of the linear prediction: a
+    /// multiplication by `S_z^{-1}`, where `S_z S_z^T = P_z = J J^T`.
     pub fn whitening(&self) -> impl Fn([f64; N]) -> [f64; N] + use<N> {
         let mut predicted = [[0.0; N]; N];
         for slope in self.slopes {

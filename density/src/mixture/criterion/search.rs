@@ -17,12 +17,13 @@ pub struct Found<const N: usize> {
     pub orbits: usize,
 }
 
-/// The direction that a criterion prefers at that of the times \[yr\] at which its measure is largest, for a Gaussian at `t = 0`. Orbits are
-/// propagated as accurately as possible, whatever the accuracy of the flow, since second derivatives are taken from them.
+/// The direction that a criterion prefers at that of the times \[yr\] at which its measure is largest, for a Gaussian
+/// at `t = 0`. Orbits are propagated as accurately as possible, whatever the accuracy of the flow, since second
+/// derivatives are taken from them.
 ///
 /// # Errors
-/// [`MixtureError::Time`], [`MixtureError::NothingInside`] if an orbit that is needed starts where the model does not hold, or
-/// [`MixtureError::Escaped`].
+/// [`MixtureError::Time`], [`MixtureError::NothingInside`] if an orbit that is needed starts where the model does not
+/// hold, or [`MixtureError::Escaped`].
 pub fn search<M: Model<Variables = [f64; N]>, const N: usize>(
     criterion: Criterion,
     flow: Flow<M>,

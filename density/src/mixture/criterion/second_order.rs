@@ -1,9 +1,10 @@
 //! Criteria that look at the second derivatives of the flow.
 //!
-//! They differ in three choices: whether the bend along a direction counts (stretching), all of the change of the first derivatives along it
-//! (linearisation change), or an average over all directions weighed towards it (spherical average); whether a direction is as long as its
-//! variables say or as the initial covariance says (uncertainty-scaled); and whether bends are measured in the units of the variables
-//! or in standard deviations of the linear prediction (whitened).
+//! They differ in three choices: whether the bend along a direction counts (stretching), all of the change of the first
+//! derivatives along it (linearisation change), or an average over all directions weighed towards it (spherical
+//! average); whether a direction is as long as its variables say or as the initial covariance says
+//! (uncertainty-scaled); and whether bends are measured in the units of the variables or in standard deviations of the
+//! linear prediction (whitened).
 
 use super::local_flow::LocalFlow;
 use super::spectral::{Preferred, gram, largest_form, longest_bend};

@@ -11,7 +11,8 @@ pub struct Preferred<const N: usize> {
     pub measure: f64,
 }
 
-/// The eigenvectors of a symmetric matrix with their eigenvalues, the largest first. Those of a matrix that is not finite are the axes, at 0.
+/// The eigenvectors of a symmetric matrix with their eigenvalues, the largest first. Those of a matrix that is not
+/// finite are the axes, at 0.
 pub(super) fn eigenvectors<const N: usize>(matrix: &[[f64; N]; N]) -> [Preferred<N>; N] {
     let axis = |k: usize| Preferred { direction: std::array::from_fn(|j| f64::from(j == k)), measure: 0.0 };
     if !matrix.as_flattened().iter().all(|entry| entry.is_finite()) {
@@ -40,8 +41,8 @@ pub(super) fn gram<'a, const N: usize>(column: impl Fn(usize) -> &'a [f64]) -> [
 
 /// Where `|H(x, x)|` is largest on the unit sphere, by ascents from many directions.
 ///
-/// The ascent is the shifted power method for symmetric tensors (Kolda & Mayo, SIAM J. Matrix Anal. Appl. 32(4), 2011): with a shift of
-/// three times the squared Frobenius norm no step goes down.
+/// The ascent is the shifted power method for symmetric tensors (Kolda & Mayo, SIAM J. Matrix Anal. Appl. 32(4), 2011):
+/// with a shift of three times the squared Frobenius norm no step goes down.
 pub(super) fn longest_bend<const N: usize>(second: &[[[f64; N]; N]; N]) -> Preferred<N> {
     let square: f64 = second.as_flattened().as_flattened().iter().map(|entry| entry * entry).sum();
     let none = Preferred { direction: std::array::from_fn(|k| f64::from(k == 0)), measure: 0.0 };

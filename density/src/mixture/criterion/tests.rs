@@ -42,10 +42,10 @@ fn cubic([x, y, z]: [f64; 3]) -> [f64; 3] {
     [a + 2.0 * x.powi(3), b + y.powi(3) - z.powi(3), c + 3.0 * z.powi(3) + x.powi(3)]
 }
 
-/// The directions are those of PyEst 0.7.2 (`id_variance` and so on, `SigmaPointOptions(alpha=1, beta=0, kappa=1)`), multiplied by the inverse
-/// of the Cholesky factor of the covariance and scaled. PyEst 0.7.2 solves with the transpose of `S_z` where it whitens; the four criteria
-/// that are whitened were computed with its `triangularize` replaced by a function that returns the transposed upper factor of `P_z`, which
-/// makes of that solution the one for `P_z^{-1}`.
+/// The directions are those of PyEst 0.7.2 (`id_variance` and so on, `SigmaPointOptions(alpha=1, beta=0, kappa=1)`),
+/// multiplied by the inverse of the Cholesky factor of the covariance and scaled. PyEst 0.7.2 solves with the transpose
+/// of `S_z` where it whitens; the four criteria that are whitened were computed with its `triangularize` replaced by a
+/// function that returns the transposed upper factor of `P_z`, which makes of that solution the one for `P_z^{-1}`.
 #[test]
 fn directions_are_those_of_pyest() {
     let quadratic = local(&correlated(), quadratic);

@@ -1,4 +1,5 @@
-//! Position and velocity on an ellipse from its elements, and back. Units are such that the Earth's gravitational parameter is 1.
+//! Position and velocity on an ellipse from its elements, and back. Units are such that the Earth's gravitational
+//! parameter is 1.
 
 use crate::model::elements::{Elements, Vectors};
 use crate::model::vector::{Vector, cross, dot, length, plus, times};
@@ -15,7 +16,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The ellipse on which a satellite at this position moves with this velocity, which must be less than that of escape.
+    /// The ellipse on which a satellite at this position moves with this velocity, which must be less than that of
+    /// escape.
     pub fn of(position: Vector<f64>, velocity: Vector<f64>) -> Self {
         let r = length(position);
         let axis = 1.0 / (2.0 / r - dot(velocity, velocity));
@@ -26,8 +28,8 @@ impl Motion {
         Self { axis, vectors: Vectors { e, h }, mean_anomaly: e_sin.atan2(e_cos) - e_sin }
     }
 
-    /// Position and velocity. The pericentre of a circular orbit is taken towards the vernal equinox or, if the orbit is
-    /// perpendicular to that, towards the equator.
+    /// Position and velocity. The pericentre of a circular orbit is taken towards the vernal equinox or, if the orbit
+    /// is perpendicular to that, towards the equator.
     pub fn position_and_velocity(&self) -> (Vector<f64>, Vector<f64>) {
         let Self { axis, vectors: Vectors { e, h }, mean_anomaly } = *self;
         let eccentricity = length(e);
@@ -37,8 +39,8 @@ impl Motion {
     }
 }
 
-/// Position and velocity on the ellipse with these elements and this semi-major axis. The place on a circular orbit is at the longitude of
-/// pericentre plus the mean anomaly.
+/// Position and velocity on the ellipse with these elements and this semi-major axis. The place on a circular orbit is
+/// at the longitude of pericentre plus the mean anomaly.
 pub fn place(elements: &Elements, axis: f64, mean_anomaly: f64) -> (Vector<f64>, Vector<f64>) {
     on_ellipse((axis, elements.eccentricity), elements.axes(), mean_anomaly)
 }

@@ -10,8 +10,8 @@ use crate::model::elements::Vectors;
 use crate::model::vector::{Vector, plus, times};
 use crate::model::{Coordinates, Model};
 
-/// Number of instants of a revolution. What oscillates within it is a smooth function of the place on the ellipse, so that the mean of
-/// equally spaced instants converges like `(e/(1 + sqrt(1 - e²)))^INSTANTS`.
+/// Number of instants of a revolution. What oscillates within it is a smooth function of the place on the ellipse, so
+/// that the mean of equally spaced instants converges like `(e/(1 + sqrt(1 - e²)))^INSTANTS`.
 const INSTANTS: u32 = 96;
 
 /// The mean orbit at a time.
@@ -23,8 +23,8 @@ pub struct MeanOrbit {
     pub semi_major_axis: f64,
 }
 
-/// The mean orbit over one revolution centred on a time \[yr\], at which the satellite is in the given state. The first six coordinates of the
-/// flow's states are those of the unaveraged model `nominal`.
+/// The mean orbit over one revolution centred on a time \[yr\], at which the satellite is in the given state. The first
+/// six coordinates of the flow's states are those of the unaveraged model `nominal`.
 ///
 /// # Errors
 /// [`Escaped`] if the satellite cannot be followed.
@@ -56,9 +56,10 @@ pub fn mean_orbit<M: Model>(
     Ok(MeanOrbit { vectors, semi_major_axis: sums.2 * share * nominal.semi_major_axis })
 }
 
-/// Means of the eccentricity and angular momentum vectors of many orbits, each over one revolution centred on a time \[yr\]. The first six
-/// columns are their states in the unaveraged model `nominal`. All are averaged over its nominal period, from which theirs differ by a
-/// thousandth or so while the semi-major axis keeps its mean: that much of what oscillates is left in the means.
+/// Means of the eccentricity and angular momentum vectors of many orbits, each over one revolution centred on a time
+/// \[yr\]. The first six columns are their states in the unaveraged model `nominal`. All are averaged over its nominal
+/// period, from which theirs differ by a thousandth or so while the semi-major axis keeps its mean: that much of what
+/// oscillates is left in the means.
 ///
 /// # Errors
 /// [`Escaped`] names the first orbit that cannot be followed.

@@ -1,19 +1,20 @@
 //! An orbit in space without any average: every force acts on the satellite where it is.
 //!
-//! Solar radiation pressure, Earth's oblateness, and the gravity of the Sun and the Moon as point masses on circles in the ecliptic.
-//! In units of the nominal semi-major axis `a` and the nominal mean motion `n`, with `N = n/n_sun`,
+//! Solar radiation pressure, Earth's oblateness, and the gravity of the Sun and the Moon as point masses on circles in
+//! the ecliptic. In units of the nominal semi-major axis `a` and the nominal mean motion `n`, with `N = n/n_sun`,
 //!
 //! ```text
 //! r'' = -r/r³ - (W/N) [r (1 - 5 z²/r²) + 2 z p]/r⁵ - σ s + Σ q D³ [(D b - r)/|D b - r|³ - b/D²]
 //! σ = C/(1.5 N)      q = (4/3) A/N for the Sun, (4/3) B/N for the Moon
 //! ```
 //!
-//! with `s` the direction to the Sun, `p` the Earth's pole, and `b` and `D` the direction and the distance of the Sun or the Moon. `C`, `W`,
-//! `A` and `B` are those of [`super::planar`] and [`super::sun_moon`]: `(2/3)(W/N) = J2 (R/a)²`, and `q` is `mu_body a³/(mu D³)`
-//! (Montenbruck & Gill, Satellite Orbits, 2000, Sect. 3.2 to 3.4). There is no shadow: sunlight has the same pressure everywhere.
+//! with `s` the direction to the Sun, `p` the Earth's pole, and `b` and `D` the direction and the distance of the Sun
+//! or the Moon. `C`, `W`, `A` and `B` are those of [`super::planar`] and [`super::sun_moon`]: `(2/3)(W/N) = J2 (R/a)²`,
+//! and `q` is `mu_body a³/(mu D³)` (Montenbruck & Gill, Satellite Orbits, 2000, Sect. 3.2 to 3.4). There is no shadow:
+//! sunlight has the same pressure everywhere.
 //!
-//! The variables are osculating elements: those of the ellipse on which the satellite would go on if all these forces ended. They
-//! oscillate within a revolution; [`mean`] averages that away, for a comparison with averaged models.
+//! The variables are osculating elements: those of the ellipse on which the satellite would go on if all these forces
+//! ended. They oscillate within a revolution; [`mean`] averages that away, for a comparison with averaged models.
 //!
 //! | file | idea |
 //! |---|---|
@@ -66,7 +67,8 @@ pub const VARIABLES: [Variable; 6] = [
     Variable { name: "semi-major axis", symbol: "a", unit: "R_E", kind: Kind::Interval { low: 0.0, high: 1000.0 } },
 ];
 
-/// The state: position, in units of the nominal semi-major axis, then velocity, in units of that times the nominal mean motion.
+/// The state: position, in units of the nominal semi-major axis, then velocity, in units of that times the nominal mean
+/// motion.
 pub type State<T = f64> = [T; 6];
 
 /// The Sun or the Moon.
@@ -152,7 +154,8 @@ impl Osculating {
         time * SUN_MEAN_MOTION + self.sun_longitude
     }
 
-    /// Acceleration by everything, with this radiation parameter, in units of the nominal mean motion and semi-major axis.
+    /// Acceleration by everything, with this radiation parameter, in units of the nominal mean motion and semi-major
+    /// axis.
     fn acceleration<T: Quantity>(&self, radiation: T, time: T, position: Vector<T>) -> Vector<T> {
         let r2 = dot(position, position);
         let inverse2 = T::from(1.0) / r2;
@@ -193,8 +196,9 @@ impl<S: Scale> Irradiated<S> for Osculating {
     }
 }
 
-/// A function that is above 0 where the osculating pericentre is above a height over the Earth's centre, in nominal semi-major axes: `h² - ρ (2 - ρ/a)`. An
-/// ellipse whose pericentre is at `ρ = a (1 - e)` has `h² = a (1 - e²) = ρ (2 - ρ/a)`.
+/// A function that is above 0 where the osculating pericentre is above a height over the Earth's centre, in nominal
+/// semi-major axes: `h² - ρ (2 - ρ/a)`. An ellipse whose pericentre is at `ρ = a (1 - e)` has `h² = a (1 - e²) = ρ (2 -
+/// ρ/a)`.
 pub(super) fn above_pericentre<T: Quantity>(state: State<T>, radius: f64) -> T {
     let (position, velocity) = halves(state);
     let h = cross(position, velocity);
@@ -255,7 +259,8 @@ impl Model for Osculating {
         (1.0 - critical) * (1.0 + critical)
     }
 
-    /// Volume in position and velocity is kept: `sqrt(a) e sin(i)` for each unit of the elements (Delaunay's variables).
+    /// Volume in position and velocity is kept: `sqrt(a) e sin(i)` for each unit of the elements (Delaunay's
+    /// variables).
     fn density_growth(&self, start: State, end: State) -> Option<f64> {
         let measure = |state: State| {
             let [_, e, i, _, _, a] = self.read_out(0.0, state);

@@ -1,15 +1,15 @@
 //! The Taylor recurrence of the unaveraged model, written out for speed.
 //!
-//! In the time unit `1/n_sun`, with `g = r²`, `m = |b - r/D|²` for the Sun and the Moon, and `c`, `d` the cosine and sine of their
-//! longitudes,
+//! In the time unit `1/n_sun`, with `g = r²`, `m = |b - r/D|²` for the Sun and the Moon, and `c`, `d` the cosine and
+//! sine of their longitudes,
 //!
 //! ```text
 //! r' = N v      v' = N [-r S - 2 (W/N) z g^(-5/2) p - σ s + Σ q D b (m^(-3/2) - 1)]
 //! S  = g^(-3/2) + (W/N) (g^(-5/2) - 5 z² g^(-7/2)) + Σ q m^(-3/2)
 //! ```
 //!
-//! This takes 11 Cauchy products per order, and 5 more for each body. The powers follow without a root: `y = g^(-3/2)` and `w = y/g` have
-//! `n y_n = -(3/2) Σ_{k=1..n} k g_k w_{n-k}`.
+//! This takes 11 Cauchy products per order, and 5 more for each body. The powers follow without a root: `y = g^(-3/2)`
+//! and `w = y/g` have `n y_n = -(3/2) Σ_{k=1..n} k g_k w_{n-k}`.
 
 use super::Body;
 use crate::model::part::{Coefficients, Part, WIDTH, add_product, each};

@@ -1,8 +1,9 @@
 //! The averaged model in space with the Earth's shadow.
 //!
-//! The state is that of [`crate::model::vectorial`] and the semi-major axis `α` in units of the nominal one, for which the parameters `C`, `W`, `A` and `B`
-//! are given. They change with it: `C ∝ α^(1/2)`, `W ∝ α^(-7/2)`, `A, B ∝ α^(3/2)`. Where an orbit begins to touch the shadow its rate has a
-//! kink, so that it is moved by [`RungeKutta`] steps. In the equator without obliquity this is the planar model with the shadow.
+//! The state is that of [`crate::model::vectorial`] and the semi-major axis `α` in units of the nominal one, for which
+//! the parameters `C`, `W`, `A` and `B` are given. They change with it: `C ∝ α^(1/2)`, `W ∝ α^(-7/2)`, `A, B ∝
+//! α^(3/2)`. Where an orbit begins to touch the shadow its rate has a kink, so that it is moved by [`RungeKutta`]
+//! steps. In the equator without obliquity this is the planar model with the shadow.
 
 use super::averages::{Lit, Rates};
 use super::edges::{Dark, Ellipse};
@@ -22,8 +23,8 @@ pub struct ShadowedVectorial {
     pub model: Vectorial,
     /// Nominal semi-major axis \[Earth radii\].
     pub semi_major_axis: f64,
-    /// Height of the pericentre above the Earth's centre at which the satellite re-enters \[Earth radii\]; where there is none, it re-enters at a
-    /// critical eccentricity.
+    /// Height of the pericentre above the Earth's centre at which the satellite re-enters \[Earth radii\]; where there
+    /// is none, it re-enters at a critical eccentricity.
     pub reentry_radius: Option<f64>,
 }
 
@@ -104,12 +105,14 @@ impl ShadowedVectorial {
     }
 }
 
-/// A depth below this, in Earth radii, does not shorten a step further: the shadow that may be missed changes the orbit by less than its power 3/2.
+/// A depth below this, in Earth radii, does not shorten a step further: the shadow that may be missed changes the orbit
+/// by less than its power 3/2.
 const SHALLOW: f64 = 1e-7;
 
 impl Edged for ShadowedVectorial {
-    /// The depth `S` at a place where a stretch may begin or end cannot reach 0 before `|S'| t + ½ |S''| t² = |S|`; its second derivative is bounded by
-    /// that of a circle of the apocentre's radius that turns at the fastest pace of the orbit.
+    /// The depth `S` at a place where a stretch may begin or end cannot reach 0 before `|S'| t + ½ |S''| t² = |S|`; its
+    /// second derivative is bounded by that of a circle of the apocentre's radius that turns at the fastest pace of the
+    /// orbit.
     fn free_time(&self, time: f64, state: State) -> f64 {
         let rate = self.rate(time, state);
         let moving: State<Dual> = std::array::from_fn(|k| Dual::new(state[k], rate[k]));
@@ -195,8 +198,8 @@ impl Model for ShadowedVectorial {
         }
     }
 
-    /// The rate at which a density falls that is given per unit of the areas on the two unit spheres of `h + e` and `h - e` and of the semi-major axis:
-    /// per unit of the variables, a density is `e sin(i)` times as large.
+    /// The rate at which a density falls that is given per unit of the areas on the two unit spheres of `h + e` and
+    /// `h - e` and of the semi-major axis: per unit of the variables, a density is `e sin(i)` times as large.
     fn divergence(&self, time: f64, state: State) -> f64 {
         let along = |k: usize| {
             let state = Self::on_spheres(std::array::from_fn(|j| Dual::new(state[j], f64::from(j == k))));

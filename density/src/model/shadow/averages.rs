@@ -1,7 +1,7 @@
 //! What sunlight does over a revolution of which a part is dark.
 //!
-//! The pressure `-p s` acts on the sunlit part alone. With `R = r/a`, `V = dR/dF` and the differences `Δ` over every dark stretch, whose share of the
-//! period is `w`, the averages over a revolution are exactly
+//! The pressure `-p s` acts on the sunlit part alone. With `R = r/a`, `V = dR/dF` and the differences `Δ` over every
+//! dark stretch, whose share of the period is `w`, the averages over a revolution are exactly
 //!
 //! ```text
 //! e' = c n_sun [(1 - w) h × s + Δ(R × (R × s))/(6π)]
@@ -9,10 +9,11 @@
 //! a' = c n_sun (2 a/(3π)) s·ΔR
 //! ```
 //!
-//! with `c = C` at the present semi-major axis. They follow from Gauss's equations `μ e' = f × H + v × (r × f)`, `H' = r × f`, `a' = (2 a²/μ) v·f` for a
-//! constant force per mass `f`, by `r × (f·dr) = ½ d(r (f·r)) + ½ f × H dt` and `∫ r dt = -(3/2) a e Δt + (a/n) ΔB` (the last is the primitive of
-//! `(cos E - e)(1 - e cos E)` and `η sin E (1 - e cos E)`). Without a dark stretch they are those of [`crate::model::vectorial`]. Kozai (SAO Special Report 56,
-//! 1961) and Hubaux & Lemaître (Celest. Mech. Dyn. Astron. 116, 2013) give the same in elements.
+//! with `c = C` at the present semi-major axis. They follow from Gauss's equations `μ e' = f × H + v × (r × f)`, `H' =
+//! r × f`, `a' = (2 a²/μ) v·f` for a constant force per mass `f`, by `r × (f·dr) = ½ d(r (f·r)) + ½ f × H dt` and `∫ r
+//! dt = -(3/2) a e Δt + (a/n) ΔB` (the last is the primitive of `(cos E - e)(1 - e cos E)` and `η sin E (1 - e cos
+//! E)`). Without a dark stretch they are those of [`crate::model::vectorial`]. Kozai (SAO Special Report 56, 1961) and
+//! Hubaux & Lemaître (Celest. Mech. Dyn. Astron. 116, 2013) give the same in elements.
 
 use std::f64::consts::{PI, TAU};
 
@@ -80,7 +81,8 @@ impl<T: Quantity> Lit<T> {
         (plus(self.shrunk(toward), times(self.e, T::from(-1.0))), self.shrunk(across))
     }
 
-    /// The place of an edge of the shadow, by one step of Newton's method from where it nearly is. The derivatives of the result are exact whatever the start.
+    /// The place of an edge of the shadow, by one step of Newton's method from where it nearly is. The derivatives of
+    /// the result are exact whatever the start.
     fn edge(&self, Edge { longitude, kind }: Edge) -> T {
         let start = T::from(longitude);
         let (position, velocity) = self.position(start);

@@ -1,12 +1,13 @@
 //! Where an ellipse enters and leaves the Earth's shadow.
 //!
-//! Places on the ellipse are given by the eccentric longitude `F`, the eccentric anomaly counted from the first equinoctial axis, which is regular
-//! for circular orbits (Broucke & Cefola, Celest. Mech. 5, 1972). The square of the distance from the shadow's axis is a trigonometric polynomial of
-//! degree 2 in `F`, so that the cylinder is met at most four times. It is monotone between its extrema, of which there are two or four; between
-//! them, and the two places where the satellite is at right angles to the Sun, there is one edge at most.
+//! Places on the ellipse are given by the eccentric longitude `F`, the eccentric anomaly counted from the first
+//! equinoctial axis, which is regular for circular orbits (Broucke & Cefola, Celest. Mech. 5, 1972). The square of the
+//! distance from the shadow's axis is a trigonometric polynomial of degree 2 in `F`, so that the cylinder is met at
+//! most four times. It is monotone between its extrema, of which there are two or four; between them, and the two
+//! places where the satellite is at right angles to the Sun, there is one edge at most.
 //!
-//! An orbit whose pericentre is above the ground is in the shadow once in a revolution or never; one that passes through the Earth may be in it up to three
-//! times.
+//! An orbit whose pericentre is above the ground is in the shadow once in a revolution or never; one that passes
+//! through the Earth may be in it up to three times.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -85,8 +86,8 @@ fn sin_cos(angle: f64) -> (f64, f64) {
 }
 
 impl Ellipse {
-    /// The ellipse of an eccentricity vector and an angular momentum vector, with the direction to the Sun and the radius of the Earth in
-    /// semi-major axes.
+    /// The ellipse of an eccentricity vector and an angular momentum vector, with the direction to the Sun and the
+    /// radius of the Earth in semi-major axes.
     pub fn new(e: Vector<f64>, h: Vector<f64>, to_sun: Vector<f64>, radius: f64) -> Self {
         let (first, second) = equinoctial_axes(h);
         let (k, l) = (dot(e, first), dot(e, second));
@@ -131,7 +132,8 @@ impl Ellipse {
         (found, count)
     }
 
-    /// The two places at right angles to the Sun, in ascending order; none if the orbit is at right angles to the Sun as a whole.
+    /// The two places at right angles to the Sun, in ascending order; none if the orbit is at right angles to the Sun
+    /// as a whole.
     fn terminators(&self) -> Option<[f64; 2]> {
         let [constant, by_cos, by_sin] = self.toward;
         let size = by_cos.hypot(by_sin);
@@ -202,8 +204,8 @@ impl Ellipse {
         dark
     }
 
-    /// The extrema of the distance from the axis on the night side, by longitude and depth in Earth radii, which is below 0 in the shadow: the places
-    /// at which a dark stretch of an orbit above the ground begins or ends to be.
+    /// The extrema of the distance from the axis on the night side, by longitude and depth in Earth radii, which is
+    /// below 0 in the shadow: the places at which a dark stretch of an orbit above the ground begins or ends to be.
     pub fn depths(&self) -> impl Iterator<Item = (f64, f64)> {
         let (extrema, count) = self.extrema();
         let own = *self;
@@ -224,8 +226,8 @@ impl Dark {
     }
 }
 
-/// The zero of a function, given with its slope, between two places at which it has these values of different signs: Newton's method, and a halving
-/// where it would leave the interval.
+/// The zero of a function, given with its slope, between two places at which it has these values of different signs:
+/// Newton's method, and a halving where it would leave the interval.
 fn zero(function: impl Fn(f64) -> (f64, f64), mut low: f64, mut high: f64, at_low: f64, at_high: f64) -> f64 {
     const MOST_STEPS: usize = 80;
     const ENOUGH: f64 = 2e-16;

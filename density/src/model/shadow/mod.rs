@@ -1,8 +1,9 @@
 //! The Earth's shadow: a cylinder of one Earth radius behind the Earth, in which sunlight exerts no pressure.
 //!
-//! A satellite at `r` is in the shadow where `r·s < 0` and `|r|² - (r·s)² < R²`, with the direction to the Sun `s`. Over a revolution the Sun then
-//! does work on the satellite, so that the semi-major axis becomes a variable of the averaged orbit, and radiation pressure has no potential any
-//! more: the flow keeps no measure, and a density changes at the rate of the flow's divergence ([`super::Model::divergence`]).
+//! A satellite at `r` is in the shadow where `r·s < 0` and `|r|² - (r·s)² < R²`, with the direction to the Sun `s`.
+//! Over a revolution the Sun then does work on the satellite, so that the semi-major axis becomes a variable of the
+//! averaged orbit, and radiation pressure has no potential any more: the flow keeps no measure, and a density changes
+//! at the rate of the flow's divergence ([`super::Model::divergence`]).
 //!
 //! | file | idea |
 //! |---|---|

@@ -1,8 +1,9 @@
 //! The unaveraged model with the Earth's shadow, or with a height at which the satellite re-enters.
 //!
-//! Sunlight is on or off. In between the equations are smooth, so that the series of the model without the shadow is followed to the next edge and
-//! begins anew there, with the pressure of the other side. An edge is looked for at [`PLACES`] places of every step; a stretch that begins and ends
-//! between two of them, which takes a satellite less than a minute, is passed over.
+//! Sunlight is on or off. In between the equations are smooth, so that the series of the model without the shadow is
+//! followed to the next edge and begins anew there, with the pressure of the other side. An edge is looked for at
+//! [`PLACES`] places of every step; a stretch that begins and ends between two of them, which takes a satellite less
+//! than a minute, is passed over.
 
 use super::super::irradiated::{Irradiated, irradiated_carried_here};
 use super::super::osculating::{self, Osculating, OsculatingSeries, State, above_pericentre, halves};
@@ -21,13 +22,14 @@ pub struct ShadowedOsculating {
     pub model: Osculating,
     /// Whether there is a shadow at all.
     pub has_shadow: bool,
-    /// Height of the osculating pericentre above the Earth's centre at which the satellite re-enters \[Earth radii\]; where there is none, it
-    /// re-enters at a critical eccentricity.
+    /// Height of the osculating pericentre above the Earth's centre at which the satellite re-enters \[Earth radii\];
+    /// where there is none, it re-enters at a critical eccentricity.
     pub reentry_radius: Option<f64>,
 }
 
 impl ShadowedOsculating {
-    /// A function that is below 0 in the shadow and nowhere else, and smooth but for the rim of the Earth's disc as the Sun sees it.
+    /// A function that is below 0 in the shadow and nowhere else, and smooth but for the rim of the Earth's disc as the
+    /// Sun sees it.
     fn outside(&self, to_sun: Vector<f64>, position: Vector<f64>) -> f64 {
         let toward = dot(position, to_sun);
         let beyond = dot(position, position) - toward * toward - self.model.semi_major_axis.powi(-2);
@@ -104,8 +106,9 @@ impl Model for ShadowedOsculating {
         }
     }
 
-    /// As without the shadow: the pressure on either side of an edge does not depend on the place, and the satellite's path is continuous in position
-    /// and velocity across it. Where the edge itself lies depends on the position alone, so that the flow keeps the volume.
+    /// As without the shadow: the pressure on either side of an edge does not depend on the place, and the satellite's
+    /// path is continuous in position and velocity across it. Where the edge itself lies depends on the position alone,
+    /// so that the flow keeps the volume.
     fn density_growth(&self, start: State, end: State) -> Option<f64> {
         self.model.density_growth(start, end)
     }
@@ -151,7 +154,8 @@ impl<const P: usize> ShadowedSeries<P> {
         self.model.outside(self.model.sunward(own.time + signed / SUN_MEAN_MOTION), position)
     }
 
-    /// Whether a satellite in the light is farther from the shadow than it can move in a step of this length, at up to twice its speed.
+    /// Whether a satellite in the light is farther from the shadow than it can move in a step of this length, at up to
+    /// twice its speed.
     fn is_far_from_shadow(&self, lane: usize, step: f64) -> bool {
         let (position, velocity) = halves(self.state_of(lane));
         let toward = dot(position, self.model.sunward(self.lanes[lane].time));
@@ -180,7 +184,8 @@ impl<const P: usize> ShadowedSeries<P> {
         f64::INFINITY
     }
 
-    /// The edge between two lengths at which the function has these values, by the Illinois variant of the false position.
+    /// The edge between two lengths at which the function has these values, by the Illinois variant of the false
+    /// position.
     fn edge_between(&self, lane: usize, inward: f64, mut low: (f64, f64), mut high: (f64, f64)) -> f64 {
         const MOST_STEPS: usize = 60;
         const ENOUGH: f64 = 1e-14;

@@ -1,9 +1,9 @@
-//! An orbit in space under solar radiation pressure, Earth's oblateness and the gravity of the Sun and the Moon, averaged over the
-//! satellite's revolution: the vectorial (Milankovitch) form.
+//! An orbit in space under solar radiation pressure, Earth's oblateness and the gravity of the Sun and the Moon,
+//! averaged over the satellite's revolution: the vectorial (Milankovitch) form.
 //!
-//! The state is the eccentricity vector `e` and the angular momentum vector `h`, in units of `sqrt(mu a)`, in equatorial axes. They
-//! obey (Rosengren & Scheeres, Adv. Space Res. 52, 2013, and Celest. Mech. Dyn. Astron. 118, 2014; Tremaine, Touma & Namouni,
-//! Astron. J. 137, 2009)
+//! The state is the eccentricity vector `e` and the angular momentum vector `h`, in units of `sqrt(mu a)`, in
+//! equatorial axes. They obey (Rosengren & Scheeres, Adv. Space Res. 52, 2013, and Celest. Mech. Dyn. Astron. 118,
+//! 2014; Tremaine, Touma & Namouni, Astron. J. 137, 2009)
 //!
 //! ```text
 //! e' = n_sun (e × ∂H/∂h + h × ∂H/∂e)      h' = n_sun (h × ∂H/∂h + e × ∂H/∂e)
@@ -12,12 +12,13 @@
 //!      + B [e²/2 - (5/2) (e·k)² - h²/2 + (h·k)²/2]
 //! ```
 //!
-//! with `p` the Earth's pole, `k` the pole of the ecliptic, and `s = (cos l, sin l cos ε, sin l sin ε)` the direction to the Sun at its
-//! longitude `l = n_sun t + l_0`; `ε` is the obliquity of the ecliptic. `C`, `W`, `A` and `B` are the parameters of
-//! [`super::planar`] and [`super::sun_moon`], which this is for `ε = 0` and orbits in the equator. The Moon's orbit is a circle in
-//! the ecliptic, averaged over its revolution; the Sun's is a circle.
+//! with `p` the Earth's pole, `k` the pole of the ecliptic, and `s = (cos l, sin l cos ε, sin l sin ε)` the direction
+//! to the Sun at its longitude `l = n_sun t + l_0`; `ε` is the obliquity of the ecliptic. `C`, `W`, `A` and `B` are the
+//! parameters of [`super::planar`] and [`super::sun_moon`], which this is for `ε = 0` and orbits in the equator. The
+//! Moon's orbit is a circle in the ecliptic, averaged over its revolution; the Sun's is a circle.
 //!
-//! `e·h = 0` and `e² + h² = 1` are constant along every orbit. In `u = h + e`, `v = h - e` both vectors are turned on unit spheres,
+//! `e·h = 0` and `e² + h² = 1` are constant along every orbit. In `u = h + e`, `v = h - e` both vectors are turned on
+//! unit spheres,
 //!
 //! ```text
 //! u' = n_sun u × (∂H/∂h + ∂H/∂e)      v' = n_sun v × (∂H/∂h - ∂H/∂e)
@@ -92,8 +93,8 @@ impl Vectorial {
 
     /// Time derivative of the state \[1/yr\] with another radiation parameter.
     ///
-    /// Of `∂H/∂h` and `∂H/∂e`, the parts along `h` and along `e` turn the orbit in its plane alone. They are taken together as
-    /// `in_plane`, the coefficient of `e × h` in `e'`.
+    /// Of `∂H/∂h` and `∂H/∂e`, the parts along `h` and along `e` turn the orbit in its plane alone. They are taken
+    /// together as `in_plane`, the coefficient of `e × h` in `e'`.
     fn rate_with<T: Quantity>(&self, radiation: T, time: T, state: State<T>) -> State<T> {
         let SunMoon { force, sun, moon } = self.forces;
         self.rate_of([radiation, T::from(force.oblateness), T::from(sun), T::from(moon)], time, state)

@@ -1,7 +1,7 @@
 //! The Taylor recurrence of the averaged model in space, written out for speed.
 //!
-//! In the time unit `1/n_sun`, with `u = h + e`, `v = h - e`, the direction to the Sun `s` by `c = cos l` and `d = sin l`, and the
-//! pole of the ecliptic `k`,
+//! In the time unit `1/n_sun`, with `u = h + e`, `v = h - e`, the direction to the Sun `s` by `c = cos l` and `d = sin
+//! l`, and the pole of the ecliptic `k`,
 //!
 //! ```text
 //! u' = u × (f + g - G e)      f = W z η⁻⁵ p - 2A (h·s) s + B (h·k) k
@@ -9,9 +9,9 @@
 //! G  = (W/2) (η⁻⁵ - 5 z² η⁻⁷) + 4A - 2B      z = h·p      η² = h·h
 //! ```
 //!
-//! This takes 31 Cauchy products per order: 12 for the two vector products, 3 each for `G e` and `η²`, 8 for the Sun's direction, and
-//! 5 for `η⁻⁵`, `η⁻⁷` and their products with `z`. The powers follow from each other without a root: `w = η⁻⁷` and `y = η² w` have
-//! `n y_n = -(5/2) Σ_{k=1..n} k (η²)_k w_{n-k}`.
+//! This takes 31 Cauchy products per order: 12 for the two vector products, 3 each for `G e` and `η²`, 8 for the Sun's
+//! direction, and 5 for `η⁻⁵`, `η⁻⁷` and their products with `z`. The powers follow from each other without a root:
+//! `w = η⁻⁷` and `y = η² w` have `n y_n = -(5/2) Σ_{k=1..n} k (η²)_k w_{n-k}`.
 //!
 //! Half of the lanes are expanded at a time, so that their coefficients stay in the first cache.
 

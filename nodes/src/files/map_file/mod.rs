@@ -182,7 +182,8 @@ impl MapFile {
         [&self.text, self.sweep.base_text()]
     }
 
-    /// How many points there are along each axis: the horizontal, and the vertical one, which has a single point if there is one axis.
+    /// How many points there are along each axis: the horizontal, and the vertical one, which has a single point if
+    /// there is one axis.
     pub fn size(&self) -> (usize, usize) {
         let count = |axis: usize| {
             let position = self.axes.get(axis).and_then(|key| self.sweep.keys().position(|known| known == key));

@@ -74,7 +74,8 @@ impl AnyScenario {
     }
 }
 
-/// Checks a scenario file in any model that has been read. One in space may describe a single orbit, without a cloud about it.
+/// Checks a scenario file in any model that has been read. One in space may describe a single orbit, without a cloud
+/// about it.
 ///
 /// # Errors
 /// [`InputError`] with file, line and key.

@@ -19,8 +19,8 @@ pub(super) struct Disposal {
 }
 
 impl Disposal {
-    /// The eccentricity at which the satellite re-enters, of an orbit with this semi-major axis \[Earth radii\] if it is known:
-    /// `e = 1 - (1 + h/R)/a` for the pericentre's height `h`.
+    /// The eccentricity at which the satellite re-enters, of an orbit with this semi-major axis \[Earth radii\] if it
+    /// is known: `e = 1 - (1 + h/R)/a` for the pericentre's height `h`.
     pub(super) fn read(
         file: &InputFile,
         table: &Spanned<Self>,
@@ -48,7 +48,8 @@ impl Disposal {
         }
     }
 
-    /// The height of the pericentre above the equator at which the satellite re-enters \[Earth radii\], if the table gives that.
+    /// The height of the pericentre above the equator at which the satellite re-enters \[Earth radii\], if the table
+    /// gives that.
     pub(super) fn reentry_altitude(&self, file: &InputFile) -> Result<Option<f64>, InputError> {
         let height = |altitude| Ok(measure::read(file, altitude, Dimension::Height)? * 1_000.0 / earth::RADIUS);
         self.altitude.as_ref().map(height).transpose()

@@ -101,8 +101,8 @@ impl Epoch {
         (time.duration_since(SystemTime::UNIX_EPOCH).ok()?.as_secs() < END).then_some(time)
     }
 
-    /// Mean longitudes of the Sun and of the Moon at the epoch \[rad\], between -2π and 2π. The minute or two between universal and terrestrial time, in which
-    /// the Moon moves by 0.01°, is left out.
+    /// Mean longitudes of the Sun and of the Moon at the epoch \[rad\], between -2π and 2π. The minute or two between
+    /// universal and terrestrial time, in which the Moon moves by 0.01°, is left out.
     fn mean_longitudes(&self) -> [f64; 2] {
         let days = self.0.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_secs_f64() / DAY;
         let longitudes = mean_longitudes((days - DAYS_TO_J2000) / DAYS_OF_CENTURY);

@@ -123,7 +123,8 @@ pub(super) fn read(file: &InputFile, model: Option<&Model>, orbit: &Spanned<Orbi
 /// Largest height of a circular orbit \[km\]: that of the largest semi-major axis, 100 Earth radii.
 const HIGHEST: f64 = 99.0 * earth::RADIUS / 1_000.0;
 
-/// The semi-major axis \[Earth radii\], if the file gives it: by itself, or by the height above the equator of a circular orbit.
+/// The semi-major axis \[Earth radii\], if the file gives it: by itself, or by the height above the equator of a
+/// circular orbit.
 pub(super) fn semi_major_axis(file: &InputFile, orbit: &Spanned<Orbit>) -> Result<Option<f64>, InputError> {
     match orbit.get_ref() {
         Orbit { semi_major_axis: Some(axis), altitude: None, .. } => {

@@ -1,7 +1,7 @@
 //! Scenario files in the plane whose satellite passes the Earth's shadow.
 //!
-//! With the shadow there is no Hamiltonian and the semi-major axis changes, so that such a scenario is one of the averaged model in space: without
-//! obliquity, in the equator, with the Sun at longitude 0 at first.
+//! With the shadow there is no Hamiltonian and the semi-major axis changes, so that such a scenario is one of the
+//! averaged model in space: without obliquity, in the equator, with the Sun at longitude 0 at first.
 
 use density::in_space::{InitialInSpace, SpaceProblem};
 use density::model::space_registry::SpaceModel;

@@ -1,10 +1,11 @@
 //! DEE in space: characteristics on a lattice, whose interpolated flow is read out at many points of equal probability.
 //!
-//! A density over four or five variables on a mesh would take more characteristics than anyone can follow. What is asked of it are moments and
-//! densities of one variable or two, which are integrals over all others. So the characteristics are the orbits of a flow map
-//! ([`density::flow_map`]): Chebyshev points of boxes that are halved where the flow bends. The map takes points of a scrambled Sobol sequence
-//! through the initial Gaussian to where they are at a snapshot. Each carries its share of the probability, which the flow keeps, also one
-//! that does not keep the measure. Independent replicates of the points show the error of what is read out.
+//! A density over four or five variables on a mesh would take more characteristics than anyone can follow. What is
+//! asked of it are moments and densities of one variable or two, which are integrals over all others. So the
+//! characteristics are the orbits of a flow map ([`density::flow_map`]): Chebyshev points of boxes that are halved
+//! where the flow bends. The map takes points of a scrambled Sobol sequence through the initial Gaussian to where they
+//! are at a snapshot. Each carries its share of the probability, which the flow keeps, also one that does not keep the
+//! measure. Independent replicates of the points show the error of what is read out.
 
 use std::num::NonZeroUsize;
 
@@ -27,7 +28,8 @@ const SHARE: f64 = 5e-4;
 const ERRORS: (f64, f64) = (1e-10, 1e-5);
 /// A box that holds less probability is not halved again: its points are propagated directly.
 const SMALLEST_SHARE: f64 = 1e-3;
-/// How far the boxes reach from the mean, in standard deviations; 3e-5 of the points lie beyond, and are propagated directly.
+/// How far the boxes reach from the mean, in standard deviations; 3e-5 of the points lie beyond, and are propagated
+/// directly.
 const REACH: f64 = 4.5;
 /// A map that covers less is refused: it would not be DEE any more.
 const LEAST_MAPPED: f64 = 0.2;

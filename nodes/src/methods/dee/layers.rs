@@ -15,7 +15,8 @@ use messages::content::Lattice;
 
 use super::settings::{LAYERS, Settings};
 
-/// Lines per side of the lattices from which first passages follow: enough for a mean over many values of the parameter.
+/// Lines per side of the lattices from which first passages follow: enough for a mean over many values of the
+/// parameter.
 const PASSAGE_LINES: usize = 31;
 
 /// The characteristics of a scenario whose radiation parameter is uncertain.
@@ -66,8 +67,8 @@ impl LayersWork {
         Ok(self.range.len())
     }
 
-    /// Writes solar angle, eccentricity and third variable of the points, and the density in the three that each carries: the flow
-    /// changes neither the third variable nor the density in it.
+    /// Writes solar angle, eccentricity and third variable of the points, and the density in the three that each
+    /// carries: the flow changes neither the third variable nor the density in it.
     pub(super) fn write(&self, columns: &mut [f64]) {
         const VARIABLES: usize = 3;
         let rows = self.range.len();

@@ -40,8 +40,8 @@ pub enum MeshChoice {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Number of characteristics; on a lattice the largest square number up to it, and where the radiation parameter is uncertain the
-    /// largest cubic number up to four times it.
+    /// Number of characteristics; on a lattice the largest square number up to it, and where the radiation parameter is
+    /// uncertain the largest cubic number up to four times it.
     #[serde(deserialize_with = "positive")]
     pub samples: usize,
     /// Seed of points that are not on a lattice; 1 unless set.
@@ -155,7 +155,8 @@ impl Settings {
         }
     }
 
-    /// The degree of the polynomials between layers, if the settings are for a scenario whose radiation parameter is uncertain.
+    /// The degree of the polynomials between layers, if the settings are for a scenario whose radiation parameter is
+    /// uncertain.
     pub(super) fn check_layers(&self) -> Result<usize, String> {
         self.check_uncertain()?;
         self.degree_of(cubic_side(LAYERS.saturating_mul(self.samples)))

@@ -37,7 +37,8 @@ pub(super) fn add_up(parts: &[&RecordedPassage]) -> Vec<f64> {
     (0..rows).flat_map(row).collect()
 }
 
-/// The rows of `given_re_entry.csv` of a case. Where fewer than [`FEW`] samples have seen an event, nothing is said of it.
+/// The rows of `given_re_entry.csv` of a case. Where fewer than [`FEW`] samples have seen an event, nothing is said of
+/// it.
 pub(super) fn rows(scenario: &str, method: &str, passage: &RecordedPassage) -> Vec<GivenRow> {
     let samples = passage.header.samples as f64;
     let lines = passage.values.chunks_exact(PASSAGE_COLUMNS).zip(passage.given.chunks_exact(GIVEN_COLUMNS));

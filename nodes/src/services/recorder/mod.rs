@@ -87,7 +87,8 @@ impl RecordedPassage {
     }
 }
 
-/// Takes in the densities that have arrived, refuses those of a case that the run does not have, and reports how many there are.
+/// Takes in the densities that have arrived, refuses those of a case that the run does not have, and reports how many
+/// there are.
 fn take_densities(
     session: &Session,
     densities: &Inlet<Density>,

@@ -16,14 +16,15 @@ use crate::services::yardstick::Figure;
 use kit::diagnosis;
 use kit::space::Quantity;
 
-/// Error estimate of the moments of an exact density, in standard deviations, above which there is a note: a hundredth of the 1 % to
-/// which verdicts judge the other methods by it.
+/// Error estimate of the moments of an exact density, in standard deviations, above which there is a note: a hundredth
+/// of the 1 % to which verdicts judge the other methods by it.
 const MOMENT_ERROR: f64 = 1e-4;
 /// The same for the resultant vector.
 const CIRCULAR_ERROR: f64 = 1e-4;
 /// The same for the probability above the critical eccentricity, where that is not small.
 const PROBABILITY_ERROR: f64 = 1e-4;
-/// A small probability has a note if its error estimate is above this share of it, unless the estimate is at most [`LEAST_ERROR`].
+/// A small probability has a note if its error estimate is above this share of it, unless the estimate is at most
+/// [`LEAST_ERROR`].
 const RELATIVE_ERROR: f64 = 0.01;
 /// Error estimate of a probability that never causes a note.
 const LEAST_ERROR: f64 = 1e-6;

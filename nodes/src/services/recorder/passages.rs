@@ -1,8 +1,9 @@
 //! Puts together the first-passage curve of a case from those of its shards.
 //!
-//! A curve that was counted from independent samples gets Wilson's interval if its sender gave none. A probability that was counted is a
-//! number of samples divided by the number of all samples, so the counts of the shards add up to those of the whole
-//! case. Its probabilities and intervals are therefore the same as those of a case without shards, to the last bit.
+//! A curve that was counted from independent samples gets Wilson's interval if its sender gave none. A probability that
+//! was counted is a number of samples divided by the number of all samples, so the counts of the shards add up to those
+//! of the whole case. Its probabilities and intervals are therefore the same as those of a case without shards, to the
+//! last bit.
 
 use density::first_passage::empirical::wilson_interval;
 use messages::layout::PASSAGE_COLUMNS;

@@ -15,8 +15,8 @@ use super::Recording;
 use super::tables::{scenario_text, write_tables};
 use crate::services::roster::Roster;
 
-/// The messages of one scenario that have arrived. Messages that the recorder would refuse are passed over: the recorder
-/// says why.
+/// The messages of one scenario that have arrived. Messages that the recorder would refuse are passed over: the
+/// recorder says why.
 #[derive(Debug)]
 pub struct SoFar {
     run_id: u64,

@@ -24,8 +24,8 @@ fn judged_quantities(space: &Space) -> Vec<Quantity> {
     space.quantities().into_iter().filter(is_judged).collect()
 }
 
-/// A variable with a deviation below this is certain: its errors in deviations say nothing. Methods that need a deviation give such a variable
-/// one of 5e-10.
+/// A variable with a deviation below this is certain: its errors in deviations say nothing. Methods that need a
+/// deviation give such a variable one of 5e-10.
 const CERTAIN: f64 = 1e-8;
 
 /// Whether this is the mean or the deviation of a variable that does not vary, by this method and by all references.
