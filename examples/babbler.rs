@@ -10,7 +10,7 @@ use kit::failure::Failure;
 use kit::session::Session;
 use messages::content::Samples;
 use messages::domain::{Domain, Place};
-use messages::layout::{ComparisonHeader, DensityHeader, SnapshotHeader, StatusHeader, comparison, event};
+use messages::layout::{ComparisonHeader, DensityHeader, SnapshotHeader, StatusHeader, comparison, event, role};
 use messages::text::pack;
 use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
 
@@ -85,9 +85,20 @@ fn on<T: Topic<Header: Pod>>(domain: &Domain, random: &mut Random, run_id: u64) 
 fn lie(domain: &Domain, run_id: u64) {
     let said = || -> Result<(), messages::port::PortError> {
         let status = domain.outlet::<Status>(2)?;
-        for (node, event) in [("recorder", event::DONE), ("estimator", event::FAILED), ("mc", event::FAILED)] {
-            let header =
-                StatusHeader { run_id, event, node: pack(node), subject: pack(node), ..StatusHeader::default() };
+        for (role, node, event) in [
+            (role::RECORDER, "recorder", event::DONE),
+            (role::ESTIMATOR, "estimator", event::FAILED),
+            (role::CASE, "mc", event::FAILED),
+        ] {
+            let header = StatusHeader {
+                run_id,
+                event,
+                role,
+                subject_role: role,
+                node: pack(node),
+                subject: pack(node),
+                ..StatusHeader::default()
+            };
             status.send_items(header, &[0.0; 2])?;
         }
         let label = pack("mc");

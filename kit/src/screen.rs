@@ -22,7 +22,7 @@ use crate::failure::Failure;
 use crate::limits::MOST_CASES;
 use crate::sender::label_of;
 use crate::session::Session;
-use crate::shard::{MOST_SHARDS, label_of_member};
+use crate::shard::MOST_SHARDS;
 
 /// A topic whose messages can be judged.
 pub trait Screened: Topic {
@@ -70,7 +70,7 @@ pub fn receive<T: Screened>(session: &Session, inlet: &Inlet<T>) -> Result<Optio
 pub fn refuse<T: Topic>(session: &Session, scenario: u32, sender: &str, why: &str) -> Result<(), Failure> {
     let scenario = session.reported_refusals.charged_to(scenario);
     if session.reported_refusals.is_new(scenario, sender, T::NAME) {
-        session.failed(scenario, sender, why)
+        session.case_failed(scenario, sender, why)
     } else {
         Ok(())
     }
@@ -209,7 +209,7 @@ impl Screened for Roster {
 
 impl Screened for Status {
     fn propagator(header: &Self::Header) -> Option<String> {
-        Some(label_of_member(&unpack(&header.node)).to_owned())
+        Some(unpack(&header.node))
     }
 
     fn check(_: &Self::Header, _: &[f64]) -> Result<(), String> {
@@ -219,7 +219,7 @@ impl Screened for Status {
 
 #[cfg(test)]
 mod tests {
-    use messages::layout::{SnapshotHeader, StatusHeader};
+    use messages::layout::{SnapshotHeader, StatusHeader, role};
     use messages::text::pack;
 
     use super::*;
@@ -231,9 +231,11 @@ mod tests {
         assert_eq!(judge::<Snapshot>(7, &snapshot, &[], None), Ok(()), "by hand");
         assert!(judge::<Snapshot>(8, &snapshot, &[], Some("mc")).unwrap_err().contains("belongs to run"));
         assert!(judge::<Snapshot>(7, &snapshot, &[], Some("mine")).unwrap_err().contains("the label \"mc\""));
-        let shard = StatusHeader { run_id: 7, node: pack("mc/3"), ..StatusHeader::default() };
+        let shard =
+            StatusHeader { run_id: 7, role: role::SHARD, shard: 3, node: pack("mc"), ..StatusHeader::default() };
         assert_eq!(judge::<Status>(7, &shard, &[], Some("mc")), Ok(()));
-        let status = StatusHeader { run_id: 7, node: pack("recorder"), ..StatusHeader::default() };
+        let status =
+            StatusHeader { run_id: 7, role: role::RECORDER, node: pack("recorder"), ..StatusHeader::default() };
         assert!(judge::<Status>(7, &status, &[], Some("mine")).is_err());
         let header = DensityHeader { run_id: 7, quantities: 1, count: 1, ..DensityHeader::default() };
         assert_eq!(judge::<Density>(7, &header, &[1.0; 3], None), Ok(()));

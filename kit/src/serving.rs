@@ -56,7 +56,7 @@ pub fn serve(session: &Session, mut propagator: impl Propagator) -> Result<(), F
             drop(message);
             match read.and_then(|assignment| serve_one(session, &mut propagator, &assignment, &mut way_out)) {
                 Err(failure @ (Failure::Stopped | Failure::Port(_))) => return Err(failure),
-                Err(failure) => session.failed(scenario, &session.name, &failure.to_string())?,
+                Err(failure) => session.failed(scenario, &failure.to_string())?,
                 Ok(()) => {}
             }
         }

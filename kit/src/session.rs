@@ -38,6 +38,8 @@ pub struct Session {
     pub name: String,
     /// The label of a propagator; for other nodes the name.
     pub label: String,
+    /// The node as its reports name it.
+    pub reporter: Reporter,
     /// Which part of its case a propagator computes.
     pub shard: Shard,
     /// Whether a propagator is to reduce its samples before it sends them.
@@ -84,7 +86,8 @@ impl Session {
     /// # Errors
     /// The same as those of [`Session::enter`].
     pub fn enter_as(place: &Place, label: &str, shard: Shard, run_id: u64) -> Result<Self, Failure> {
-        let name = shard.member(label);
+        let reporter = Reporter::started_as(label, shard.number());
+        let name = reporter.to_string();
         log::start_from_environment(&name, run_id);
         threads::prepare();
         end_with_launcher()?;
@@ -99,6 +102,7 @@ impl Session {
         Ok(Self {
             name,
             label: label.into(),
+            reporter,
             shard,
             reduce: std::env::var(REDUCE_VARIABLE).is_ok_and(|value| value == "1"),
             run_id,
@@ -119,7 +123,7 @@ impl Session {
     /// [`Failure::Port`] if the message cannot be sent.
     pub fn report(&self, scenario: u32, event: Event) -> Result<(), Failure> {
         log::report(scenario, &event);
-        let (header, units) = Report { from: Reporter::named(&self.name), scenario, event }.to_parts(self.run_id);
+        let (header, units) = Report { from: self.reporter.clone(), scenario, event }.to_parts(self.run_id);
         Ok(self.status.send_items(header, &units)?)
     }
 
@@ -155,19 +159,27 @@ impl Session {
         self.report(scenario, Event::Done)
     }
 
+    /// Reports that the node itself cannot go on, and why.
+    ///
+    /// # Errors
+    /// The same as those of [`Session::report`].
+    pub fn failed(&self, scenario: u32, why: &str) -> Result<(), Failure> {
+        self.report(scenario, Event::Failed { of: self.reporter.clone(), why: why.into() })
+    }
+
     /// Reports that a case cannot be completed, and why.
     ///
     /// # Errors
     /// The same as those of [`Session::report`].
-    pub fn failed(&self, scenario: u32, case: &str, why: &str) -> Result<(), Failure> {
-        self.report(scenario, Event::Failed { of: Reporter::named(case), why: why.into() })
+    pub fn case_failed(&self, scenario: u32, case: &str, why: &str) -> Result<(), Failure> {
+        self.report(scenario, Event::Failed { of: Reporter::case(case), why: why.into() })
     }
 
     /// Reports why the node ends, and leaves its ports to the holder of the domain, who frees them once it has read the
     /// report: a message of a publisher that closes its port is lost to a reader that has not yet connected to it.
     pub fn last_words(self, why: &str) {
         // Where even that cannot be sent, the launcher still sees that the process ended.
-        let _ = self.failed(ANY_SCENARIO, &self.name, why);
+        let _ = self.failed(ANY_SCENARIO, why);
         std::mem::forget(self);
     }
 

@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use messages::reporter::Reporter;
+
 use crate::failure::Failure;
 
 /// Environment variable that holds which shard of its case a process is, from 0; not set for a case without shards.
@@ -78,20 +80,20 @@ impl Shard {
         Err(Failure::Refused(format!("{total} rows are too few for {} shards; take fewer shards", self.count)))
     }
 
-    /// The name of the process: the label, for a shard followed by its number.
-    pub fn member(self, label: &str) -> String {
-        if self.is_whole() { label.into() } else { format!("{label}/{}", self.index) }
+    /// The number of the shard; `None` if the case is not split.
+    pub fn number(self) -> Option<u32> {
+        (!self.is_whole()).then_some(self.index)
+    }
+
+    /// The process of the case `label` that computes the shard.
+    pub fn process_of(self, label: &str) -> Reporter {
+        Reporter::Propagator { label: label.into(), shard: self.number() }
     }
 
     /// All shards of a case.
     pub fn all(count: u32) -> impl Iterator<Item = Self> {
         (0..count.max(1)).map(move |index| Self { index, count: count.max(1) })
     }
-}
-
-/// The label of the case that the process `member` belongs to; for other processes their name.
-pub fn label_of_member(member: &str) -> &str {
-    member.split('/').next().unwrap_or(member)
 }
 
 #[cfg(test)]
@@ -108,15 +110,5 @@ mod tests {
             assert!(most.unwrap() - least.unwrap() <= 1);
         }
         assert!(Shard { index: 0, count: 5 }.part(4).is_err());
-    }
-
-    #[test]
-    fn a_members_name_has_its_label() {
-        assert_eq!(Shard::WHOLE.member("mc"), "mc");
-        let member = Shard { index: 3, count: 4 }.member("mc");
-        assert_eq!(
-            (member.as_str(), label_of_member(&member), label_of_member("recorder")),
-            ("mc/3", "mc", "recorder")
-        );
     }
 }

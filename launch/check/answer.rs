@@ -108,7 +108,7 @@ pub struct Stop {
 
 /// Whether a report names this run and the label of the propagator.
 pub fn is_from((named, report): &(u64, Report), run_id: u64) -> bool {
-    *named == run_id && report.from == Reporter::named(LABEL)
+    *named == run_id && report.from == Reporter::case(LABEL)
 }
 
 /// The end of the work on a scenario, if it has been reported.

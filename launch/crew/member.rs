@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use messages::reporter::Reporter;
+
 /// Most restarts of a process in one scenario.
 pub const MOST_RESTARTS: u32 = 3;
 /// Wait before the first restart in a scenario; it doubles with each further one.
@@ -12,6 +14,8 @@ pub const STARTUP: Duration = Duration::from_secs(60);
 /// A process of the run.
 #[derive(Debug)]
 pub struct Member {
+    /// Which process it is.
+    pub who: Reporter,
     /// When it is to be started, if it does not run.
     pub due: Option<Instant>,
     /// Whether it has reported that it is ready since its last start.
@@ -32,8 +36,9 @@ pub struct Member {
 
 impl Member {
     /// A process to be started at `due`.
-    pub fn new(due: Instant) -> Self {
+    pub fn new(who: Reporter, due: Instant) -> Self {
         Self {
+            who,
             due: Some(due),
             ready: false,
             heard: due,
@@ -46,8 +51,8 @@ impl Member {
     }
 
     /// A process on another host, which is started and looked after there.
-    pub fn away(now: Instant) -> Self {
-        Self { due: None, ..Self::new(now) }
+    pub fn away(who: Reporter, now: Instant) -> Self {
+        Self { due: None, ..Self::new(who, now) }
     }
 
     /// Notes that it has been started.
@@ -102,7 +107,7 @@ mod tests {
     #[test]
     fn a_process_has_a_few_chances_a_scenario_with_growing_pauses() {
         let now = Instant::now();
-        let mut member = Member::new(now);
+        let mut member = Member::new(Reporter::case("mc"), now);
         let pauses: Vec<_> = (0..MOST_RESTARTS)
             .map(|_| {
                 assert!(member.plan_restart(now));

@@ -117,10 +117,12 @@ impl Processes {
 mod tests {
     use std::os::unix::process::ExitStatusExt;
 
+    use messages::reporter::Reporter;
+
     use super::*;
 
     fn one(restarts: bool) -> Processes {
-        let members = BTreeMap::from([("mc".to_owned(), Member::new(Instant::now()))]);
+        let members = BTreeMap::from([("mc".to_owned(), Member::new(Reporter::case("mc"), Instant::now()))]);
         Processes::new(Supervisor::default(), members, restarts)
     }
 

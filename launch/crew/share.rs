@@ -91,14 +91,15 @@ impl<'a> Workshop<'a> {
         shown: Shown,
     ) -> Result<Self, PortError> {
         let domain = HeldDomain::create(place, capacity)?;
-        let names = plan.members.iter().map(|share| share.name.clone()).chain([Service::Bridge.name().to_owned()]);
+        let of_shares = plan.members.iter().map(process);
+        let processes = of_shares.chain([Reporter::Service(Service::Bridge)]);
         Ok(Self {
             plan,
             place,
             bridge: Vec::new(),
             processes: Processes::new(
                 Supervisor::new(log.clone()),
-                names.map(|name| (name, Member::new(Instant::now()))).collect(),
+                processes.map(|who| (who.to_string(), Member::new(who, Instant::now()))).collect(),
                 plan.restart,
             ),
             reports: domain.domain.inlet()?,
@@ -183,18 +184,19 @@ impl<'a> Workshop<'a> {
 
     /// Tells home that a process cannot do its share.
     fn fail(&self, name: &str, why: &str) -> Result<(), String> {
-        let label = self
-            .plan
-            .members
-            .iter()
-            .find(|share| share.name == name)
-            .map_or_else(|| name.to_owned(), |share| share.label.clone());
         tracing::warn!("{name}: {why}");
-        let event = Event::Failed { of: Reporter::named(&label), why: why.into() };
-        let report = Report { from: Reporter::named(name), scenario: ANY_SCENARIO, event };
+        let Some(from) = self.processes.members.get(name).map(|member| member.who.clone()) else { return Ok(()) };
+        let event = Event::Failed { of: Reporter::case(from.label()), why: why.into() };
+        let report = Report { from, scenario: ANY_SCENARIO, event };
         let (header, units) = report.to_parts(self.plan.run_id);
         self.own_reports.send_items(header, &units).map_err(|e| e.to_string())
     }
+}
+
+/// The process that does a share.
+fn process(share: &Share) -> Reporter {
+    let (index, count) = share.shard;
+    Shard { index, count }.process_of(&share.label)
 }
 
 /// The command that starts the process `name`, which is the bridge unless the plan lists it.

@@ -17,7 +17,7 @@ pub fn line(object: &Value) {
 pub fn progress(node: &NodeState, scenario: &str, now: Instant) {
     line(&json!({
         "event": "progress",
-        "node": node.name,
+        "node": node.who.to_string(),
         "phase": node.phase,
         "scenario": scenario,
         "done": node.done,

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use messages::report::Report;
+use messages::reporter::Reporter;
 
 use crate::crew::log_sink::Printer;
 use crate::shown::Shown;
@@ -28,7 +29,7 @@ pub struct View {
 /// How it is shown.
 enum Face {
     Quiet,
-    Lines(BTreeMap<String, (Instant, Phase)>),
+    Lines(BTreeMap<Reporter, (Instant, Phase)>),
     Json,
     Terminal(MultiProgress, Vec<ProgressBar>),
 }
@@ -99,10 +100,11 @@ impl View {
     }
 
     /// Shows that a case has failed, even when quiet.
-    pub fn fail(&mut self, name: &str, why: &str) {
-        self.progress.fail(name);
+    pub fn fail(&mut self, of: &Reporter, why: &str) {
+        self.progress.fail(of);
+        let name = of.to_string();
         match &self.face {
-            Face::Json => json::failure(name, why),
+            Face::Json => json::failure(&name, why),
             Face::Terminal(terminal, _) => above(terminal, &format!("error: {name}: {why}")),
             _ => remark!("error: {name}: {why}"),
         }
@@ -138,12 +140,12 @@ impl View {
         match &mut self.face {
             Face::Json => json::progress(node, scenario, now),
             Face::Lines(last) if matches!(node.phase, Phase::Working | Phase::Done) => {
-                let due = last.get(&node.name).is_none_or(|(told, phase)| {
+                let due = last.get(&node.who).is_none_or(|(told, phase)| {
                     *phase != node.phase || now.saturating_duration_since(*told) >= LINE_INTERVAL
                 });
                 if due {
                     remark!("{}: {}", node.shown(), describe(node, scenario, now));
-                    last.insert(node.name.clone(), (now, node.phase));
+                    last.insert(node.who.clone(), (now, node.phase));
                 }
             }
             _ => {}

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use kit::shard::label_of_member;
 use messages::report::{Event, Report};
+use messages::reporter::Reporter;
 use messages::service::Service;
 use serde::Serialize;
 
@@ -41,8 +41,8 @@ impl Phase {
 /// How far a node is.
 #[derive(Debug, Clone)]
 pub struct NodeState {
-    /// The node's name; a propagator's is its label.
-    pub name: String,
+    /// Which node it is.
+    pub who: Reporter,
     /// The other host on which it runs, if it does.
     pub host: Option<String>,
     /// What it is doing.
@@ -61,8 +61,8 @@ impl NodeState {
     /// Its name as it is shown: with its host, if that is another one.
     pub fn shown(&self) -> String {
         match &self.host {
-            Some(host) => format!("{}@{host}", self.name),
-            None => self.name.clone(),
+            Some(host) => format!("{}@{host}", self.who),
+            None => self.who.to_string(),
         }
     }
 
@@ -100,12 +100,12 @@ pub struct Progress {
 
 impl Progress {
     /// The nodes of a run of these propagators on these scenarios; the shards of one label belong to one case.
-    pub fn new(propagators: Vec<String>, stages: Vec<Stage>) -> Self {
-        let cases = propagators.iter().map(|name| label_of_member(name).to_owned()).collect();
-        let readers = [Service::Estimator, Service::Comparator, Service::Recorder].map(Service::name);
-        let names = [Service::Scenario.name()].into_iter().chain(propagators.iter().map(String::as_str)).chain(readers);
-        let node = |name: &str| NodeState {
-            name: name.into(),
+    pub fn new(propagators: Vec<Reporter>, stages: Vec<Stage>) -> Self {
+        let cases = propagators.iter().map(|propagator| propagator.label().to_owned()).collect();
+        let readers = [Service::Estimator, Service::Comparator, Service::Recorder].map(Reporter::Service);
+        let processes = [Reporter::Service(Service::Scenario)].into_iter().chain(propagators).chain(readers);
+        let node = |who: Reporter| NodeState {
+            who,
             host: None,
             phase: Phase::Starting,
             scenario: 0,
@@ -113,13 +113,13 @@ impl Progress {
             of: 0,
             since: None,
         };
-        Self { nodes: names.map(node).collect(), stages, cases }
+        Self { nodes: processes.map(node).collect(), stages, cases }
     }
 
     /// The same nodes; `away` names those that run on other hosts, with their hosts.
     pub fn with_hosts(mut self, away: BTreeMap<String, String>) -> Self {
         for node in &mut self.nodes {
-            node.host = away.get(&node.name).cloned();
+            node.host = away.get(&node.who.to_string()).cloned();
         }
         self
     }
@@ -151,13 +151,12 @@ impl Progress {
             self.begin_scenario(report.scenario, now);
         }
         if let Event::Failed { of, .. } = &report.event {
-            return self.fail(&of.to_string());
+            return self.fail(of);
         }
         let is_estimator = report.from.is(Service::Estimator);
-        let name = report.from.to_string();
         // The estimator does not know how many snapshots will come.
         let most = if is_estimator { self.snapshots_of(report.scenario) } else { 0 };
-        let node = self.nodes.iter_mut().find(|node| node.name == name && node.phase != Phase::Failed)?;
+        let node = self.nodes.iter_mut().find(|node| node.who == report.from && node.phase != Phase::Failed)?;
         let mut works = |done: u64, of: u64| {
             (node.phase, node.done, node.of) = (Phase::Working, done, of.max(most));
             if history || node.since.is_none() {
@@ -190,7 +189,7 @@ impl Progress {
         }
         let under_way = |node: &&mut NodeState| matches!(node.phase, Phase::Working | Phase::Ready);
         let end = |node: &mut NodeState| {
-            node.done = if Service::Scenario.is(&node.name) { u64::from(report.scenario) + 1 } else { node.of };
+            node.done = if node.who.is(Service::Scenario) { u64::from(report.scenario) + 1 } else { node.of };
             if node.done >= node.of {
                 node.phase = Phase::Done;
             }
@@ -199,16 +198,16 @@ impl Progress {
         self.nodes.iter_mut().filter(under_way).map(end).collect()
     }
 
-    /// Notes that a case cannot be finished, nor any of its shards; `name` is the case or one of its shards.
-    pub fn fail(&mut self, name: &str) -> Option<&NodeState> {
-        let label = label_of_member(name);
-        self.nodes.iter_mut().filter(|node| label_of_member(&node.name) == label).for_each(|n| n.phase = Phase::Failed);
-        self.nodes.iter().find(|node| node.name == name)
+    /// Notes that a case cannot be finished, nor any of its shards; `of` is the case or one of its shards.
+    pub fn fail(&mut self, of: &Reporter) -> Option<&NodeState> {
+        let its_own = |node: &&mut NodeState| node.who.label() == of.label();
+        self.nodes.iter_mut().filter(its_own).for_each(|node| node.phase = Phase::Failed);
+        self.nodes.iter().find(|node| node.who == *of)
     }
 
     /// Notes that all nodes that have not failed begin the work on a scenario.
     fn begin_scenario(&mut self, scenario: u32, now: Instant) {
-        let working = |node: &&mut NodeState| node.phase != Phase::Failed && !Service::Scenario.is(&node.name);
+        let working = |node: &&mut NodeState| node.phase != Phase::Failed && !node.who.is(Service::Scenario);
         for node in self.nodes.iter_mut().filter(working) {
             // A report from this scenario may have been quicker than the report that it has begun.
             if node.scenario != scenario || node.phase != Phase::Working {
@@ -221,8 +220,7 @@ impl Progress {
 
     /// The number of snapshots of a scenario that all cases together send, without those that have failed.
     fn snapshots_of(&self, scenario: u32) -> u64 {
-        let failed =
-            |label: &String| self.nodes.iter().any(|n| label_of_member(&n.name) == label && n.phase == Phase::Failed);
+        let failed = |label: &String| self.nodes.iter().any(|n| n.who.label() == label && n.phase == Phase::Failed);
         let cases = self.cases.iter().filter(|label| !failed(label)).count() as u64;
         self.stages.get(scenario as usize).map_or(0, |stage| stage.snapshots * cases)
     }
@@ -232,12 +230,18 @@ impl Progress {
 mod tests {
     use std::time::Duration;
 
-    use messages::reporter::Reporter;
-
     use super::*;
 
+    /// The process that the launcher shows under this name.
+    fn process(name: &str) -> Reporter {
+        match name.split_once('/') {
+            Some((label, shard)) => Reporter::shard(label, shard.parse().unwrap()),
+            None => Reporter::started_as(name, None),
+        }
+    }
+
     fn report(node: &str, event: Event) -> Report {
-        Report { from: Reporter::named(node), scenario: 0, event }
+        Report { from: process(node), scenario: 0, event }
     }
 
     fn progress(node: &str, done: u64, of: u64) -> Report {
@@ -245,11 +249,11 @@ mod tests {
     }
 
     fn failed(node: &str) -> Report {
-        report(node, Event::Failed { of: Reporter::named(node), why: "lost".into() })
+        report(node, Event::Failed { of: process(node), why: "lost".into() })
     }
 
     fn started() -> Progress {
-        Progress::new(vec!["mc".into(), "mine".into()], vec![Stage { name: "s".into(), snapshots: 5 }])
+        Progress::new(["mc", "mine"].map(process).to_vec(), vec![Stage { name: "s".into(), snapshots: 5 }])
     }
 
     #[test]
@@ -274,8 +278,8 @@ mod tests {
     #[test]
     fn shards_are_one_case_and_fail_together() {
         let stages = vec![Stage { name: "s".into(), snapshots: 5 }];
-        let (mut run, now) =
-            (Progress::new(vec!["mc/0".into(), "mc/1".into(), "exact".into()], stages), Instant::now());
+        let propagators = ["mc/0", "mc/1", "exact"].map(process).to_vec();
+        let (mut run, now) = (Progress::new(propagators, stages), Instant::now());
         let estimator = |run: &mut Progress| run.report(&progress("estimator", 1, 1), false, now).map(|node| node.of);
         assert_eq!(estimator(&mut run), Some(10));
         run.report(&failed("mc/1"), false, now);

@@ -10,6 +10,7 @@ use messages::layout::RosterEntry;
 use messages::observe::Observer;
 use messages::port::{Inlet, PortError};
 use messages::report::{Event, Report};
+use messages::reporter::Reporter;
 use messages::text::unpack;
 use messages::topic::{Roster, Scenario, Status};
 use messages::wait::Signals;
@@ -106,12 +107,12 @@ fn watch(run: &LiveRun, shown: Shown, server: Option<&Server>) -> Result<End, Po
             let cases = message.items();
             let members = |entry: &RosterEntry| {
                 let label = unpack(&entry.label);
-                Shard::all(entry.shards.min(MOST_SHARDS)).map(move |shard| shard.member(&label))
+                Shard::all(entry.shards.min(MOST_SHARDS)).map(move |shard| shard.process_of(&label))
             };
             let propagators = || cases.iter().flat_map(members).collect();
             let view = view.get_or_insert_with(|| View::new(Progress::new(propagators(), stages.clone()), shown));
             for entry in cases.iter().filter(|entry| entry.failed != 0) {
-                view.progress_mut().fail(&unpack(&entry.label));
+                view.progress_mut().fail(&Reporter::case(unpack(&entry.label)));
             }
         }
         // Reports wait in their buffer until a roster has said which cases there are.
@@ -119,7 +120,7 @@ fn watch(run: &LiveRun, shown: Shown, server: Option<&Server>) -> Result<End, Po
             while let Some(message) = reports.receive()? {
                 let Ok(report) = Report::from_parts(message.header(), message.items()) else { continue };
                 match &report.event {
-                    Event::Failed { of, why } => view.fail(&of.to_string(), why),
+                    Event::Failed { of, why } => view.fail(of, why),
                     _ => view.report(&report, attached.elapsed() < HISTORY),
                 }
             }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use bridge::plan::HOME;
 use kit::limits::MOST_CASES;
 use kit::shard::{MOST_SHARDS, Shard};
+use messages::reporter::Reporter;
 use messages::service::Service;
 use nodes::files::input::{InputError, InputFile};
 use nodes::files::unknown_key::{self, UnknownKey, nearest};
@@ -38,7 +39,12 @@ pub struct Case {
 impl Case {
     /// The names of its processes, and which part of the case each computes.
     pub fn members(&self) -> impl Iterator<Item = (String, Shard)> {
-        Shard::all(self.shards).map(|shard| (shard.member(&self.label), shard))
+        Shard::all(self.shards).map(|shard| (shard.process_of(&self.label).to_string(), shard))
+    }
+
+    /// Its processes.
+    pub fn processes(&self) -> impl Iterator<Item = Reporter> {
+        Shard::all(self.shards).map(|shard| shard.process_of(&self.label))
     }
 
     /// The host on which a shard runs.
@@ -254,7 +260,7 @@ fn checked_shards(file: &InputFile, shards: &Spanned<i64>, label: &str, runs: &R
         Ok(count) if (1..=MOST_SHARDS).contains(&count) => count,
         _ => return refused(&format!("{} is not allowed, it must be 1 to {MOST_SHARDS}", shards.get_ref())),
     };
-    let longest = Shard { index: count - 1, count }.member(label).len();
+    let longest = Shard { index: count - 1, count }.process_of(label).to_string().len();
     match runs {
         _ if count == 1 => Ok(count),
         _ if longest > LONGEST_NAME => refused(&format!(

@@ -2,8 +2,7 @@
 
 use std::time::Instant;
 
-use kit::shard::label_of_member;
-use messages::service::Service;
+use messages::reporter::Reporter;
 
 use super::{Abort, Run};
 use crate::crew::processes::Sequel;
@@ -29,8 +28,8 @@ impl Run<'_> {
     }
 
     /// The label of the case to which the process `name` belongs; `name` itself for all others.
-    pub(super) fn subject<'n>(&self, name: &'n str) -> &'n str {
-        if self.processes.members.contains_key(name) { label_of_member(name) } else { name }
+    pub(super) fn subject<'n>(&'n self, name: &'n str) -> &'n str {
+        self.processes.members.get(name).map_or(name, |member| member.who.label())
     }
 
     pub(super) fn is_case(&self, name: &str) -> bool {
@@ -59,20 +58,20 @@ impl Run<'_> {
 
     /// Notes a failure. A case that fails is left out of the scenario's comparison; without a service there is no run.
     pub(super) fn fail(&mut self, name: &str, why: String) -> Result<(), Abort> {
-        if Service::named(name).is_some() {
+        if self.processes.members.get(name).is_some_and(|member| member.who.service().is_some()) {
             return Err(Abort::Fatal(format!("{name}: {why}")));
         }
         if !self.has_failed(name) {
             let label = self.subject(name).to_owned();
             let why = if label == name { why } else { format!("{name}: {why}") };
-            self.view.fail(&label, &why);
+            self.view.fail(&Reporter::case(label.as_str()), &why);
             tracing::warn!("{label} has failed: {why}");
             // Without one of its shards a case has no result.
             self.kill_case(&label, Some(name));
-            for (name, member) in &mut self.processes.members {
-                if label_of_member(name) == label {
+            for member in self.processes.members.values_mut() {
+                if member.who.label() == label {
                     member.is_dismissed = true;
-                } else if Service::named(name).is_some() {
+                } else if member.who.service().is_some() {
                     // The services have waited for the case, and now have something to do.
                     member.heard = Instant::now();
                 }
@@ -85,9 +84,9 @@ impl Run<'_> {
 
     /// Ends the processes of a case except `spared`; a case without shards has one process.
     pub(super) fn kill_case(&mut self, label: &str, spared: Option<&str>) {
-        let members = self.processes.members.keys().filter(|name| label_of_member(name) == label);
-        for member in members.filter(|name| Some(name.as_str()) != spared) {
-            self.processes.supervisor.kill(member);
+        let members = self.processes.members.iter().filter(|(_, member)| member.who.label() == label);
+        for (name, _) in members.filter(|(name, _)| Some(name.as_str()) != spared) {
+            self.processes.supervisor.kill(name);
         }
     }
 }

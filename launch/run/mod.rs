@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use messages::patience::Watch;
 use messages::port::PortError;
+use messages::reporter::Reporter;
 use messages::service::Service;
 use messages::topic::Capacity;
 use messages::wait::Signals;
@@ -108,18 +109,19 @@ impl<'a> Run<'a> {
         };
         let topics = Topics::open(&commands, &capacity)?;
         commands.place.reserve().map_err(|e| Abort::Fatal(format!("cannot reserve shared memory: {e}")))?;
-        let propagators: Vec<String> = cases.iter().flat_map(Case::members).map(|(name, _)| name).collect();
+        let propagators: Vec<Reporter> = cases.iter().flat_map(Case::processes).collect();
         let away = commands.launch.away();
-        let names = Service::OF_EVERY_RUN
-            .into_iter()
-            .map(|service| service.name().to_owned())
-            .chain(propagators.iter().cloned());
-        let names = names.chain(commands.launch.hosts.iter().map(|_| Service::Bridge.name().to_owned()));
-        let member = |name: String| {
-            let member = if away.contains_key(&name) { Member::away(start_at()) } else { Member::new(start_at()) };
+        let bridge = commands.launch.hosts.iter().map(|_| Service::Bridge);
+        let services = Service::OF_EVERY_RUN.into_iter().chain(bridge).map(Reporter::Service);
+        let member = |who: Reporter| {
+            let name = who.to_string();
+            let member = match away.contains_key(&name) {
+                true => Member::away(who, start_at()),
+                false => Member::new(who, start_at()),
+            };
             (name, member)
         };
-        let members = names.map(member).collect();
+        let members = services.chain(propagators.iter().cloned()).map(member).collect();
         let progress = Progress::new(propagators, stages(commands.launch, in_all)).with_hosts(away);
         let view = View::new(progress, shown);
         log.print_with(view.printer());

@@ -20,12 +20,12 @@ impl Run<'_> {
                 self.blame(&sender, why)?;
                 continue;
             }
-            let sender = Reporter::named(&unpack(&report.header().node));
+            let sender = unpack(&report.header().node);
             let decoded = Report::from_parts(report.header(), report.items());
             drop(report);
             match decoded {
                 Ok(report) => self.take_report(report)?,
-                Err(why) => self.blame(sender.label(), format!("a message on {}: {why}", Status::NAME))?,
+                Err(why) => self.blame(&sender, format!("a message on {}: {why}", Status::NAME))?,
             }
         }
         Ok(())

@@ -16,8 +16,15 @@ use crate::scenario::range;
 use crate::text::Label;
 
 /// All codes.
-pub const ALL_CODES: [&Codes; 6] =
-    [&range::CODES, &kind::CODES, &treatment::CODES, &diagnostic::CODES, &comparison::CODES, &event::CODES];
+pub const ALL_CODES: [&Codes; 7] = [
+    &range::CODES,
+    &kind::CODES,
+    &treatment::CODES,
+    &diagnostic::CODES,
+    &comparison::CODES,
+    &event::CODES,
+    &role::CODES,
+];
 
 codes! {
     /// What the numbers of [`DensityHeader::diagnostics`] are.
@@ -212,10 +219,30 @@ codes! {
     }
 }
 
+codes! {
+    /// What a process of the run is.
+    pub mod role {
+        /// The only process of a case; or the case as a whole, where a report is about it.
+        pub const CASE: u32 = 0;
+        /// One shard of a case.
+        pub const SHARD: u32 = 1;
+        /// The scenario node.
+        pub const SCENARIO: u32 = 2;
+        /// The estimator.
+        pub const ESTIMATOR: u32 = 3;
+        /// The comparator.
+        pub const COMPARATOR: u32 = 4;
+        /// The recorder.
+        pub const RECORDER: u32 = 5;
+        /// The bridge.
+        pub const BRIDGE: u32 = 6;
+    }
+}
+
 header! {
     /// A node's report to the launcher. Payload: two numbers, for most events the units of work done and the units in
     /// total.
-    #[type_name("phasecloud/StatusHeader/3")]
+    #[type_name("phasecloud/StatusHeader/4")]
     pub struct StatusHeader {
         /// Names the run.
         pub run_id: u64,
@@ -223,9 +250,17 @@ header! {
         pub event: u32 [codes event::CODES],
         /// Position of the scenario in the run.
         pub scenario: u32,
-        /// Who reports: a propagator's label, with `/` and its number if it is a shard, or the name of another node.
+        /// What the node that reports is, see [`role`].
+        pub role: u32 [codes role::CODES],
+        /// The number of the shard that reports, from 0; 0 for all others.
+        pub shard: u32,
+        /// For `FAILED`: what the node is that cannot go on, see [`role`]; else 0.
+        pub subject_role: u32 [codes role::CODES],
+        /// The number of the shard that cannot go on, from 0; 0 for all others.
+        pub subject_shard: u32,
+        /// Who reports: the label of a case, or the name of a service.
         pub node: Label,
-        /// What the report is about: a case, a scenario or a host, depending on the event; else the same as `node`.
+        /// What the report is about: a case or a service, a scenario or a host, depending on the event; else empty.
         pub subject: Label,
         /// What went wrong, or what is waited for; empty where the event has no text.
         pub text: [u8; 1024],
@@ -283,7 +318,7 @@ mod tests {
         assert_eq!(size_of::<DensityHeader>(), 160);
         assert_eq!(size_of::<ComparisonHeader>(), 96);
         assert_eq!(size_of::<PassageHeader>(), 272);
-        assert_eq!(size_of::<StatusHeader>(), 1104);
+        assert_eq!(size_of::<StatusHeader>(), 1120);
         assert_eq!(size_of::<RosterHeader>(), 16);
         assert_eq!(size_of::<RosterEntry>(), 1072);
     }

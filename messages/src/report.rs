@@ -1,7 +1,7 @@
 //! The report of a node on `phasecloud/status`, as a value. Only this file encodes and decodes it.
 
 use crate::layout::{StatusHeader, event};
-use crate::reporter::Reporter;
+use crate::reporter::{Reporter, UnknownRole};
 use crate::service::Service;
 use crate::text::{pack, unpack};
 
@@ -75,8 +75,14 @@ pub enum Event {
 
 /// A report with a code that this version does not know.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("its event is {0}, which no node reports")]
-pub struct UnknownEvent(u32);
+pub enum UnknownCode {
+    /// Its event is unknown.
+    #[error("its event is {0}, which no node reports")]
+    Event(u32),
+    /// Its sender or its subject is unknown.
+    #[error(transparent)]
+    Role(#[from] UnknownRole),
+}
 
 impl Event {
     /// Its code in [`event`].
@@ -94,15 +100,15 @@ impl Event {
         }
     }
 
-    /// The subject of the event, if it is not the node that reports it, and the text of the event.
-    fn words(&self) -> (Option<String>, &str) {
+    /// The subject of the event, and its text; empty where it has none.
+    fn words(&self) -> (&str, &str) {
         match self {
-            Self::Accepted { name, .. } => (Some(name.clone()), ""),
-            Self::Refused { name, why, .. } => (Some(name.clone()), why),
-            Self::WaitsFor { case, what, .. } => (Some(case.clone()), what),
-            Self::Failed { of, why } => (Some(of.to_string()), why),
-            Self::Joined { host } => (Some(host.clone()), ""),
-            Self::Ready | Self::Progress { .. } | Self::Done | Self::Total => (None, ""),
+            Self::Accepted { name, .. } => (name, ""),
+            Self::Refused { name, why, .. } => (name, why),
+            Self::WaitsFor { case, what, .. } => (case, what),
+            Self::Failed { of, why } => (of.label(), why),
+            Self::Joined { host } => (host, ""),
+            Self::Ready | Self::Progress { .. } | Self::Done | Self::Total => ("", ""),
         }
     }
 
@@ -127,13 +133,21 @@ impl Report {
     /// The message in the run `run_id`.
     pub fn to_parts(&self, run_id: u64) -> (StatusHeader, [f64; 2]) {
         let (subject, text) = self.event.words();
-        let from = self.from.to_string();
+        let (role, shard) = self.from.codes();
+        let (subject_role, subject_shard) = match &self.event {
+            Event::Failed { of, .. } => of.codes(),
+            _ => (0, 0),
+        };
         let header = StatusHeader {
             run_id,
             event: self.event.code(),
             scenario: self.scenario,
-            node: pack(&from),
-            subject: pack(subject.as_ref().unwrap_or(&from)),
+            role,
+            shard,
+            subject_role,
+            subject_shard,
+            node: pack(self.from.label()),
+            subject: pack(subject),
             text: pack(text),
         };
         (header, self.event.units())
@@ -142,8 +156,8 @@ impl Report {
     /// Decodes a message; units that are missing count as zero.
     ///
     /// # Errors
-    /// [`UnknownEvent`].
-    pub fn from_parts(header: &StatusHeader, units: &[f64]) -> Result<Self, UnknownEvent> {
+    /// [`UnknownCode`].
+    pub fn from_parts(header: &StatusHeader, units: &[f64]) -> Result<Self, UnknownCode> {
         // The cast saturates, and makes zero of NaN.
         let unit = |place: usize| units.get(place).map_or(0, |&unit| unit as u64);
         let number = |place: usize| u32::try_from(unit(place)).ok().filter(|&number| number > 0);
@@ -155,12 +169,23 @@ impl Report {
             event::PROGRESS => Event::Progress { done: unit(0), of: unit(1) },
             event::WAITS_FOR => Event::WaitsFor { case: subject, what: text, done: unit(0) },
             event::DONE => Event::Done,
-            event::FAILED => Event::Failed { of: Reporter::named(&subject), why: text },
+            event::FAILED => {
+                let of = Reporter::from_parts(header.subject_role, header.subject_shard, &header.subject)?;
+                Event::Failed { of, why: text }
+            }
             event::JOINED => Event::Joined { host: subject },
             event::TOTAL => Event::Total,
-            unknown => return Err(UnknownEvent(unknown)),
+            unknown => return Err(UnknownCode::Event(unknown)),
         };
-        Ok(Self { from: Reporter::named(&unpack(&header.node)), scenario: header.scenario, event })
+        Ok(Self { from: Self::sender(header)?, scenario: header.scenario, event })
+    }
+
+    /// Who sends a message.
+    ///
+    /// # Errors
+    /// [`UnknownRole`].
+    pub fn sender(header: &StatusHeader) -> Result<Reporter, UnknownRole> {
+        Reporter::from_parts(header.role, header.shard, &header.node)
     }
 }
 
@@ -179,7 +204,7 @@ mod tests {
             Event::Progress { done: 2, of: 5 },
             Event::WaitsFor { case: text("mc"), what: text("its snapshots"), done: 4 },
             Event::Done,
-            Event::Failed { of: Reporter::named("mc/1"), why: text("lost") },
+            Event::Failed { of: Reporter::shard("mc", 1), why: text("lost") },
             Event::Joined { host: text("worker-a") },
             Event::Total,
         ] {
@@ -192,7 +217,9 @@ mod tests {
     #[test]
     fn an_unknown_event_is_an_error_and_units_that_are_no_counts_are_zero() {
         let header = StatusHeader { event: 77, ..StatusHeader::default() };
-        assert_eq!(Report::from_parts(&header, &[]), Err(UnknownEvent(77)));
+        assert_eq!(Report::from_parts(&header, &[]), Err(UnknownCode::Event(77)));
+        let header = StatusHeader { event: event::DONE, role: 99, ..StatusHeader::default() };
+        assert!(matches!(Report::from_parts(&header, &[]), Err(UnknownCode::Role(_))));
         let header = StatusHeader { event: event::PROGRESS, ..StatusHeader::default() };
         for units in [&[][..], &[f64::NAN, -1.0]] {
             assert_eq!(Report::from_parts(&header, units).unwrap().event, Event::Progress { done: 0, of: 0 });

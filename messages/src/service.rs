@@ -1,5 +1,7 @@
 //! The processes that a run has besides its propagators.
 
+use crate::layout::role;
+
 /// A process that serves all cases of a run. Its name is the name of its node, so no case may have it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Service {
@@ -29,6 +31,17 @@ impl Service {
             Self::Comparator => "comparator",
             Self::Recorder => "recorder",
             Self::Bridge => "bridge",
+        }
+    }
+
+    /// Its code in [`role`].
+    pub const fn code(self) -> u32 {
+        match self {
+            Self::Scenario => role::SCENARIO,
+            Self::Estimator => role::ESTIMATOR,
+            Self::Comparator => role::COMPARATOR,
+            Self::Recorder => role::RECORDER,
+            Self::Bridge => role::BRIDGE,
         }
     }
 

@@ -9,7 +9,7 @@ use messages::content::{
     Characteristics, DETAIL_WORDS, KINDS, Kind, KindTable, Mixture, Samples, SnapshotKind, kind, treatment,
 };
 use messages::describe::{Described, Entries, Field, FieldKind};
-use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, StatusHeader, event};
+use messages::layout::{PASSAGE_COLUMNS, PASSAGE_TIMES, PassageHeader, SnapshotHeader, StatusHeader, event, role};
 use messages::scenario::{ParameterEntry, ProjectionEntry, ScenarioHeader, VariableEntry, range};
 
 /// Set to 1 to fail where Python is missing, instead of skipping.
@@ -33,7 +33,7 @@ for header in (layout.VariableEntry, layout.ParameterEntry, layout.ProjectionEnt
 for name in sys.argv[1:]:
     kind = getattr(layout, name)
     print(name, kind, layout.COLUMNS[kind], layout.DETAILS[kind].type_name())
-for name in ("CARRIED_MESH", "HULL_MESH", "READY", "PROGRESS", "DONE", "FAILED",
+for name in ("CARRIED_MESH", "HULL_MESH", "READY", "PROGRESS", "DONE", "FAILED", "CASE", "SHARD",
              "DETAIL_WORDS", "CIRCLE", "INTERVAL", "PASSAGE_COLUMNS", "PASSAGE_TIMES"):
     print(name, getattr(layout, name))
 "#;
@@ -112,6 +112,8 @@ fn codes() -> String {
         ("PROGRESS", event::PROGRESS as usize),
         ("DONE", event::DONE as usize),
         ("FAILED", event::FAILED as usize),
+        ("CASE", role::CASE as usize),
+        ("SHARD", role::SHARD as usize),
         ("DETAIL_WORDS", DETAIL_WORDS),
         ("CIRCLE", range::CIRCLE as usize),
         ("INTERVAL", range::INTERVAL as usize),

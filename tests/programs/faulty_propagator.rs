@@ -52,7 +52,7 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
                 Ok(sent) => outlet = Some(sent),
                 Err(failure) if fault == "dies-unsaid" => return Err(failure),
                 Err(failure) => {
-                    session.failed(assignment.scenario(), &session.name, &failure.to_string())?;
+                    session.failed(assignment.scenario(), &failure.to_string())?;
                     return Err(failure);
                 }
             }

@@ -153,7 +153,7 @@ impl Home<'_> {
                 }
             };
             for member in &host.plan.members {
-                self.session.failed(ANY_SCENARIO, &member.label, &format!("{} was there: {why}", member.name))?;
+                self.session.case_failed(ANY_SCENARIO, &member.label, &format!("{} was there: {why}", member.name))?;
             }
         }
         Ok(())

@@ -7,6 +7,7 @@ use kit::shard::Shard;
 use messages::domain::{Domain, Place};
 use messages::layout::{MOST_PASSAGE, PassageHeader, SnapshotHeader, StatusHeader};
 use messages::port::{Draft, Outlet};
+use messages::report::Report;
 use messages::service::Service;
 use messages::text::unpack;
 use messages::topic::{Passage, Snapshot, Status, Topic};
@@ -32,7 +33,7 @@ pub trait ComesHome: Topic {
 
 impl ComesHome for Snapshot {
     fn member(header: &SnapshotHeader) -> String {
-        Shard { index: header.shard, count: header.shards }.member(&unpack(&header.label))
+        Shard { index: header.shard, count: header.shards }.process_of(&unpack(&header.label)).to_string()
     }
 
     fn position(header: &SnapshotHeader) -> Option<(u32, u32, u32)> {
@@ -55,7 +56,7 @@ impl ComesHome for Snapshot {
 
 impl ComesHome for Passage {
     fn member(header: &PassageHeader) -> String {
-        Shard { index: header.shard, count: header.shards }.member(&unpack(&header.label))
+        Shard { index: header.shard, count: header.shards }.process_of(&unpack(&header.label)).to_string()
     }
 
     /// None, because the recorder takes the last curve.
@@ -78,7 +79,7 @@ impl ComesHome for Passage {
 
 impl ComesHome for Status {
     fn member(header: &StatusHeader) -> String {
-        unpack(&header.node)
+        Report::sender(header).map_or_else(|unknown| unknown.to_string(), |sender| sender.to_string())
     }
 
     fn position(_: &StatusHeader) -> Option<(u32, u32, u32)> {

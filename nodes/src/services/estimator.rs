@@ -160,7 +160,7 @@ impl<'a> Estimator<'a> {
             Err(why) => {
                 let why = format!("snapshot {}: {why}", header.index);
                 work.refused.insert(label.clone());
-                self.session.failed(work.assignment.scenario(), &label, &why)
+                self.session.case_failed(work.assignment.scenario(), &label, &why)
             }
         }
     }
@@ -193,7 +193,11 @@ impl<'a> Estimator<'a> {
     fn ignore_stranger(&mut self, label: &str) -> Result<(), Failure> {
         if self.strangers.insert(label.into()) {
             let scenario = self.work.as_ref().map_or(ANY_SCENARIO, |work| work.assignment.scenario());
-            self.session.failed(scenario, label, "its snapshots are ignored: no case of this run has that label")?;
+            self.session.case_failed(
+                scenario,
+                label,
+                "its snapshots are ignored: no case of this run has that label",
+            )?;
         }
         Ok(())
     }

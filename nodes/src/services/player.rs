@@ -10,7 +10,6 @@ use messages::describe::Described;
 use messages::port::{Inlet, Message, Outlet};
 use messages::recording::Recording;
 use messages::report::{Event, Report};
-use messages::reporter::Reporter;
 use messages::service::Service;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Scenario, Snapshot, Status, Topic};
@@ -48,7 +47,7 @@ pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
     let recording = Recording::open(file).map_err(|e| Failure::Refused(e.to_string()))?;
     let scenarios = session.domain.inlet::<Scenario>()?;
     // The snapshots are known from the recording, but they must be received.
-    let snapshots = Service::Estimator.is(&session.name).then(|| session.domain.inlet::<Snapshot>()).transpose()?;
+    let snapshots = session.reporter.is(Service::Estimator).then(|| session.domain.inlet::<Snapshot>()).transpose()?;
     session.ready()?;
     let mut sent: Option<Sent> = None;
     let mut newest = Newest::default();
@@ -66,7 +65,7 @@ pub fn run(session: &Session, file: &Path) -> Result<(), Failure> {
             let played = played.and_then(|()| play(session, &recording, position));
             sent = Some(played.inspect_err(|failure| {
                 if !matches!(failure, Failure::Stopped) {
-                    let _ = session.failed(position, &session.name, &failure.to_string());
+                    let _ = session.failed(position, &failure.to_string());
                 }
             })?);
         }
@@ -129,7 +128,7 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
     let Session { label: own, shard, .. } = session;
     let mine =
         |scenario: u32, label: &[u8], of: u32| scenario == position && unpack(label) == *own && of == shard.index;
-    let sent = match Service::named(name) {
+    let sent = match session.reporter.service() {
         Some(Service::Estimator) => Sent::Estimator(send::<Density>(session, recording, |h| h.scenario == position)?),
         Some(Service::Comparator) => {
             Sent::Comparator(send::<Comparison>(session, recording, |h| h.scenario == position)?)
@@ -143,10 +142,10 @@ fn play(session: &Session, recording: &Recording, position: u32) -> Result<Sent,
     };
     let reports = recording.messages::<Status>().filter_map(|(header, _)| Report::from_parts(&header, &[]).ok());
     let mut failed = false;
-    for report in reports.filter(|report| report.scenario == position && report.from == Reporter::named(name)) {
-        if let Event::Failed { of, why } = report.event {
+    for report in reports.filter(|report| report.scenario == position && report.from == session.reporter) {
+        if let Event::Failed { .. } = report.event {
             failed = true;
-            session.failed(position, &of.to_string(), &why)?;
+            session.report(position, report.event)?;
         }
     }
     if !failed && let Sent::Propagator(..) = sent {

@@ -267,10 +267,19 @@ class Session:
 
     def report(self, event, scenario=0, units=(0, 0), text=""):
         """Sends a report to the launcher."""
-        name = _pack(self.name, 32)
-        text = _pack(text, 1024)
+        label = _pack(self.label, 32)
+        role, shard = (layout.CASE, 0) if self.shards == 1 else (layout.SHARD, self.shard)
         header = layout.StatusHeader(
-            run_id=self.run_id, event=event, scenario=scenario, node=name, subject=name, text=text
+            run_id=self.run_id,
+            event=event,
+            scenario=scenario,
+            role=role,
+            shard=shard,
+            subject_role=role,
+            subject_shard=shard,
+            node=label,
+            subject=label,
+            text=_pack(text, 1024),
         )
         self._status.send_numbers(units, header)
 

@@ -25,6 +25,7 @@ CARRIED_MESH, HULL_MESH = 0, 1
 
 # The events that a node reports.
 READY, PROGRESS, DONE, FAILED = 1, 2, 3, 4
+CASE, SHARD = 0, 1
 
 # Time [yr], probability, lower and upper end of its interval (NaN without one). Probabilities do not
 # fall; one that is NaN between two ends is withheld.
@@ -217,6 +218,10 @@ class StatusHeader(ctypes.Structure):
         ("run_id", c_uint64),
         ("event", c_uint32),
         ("scenario", c_uint32),
+        ("role", c_uint32),
+        ("shard", c_uint32),
+        ("subject_role", c_uint32),
+        ("subject_shard", c_uint32),
         ("node", Label),
         ("subject", Label),
         ("text", c_uint8 * 1024),
@@ -224,4 +229,4 @@ class StatusHeader(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "phasecloud/StatusHeader/3"
+        return "phasecloud/StatusHeader/4"
