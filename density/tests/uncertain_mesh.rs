@@ -4,13 +4,20 @@
 mod planar_reference;
 
 use density::angle::nearest;
+use density::estimate::Estimate;
+use density::exact::ExactSettings;
+use density::exact::leaves::ExactLeaves;
 use density::first_passage::over_leaves::curve_on_lattices;
 use density::flow::{Accuracy, Flow};
 use density::grid::{Grid, grids_over_leaves};
 use density::mesh::MeshDiagnostics;
 use density::mesh::stack::{Layers, Stack, StackEstimate, cubic_lattice, layered_lattice};
+use density::model::Model;
+use density::model::planar::Force;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
 use density::orbits::Orbits;
+use density::problem::{InitialGaussian, Problem};
+use density::sampling::draw_variables;
 use density::uncertain::{Distribution, Spread, UncertainProblem, UncertainTask};
 use planar_reference::{Snapshot, apart, relative_deviation_of_radiation};
 
@@ -163,5 +170,81 @@ fn first_passages_of_the_lattices_are_those_of_the_reference_within_their_interv
             assert!((probability.value - expected).abs() < tolerance, "{name} by {} yr", snapshot.years);
             assert!(probability.error < 5e-3, "{name} by {} yr: {probability:?}", snapshot.years);
         }
+    }
+}
+
+/// Densities of clouds that have been wound up for decades, of which the uncertain parameter moves layers by less than
+/// a bin, against the exact ones.
+#[test]
+fn the_joint_density_is_the_exact_one_as_far_as_the_diagnostics_say() {
+    for (relative, times) in [(0.001, vec![0.0]), (0.01, vec![20.0])] {
+        let initial =
+            InitialGaussian { mean_phi: 0.5, mean_e: 0.3, sigma_phi: 0.05, sigma_e: 0.005, correlation: -0.3 };
+        let model = Force { radiation: 0.03, oblateness: 1.2 }.into();
+        let plane = Problem { model, initial, times: times.clone(), critical_e: 0.33 };
+        let spread = Spread { relative, distribution: Distribution::Gaussian };
+        let problem = UncertainProblem::new(plane, spread).unwrap();
+        let grids = grids_over_leaves(&problem, BINS, BINS).unwrap();
+        let layers = cubic_lattice(&problem, 150_000).unwrap();
+        let found = problem.perform(Carry { problem: &problem, layers: &layers, grids: grids.clone(), late: 0.0 });
+        let exact = ExactLeaves::new(problem.clone(), Accuracy::Medium, ExactSettings::default());
+        for (index, found) in found.iter().enumerate() {
+            let right = exact.snapshot(&grids, index).unwrap().plane;
+            let pairs = found.plane.joint.iter().zip(&right.estimate.joint);
+            let distance = 0.5 * pairs.map(|(a, b)| (a - b).abs()).sum::<f64>() * grids[index].bin_area();
+            let misplaced = found.diagnostics.misplaced_mass;
+            println!(
+                "{relative} at {} yr: {distance:.1e}, misplaced {misplaced:.1e}, exact {:.1e}",
+                times[index], right.joint_error
+            );
+            assert!(distance < misplaced + 0.5 * right.joint_error, "{relative} at {} yr: {distance:e}", times[index]);
+            assert!(distance < 5e-3, "{relative} at {} yr: {distance:e}", times[index]);
+        }
+    }
+}
+
+/// A cloud that reaches round the circle: mean and deviation of the solar angle are those of the branch that is cut
+/// opposite to the circular mean of the whole cloud, not of the mean that a few layers have.
+#[test]
+fn the_branch_of_a_cloud_round_the_circle_is_cut_opposite_to_its_mean() {
+    let initial = InitialGaussian { mean_phi: 2.2, mean_e: 0.145, sigma_phi: 0.05, sigma_e: 0.005, correlation: 0.0 };
+    let model = Force { radiation: 0.15, oblateness: 0.40921 }.into();
+    let plane = Problem { model, initial, times: vec![0.0, 2.0], critical_e: 0.6 };
+    let spread = Spread { relative: 0.5, distribution: Distribution::LogNormal };
+    let problem = UncertainProblem::new(plane, spread).unwrap();
+    let grids = grids_over_leaves(&problem, BINS, BINS).unwrap();
+    let layers = cubic_lattice(&problem, 100_000).unwrap();
+    let found = problem.perform(Carry { problem: &problem, layers: &layers, grids, late: 0.0 });
+    let StackEstimate { plane: Estimate { moments, circular, .. }, .. } = &found[1];
+    let phi = problem.perform(Sampled { problem: &problem, years: 2.0 });
+    // Of the sample, but on the branch of the estimate.
+    let on_branch: Vec<f64> = phi.iter().map(|&phi| nearest(phi, circular.mean)).collect();
+    let mean = on_branch.iter().sum::<f64>() / on_branch.len() as f64;
+    let std = (on_branch.iter().map(|phi| (phi - mean).powi(2)).sum::<f64>() / on_branch.len() as f64).sqrt();
+    println!("mean {} std {}, sample {mean} {std}", moments.mean_phi, moments.std_phi);
+    // Five standard errors of a hundred thousand orbits, and what the mesh says it is off.
+    let tolerance = 5.0 * std / (phi.len() as f64).sqrt() + 2e-3;
+    assert!((moments.mean_phi - mean).abs() < tolerance, "{} {mean}", moments.mean_phi);
+    assert!((moments.std_phi - std).abs() < tolerance, "{} {std}", moments.std_phi);
+}
+
+/// Orbits that start at random.
+struct Sampled<'a> {
+    problem: &'a UncertainProblem,
+    years: f64,
+}
+
+impl UncertainTask for Sampled<'_> {
+    type Output = Vec<f64>;
+
+    fn with<S: Scale>(self, model: UncertainRadiation<S>) -> Self::Output {
+        let variables = UncertainRadiation::<S>::VARIABLES;
+        let start = draw_variables(&self.problem.gaussian(), variables, 3, 0..100_000);
+        let mut orbits = Orbits::from_variables(Flow::new(model), &start.each_ref().map(Vec::as_slice));
+        orbits.advance_to(self.years).unwrap();
+        let mut found = [0, 1, 2].map(|_| vec![0.0; 100_000]);
+        orbits.read_out_columns(&mut found.each_mut().map(Vec::as_mut_slice));
+        let [phi, ..] = found;
+        phi
     }
 }

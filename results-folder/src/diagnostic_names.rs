@@ -1,7 +1,7 @@
 //! The names that `diagnostics.csv` has for what a method says of its own reliability.
 
 /// Of a density that is carried along characteristics.
-pub const OF_A_MESH: [&str; 3] = ["measure_defect", "flipped_mass", "truncated_mass"];
+pub const OF_A_MESH: [&str; 4] = ["measure_defect", "flipped_mass", "truncated_mass", "misplaced_mass"];
 /// Of a mixture.
 pub const OF_A_MIXTURE: [&str; 1] = ["disagreement"];
 /// Of a density that its method states itself, with estimates of the errors.

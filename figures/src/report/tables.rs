@@ -199,6 +199,7 @@ fn meaning(diagnostic: &str) -> &str {
         "measure_defect" => "share of the flow's invariant measure that the mesh loses: how coarse it is for the flow",
         "flipped_mass" => "probability in triangles that the flow has turned over",
         "truncated_mass" => "probability outside the mesh",
+        "misplaced_mass" => "probability that the joint density may have in wrong bins",
         "disagreement" => "how far the flow over a component is from linear",
         "moment_error_sigmas" => "estimated error of the moments, in standard deviations",
         "resultant_vector_error" => "estimated error of the circular mean vector",

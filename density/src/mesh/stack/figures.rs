@@ -13,6 +13,8 @@ pub(super) struct Read {
     pub with_third: [f64; 2],
     /// The probability of the stack.
     pub mass: f64,
+    /// The share of it that is counted in a wrong bin at most.
+    pub misplaced: f64,
 }
 
 /// What a halving of the step changed.
@@ -53,7 +55,7 @@ pub(super) fn read(sums: &Sums, step: f64, coarser: Option<(&Sums, f64)>, centre
         integral.scale(4.0 / 3.0);
         integral.add(before, -double / 3.0);
     }
-    let Sums { powers, with_third, vector, above, mut joint } = integral;
+    let Sums { powers, with_third, vector, above, misplaced, mut joint } = integral;
     let [mass, phi, e, phi_phi, phi_e, e_e] = powers;
     let [phi, e, phi_phi, phi_e, e_e] = [phi, e, phi_phi, phi_e, e_e].map(|sum| sum / mass);
     joint.iter_mut().for_each(|bin| *bin /= mass * grid.bin_area());
@@ -71,5 +73,6 @@ pub(super) fn read(sums: &Sums, step: f64, coarser: Option<(&Sums, f64)>, centre
         plane: Estimate::from_joint(*grid, joint, moments, circular),
         with_third: [with_phi - third * phi, with_e - third * e],
         mass,
+        misplaced: misplaced / mass,
     }
 }

@@ -41,6 +41,8 @@ pub(super) struct Sums {
     pub vector: [f64; 2],
     /// Probability above the critical eccentricity.
     pub above: f64,
+    /// Probability that is counted in a wrong bin at most.
+    pub misplaced: f64,
     /// Probability of each bin.
     pub joint: Vec<f64>,
 }
@@ -48,18 +50,25 @@ pub(super) struct Sums {
 impl Sums {
     /// Of no cloud at all.
     pub(super) fn zero(grid: &Grid) -> Self {
-        Self { powers: [0.0; 6], with_third: [0.0; 3], vector: [0.0; 2], above: 0.0, joint: vec![0.0; grid.len()] }
+        Self {
+            powers: [0.0; 6],
+            with_third: [0.0; 3],
+            vector: [0.0; 2],
+            above: 0.0,
+            misplaced: 0.0,
+            joint: vec![0.0; grid.len()],
+        }
     }
 
     fn each(&mut self) -> impl Iterator<Item = &mut f64> {
         let few = self.powers.iter_mut().chain(&mut self.with_third).chain(&mut self.vector);
-        few.chain([&mut self.above]).chain(&mut self.joint)
+        few.chain([&mut self.above, &mut self.misplaced]).chain(&mut self.joint)
     }
 
     /// Adds other sums, times a weight.
     pub(super) fn add(&mut self, other: &Self, weight: f64) {
         let few = other.powers.iter().chain(&other.with_third).chain(&other.vector);
-        let terms = few.chain([&other.above]).chain(&other.joint);
+        let terms = few.chain([&other.above, &other.misplaced]).chain(&other.joint);
         self.each().zip(terms).for_each(|(sum, term)| *sum += weight * term);
     }
 
@@ -120,13 +129,13 @@ impl LayerMesh {
     ) -> Sums {
         let mut sums = Sums::zero(grid);
         let mut counted = 0.0;
-        self.quadrature.spread(&whole, share, |state, weight| {
-            let e = state.eccentricity();
+        let bin = [grid.phi.width(), grid.e.width()];
+        sums.misplaced = self.quadrature.spread(&whole, share, bin, |phi, e, weight| {
             counted += weight;
             if e > critical_e {
                 sums.above += weight;
             }
-            if let Some(bin) = grid.bin(state.x1.atan2(state.x2), e) {
+            if let Some(bin) = grid.bin(phi, e) {
                 sums.joint[bin] += weight;
             }
         });

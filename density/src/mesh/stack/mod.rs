@@ -43,7 +43,7 @@ use self::layer::Sums;
 use self::unresolved::Unresolved;
 use super::quadrature::{Quadrature, Whole};
 use super::{MeshDiagnostics, MeshError, check_points};
-use crate::angle::Circular;
+use crate::angle::{Circular, nearest};
 use crate::estimate::Estimate;
 use crate::grid::Grid;
 use crate::model::plane::State;
@@ -55,7 +55,11 @@ pub use self::points::{Layers, cubic_lattice, cubic_side, layered_lattice};
 /// Largest change of a moment, in standard deviations, by the last halving of the step.
 const MOMENTS: f64 = 5e-5;
 /// Largest change of the joint density, in total variation.
-const JOINT: f64 = 5e-3;
+const JOINT: f64 = 3e-3;
+/// Mean resultant length above which a cloud lies on one side of the circle, far from the cut of its branch.
+const ON_ONE_SIDE: f64 = 0.9;
+/// Largest difference of the circular mean from the angle about which moments are taken \[rad\].
+const SAME_CENTRE: f64 = 1e-4;
 /// Most halvings of the distance between two layers.
 const MOST_HALVINGS: u32 = 3;
 /// Layers of which the sums are held at a time.
@@ -109,23 +113,43 @@ struct Total {
 }
 
 impl Carried<'_> {
+    /// Moments are taken about the circular mean of the whole cloud, which the layers of the lattice alone give roughly:
+    /// a cloud that reaches round the circle is read once more about the mean that was found.
     fn estimate(&self, grid: &Grid, direct: &Unresolved) -> StackEstimate {
+        let gaps = self.stack.levels.len() - 1;
+        let whole = |k: usize| self.whole(k as f64, place_of(k, 0), direct).1;
+        let wholes = || -> Vec<Whole> { (0..=gaps).into_par_iter().map(whole).collect() };
+        let of_lattice = wholes();
+        let centre = self.centre(&of_lattice);
+        let found = self.about(centre, of_lattice, grid, direct);
+        let Circular { mean, resultant } = found.plane.circular;
+        if resultant > ON_ONE_SIDE || (nearest(mean, centre[0]) - centre[0]).abs() < SAME_CENTRE {
+            return found;
+        }
+        self.about([mean, found.plane.moments.mean_e], wholes(), grid, direct)
+    }
+
+    /// The figures with moments about `centre`; `wholes` are the points of the layers of the lattice.
+    fn about(&self, centre: [f64; 2], wholes: Vec<Whole>, grid: &Grid, direct: &Unresolved) -> StackEstimate {
         let Stack { levels, problem, .. } = self.stack;
         let start = ThirdMoments::at_start(problem);
         let gaps = levels.len() - 1;
-        let wholes: Vec<Whole> = (0..=gaps).into_par_iter().map(|k| self.whole(k as f64, direct).1).collect();
-        let centre = self.centre(&wholes);
         let common = Common { grid, centre, start: &start, direct };
         let step = (levels[gaps] - levels[0]) / gaps as f64;
         let ends = |k: usize| if k == 0 || k == gaps { 0.5 } else { 1.0 };
-        let at_layers: Vec<(f64, f64)> = (0..=gaps).map(|k| (k as f64, ends(k))).collect();
+        let at_layers: Vec<Summand> =
+            (0..=gaps).map(|k| Summand { position: k as f64, weight: ends(k), place: place_of(k, 0) }).collect();
         let mut sum = self.total(&at_layers, &wholes, &common, false).sums;
         drop(wholes);
         let mut last = read(&sum, step, None, centre, grid);
         let mut judged: Option<MeshDiagnostics> = None;
         let (mut parts, mut changed) = (1usize, Changed::default());
         for halving in 0..MOST_HALVINGS {
-            let between: Vec<(f64, f64)> = (0..gaps * parts).map(|k| ((k as f64 + 0.5) / parts as f64, 1.0)).collect();
+            let one = |k: usize| {
+                let position = (k as f64 + 0.5) / parts as f64;
+                Summand { position, weight: 1.0, place: place_of(k, halving + 1) }
+            };
+            let between: Vec<Summand> = (0..gaps * parts).map(one).collect();
             let fresh = self.total(&between, &[], &common, halving == 0);
             judged.get_or_insert_with(|| fresh.mean_diagnostics());
             let before = sum.clone();
@@ -142,7 +166,7 @@ impl Carried<'_> {
         let diagnostics = judged.unwrap_or_default();
         let diagnostics = MeshDiagnostics {
             measure_defect: diagnostics.measure_defect + 2.0 * changed.moments,
-            misplaced_mass: diagnostics.misplaced_mass + changed.joint,
+            misplaced_mass: diagnostics.misplaced_mass + 2.0 * changed.joint + last.misplaced,
             truncated_mass: (1.0 - last.mass / problem.plane.initial.mass_inside()).max(0.0),
             ..diagnostics
         };
@@ -165,32 +189,32 @@ impl Carried<'_> {
     }
 
     /// The states of the layer at a position, and its points, of which some are reached by orbits.
-    fn whole(&self, position: f64, direct: &Unresolved) -> ([Vec<f64>; 2], Whole) {
+    fn whole(&self, position: f64, place: [f64; 2], direct: &Unresolved) -> ([Vec<f64>; 2], Whole) {
         let Stack { layer, problem, .. } = self.stack;
         let (states, cells) = (self.states(position), direct.at(position));
         let mut whole = layer.whole(&states);
         if !cells.is_empty() {
-            let sparse = direct.sparse(place_of(position)[0]);
+            let sparse = direct.sparse(place[0]);
             let carry = |starts: &[_]| direct.carry(problem, self.stack.z_at(position), starts);
             layer.quadrature().replace(&mut whole, &cells, sparse, carry);
         }
         (states, whole)
     }
 
-    /// The weighted sum over layers at these positions, and their diagnostics if they are wanted. The layers of the
+    /// The weighted sum over these layers, and their diagnostics if they are wanted. The layers of the
     /// lattice have their points already.
-    fn total(&self, positions: &[(f64, f64)], wholes: &[Whole], common: &Common<'_>, is_judged: bool) -> Total {
+    fn total(&self, summands: &[Summand], wholes: &[Whole], common: &Common<'_>, is_judged: bool) -> Total {
         let Stack { layer, problem, .. } = self.stack;
         let Common { grid, centre, start, direct } = *common;
         let (mean, sigma) = problem.third();
-        let one = |&(position, share): &(f64, f64)| {
+        let one = |&Summand { position, weight, place }: &Summand| {
             let z = self.stack.z_at(position);
             let (states, whole) = match wholes.get(position as usize) {
                 Some(whole) => (self.states(position), whole.clone()),
-                None => self.whole(position, direct),
+                None => self.whole(position, place, direct),
             };
-            let weight = share * self.stack.density(z);
-            let third = (mean + sigma * z - start.mean, place_of(position));
+            let weight = weight * self.stack.density(z);
+            let third = (mean + sigma * z - start.mean, place);
             let diagnostics = match is_judged {
                 true => {
                     let rough = self.rough_states(position);
@@ -202,7 +226,7 @@ impl Carried<'_> {
             (weight, sums, diagnostics)
         };
         let mut total = Total { sums: Sums::zero(grid), diagnostics: MeshDiagnostics::default(), weight: 0.0 };
-        for batch in positions.chunks(BATCH) {
+        for batch in summands.chunks(BATCH) {
             let found: Vec<(f64, Sums, MeshDiagnostics)> = batch.par_iter().map(one).collect();
             found.iter().for_each(|found| total.add(found));
         }
@@ -210,12 +234,25 @@ impl Carried<'_> {
     }
 }
 
-/// Where the points of a layer at this position are counted in the part of the cloud that each stands for: the shares
-/// of all layers fill the unit square evenly (the additive recurrence by powers of the plastic number, as in
-/// [`super::points`]).
-fn place_of(position: f64) -> [f64; 2] {
+/// A layer that is added to the sum over all.
+#[derive(Debug, Clone, Copy)]
+struct Summand {
+    /// Where it is, counted in layers of the lattice.
+    position: f64,
+    /// Its weight in the rule.
+    weight: f64,
+    /// Where its points are counted.
+    place: [f64; 2],
+}
+
+/// Where the points of a layer are counted in the part of the cloud that each stands for: `number` counts the layers of
+/// the lattice, or those that a halving adds, which are counted elsewhere. In all of them the places fill the unit
+/// square evenly (the additive recurrence by powers of the plastic number, as in [`super::points`]).
+fn place_of(number: usize, halving: u32) -> [f64; 2] {
     const PLASTIC: f64 = 1.324_717_957_244_746;
-    [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)].map(|step| (0.5 + position * step).fract())
+    const OF_HALVING: [f64; 2] = [0.618_033_988_749_895, 0.414_213_562_373_095];
+    let steps = [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)];
+    [0, 1].map(|k| (0.5 + number as f64 * steps[k] + f64::from(halving) * OF_HALVING[k]).fract())
 }
 
 impl Total {

@@ -55,8 +55,8 @@ pub fn cubic_lattice(problem: &UncertainProblem, count: usize) -> Result<Layers,
 pub fn layered_lattice(problem: &UncertainProblem, side: usize, layers: usize) -> Result<Layers, MeshError> {
     let reach = lattice_reach(side);
     let plane = lattice_points(&problem.plane, side, reach)?;
-    let (low, (mean, sigma)) = (problem.lowest().max(-reach), problem.third());
-    let at = |k: usize| mean + sigma * (low + (reach - low) * (k as f64 / (layers - 1) as f64));
+    let low = problem.lowest().max(-reach);
+    let at = |k: usize| problem.third_at(low + (reach - low) * (k as f64 / (layers - 1) as f64));
     let third = (0..layers).map(at).collect();
     Ok(Layers { plane, third })
 }

@@ -77,8 +77,8 @@ fn of_mesh(defect: f64, misplaced: f64, carried_error: f64) -> Vec<String> {
     }
     if misplaced > 2.0 * limit {
         said.push(format!(
-            "warning: the cloud winds too much for the mesh: about {:.1} % of the joint density is in wrong bins; take more \
-             points or fewer bins",
+            "warning: the bins are too fine for the mesh here: about {:.1} % of the joint density is in wrong bins; take \
+             more points or fewer bins",
             100.0 * misplaced
         ));
     }

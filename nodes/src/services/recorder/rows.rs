@@ -129,8 +129,8 @@ pub fn interval_of(row: &[f64], samples: u64) -> &'static str {
 pub fn named(diagnosis: Diagnosis) -> Vec<(&'static str, f64)> {
     let (names, values): (&[&str], _) = match diagnosis {
         Diagnosis::None => return Vec::new(),
-        Diagnosis::Mesh { measure_defect, flipped_mass, truncated_mass, .. } => {
-            (&OF_A_MESH, vec![measure_defect, flipped_mass, truncated_mass])
+        Diagnosis::Mesh { measure_defect, flipped_mass, truncated_mass, misplaced_mass } => {
+            (&OF_A_MESH, vec![measure_defect, flipped_mass, truncated_mass, misplaced_mass])
         }
         Diagnosis::Mixture { disagreement, .. } => (&OF_A_MIXTURE, vec![disagreement]),
         Diagnosis::Stated { moments, resultant, probability, joint } => {
