@@ -69,11 +69,21 @@ impl Spread {
 
     /// The radiation parameter at `z` standard deviations, where its mean is `mean`.
     pub fn radiation(&self, mean: f64, z: f64) -> f64 {
-        let (middle, sigma) = self.parameters(mean);
+        let third = self.third(mean, z);
         match self.distribution {
-            Distribution::Gaussian => middle + sigma * z,
-            Distribution::LogNormal => (middle + sigma * z).exp(),
+            Distribution::Gaussian => third,
+            Distribution::LogNormal => third.exp(),
         }
+    }
+
+    /// The third variable, `C` or `ln C`, at `z` standard deviations, where the mean of `C` is `mean`. It is zero where
+    /// the distribution is cut there, whatever the rounding of `z` is.
+    pub fn third(&self, mean: f64, z: f64) -> f64 {
+        const ROUNDING: f64 = 8.0 * f64::EPSILON;
+        let (middle, sigma) = self.parameters(mean);
+        let third = middle + sigma * z;
+        let is_at_cut = self.distribution == Distribution::Gaussian && third.abs() <= ROUNDING * middle.abs();
+        if is_at_cut { 0.0 } else { third }
     }
 }
 
@@ -120,6 +130,11 @@ impl UncertainProblem {
     /// The radiation parameter at `z`.
     pub fn radiation(&self, z: f64) -> f64 {
         self.spread.radiation(self.mean(), z)
+    }
+
+    /// The third variable at `z`.
+    pub fn third_at(&self, z: f64) -> f64 {
+        self.spread.third(self.mean(), z)
     }
 
     /// The density of the third variable.
@@ -202,5 +217,23 @@ impl ThirdMoments {
             false => (0.0, 1.0),
         };
         Self { mean: mean + sigma * shift, deviation: sigma * variance.sqrt(), with_phi: 0.0, with_e: 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `C - 5 (0.2 C)` is a little below zero for about a third of all values of `C`.
+    #[test]
+    fn the_parameter_is_zero_where_its_distribution_is_cut() {
+        for relative in [0.2, 0.25, 0.3, 0.7] {
+            let spread = Spread { relative, distribution: Distribution::Gaussian };
+            for k in 1..400 {
+                let mean = 1e-3 * f64::from(k);
+                assert_eq!(spread.radiation(mean, spread.lowest()), 0.0, "{mean} {relative}");
+            }
+            assert!(spread.radiation(0.1, spread.lowest() + 1e-9) > 0.0);
+        }
     }
 }

@@ -39,6 +39,7 @@ pub fn is_reached_from_circular<M: PlanarHamiltonian>(model: &M, e: f64) -> bool
 /// parameters being those of `model`; `None` if none up to 100 does. With radiation pressure and oblateness alone it is
 /// `max |1 + W/3 - s - (W/3)/s³| / e` over `0 < e <= critical_e`, `s = sqrt(1 - e²)`.
 pub fn required_radiation(model: &Planar, critical_e: f64) -> Option<f64> {
+    const SMALLEST: f64 = 1e-12;
     let reaches = |radiation: f64| {
         model.with("radiation", radiation).is_ok_and(|model| is_reached_from_circular(&model, critical_e))
     };
@@ -50,7 +51,8 @@ pub fn required_radiation(model: &Planar, critical_e: f64) -> Option<f64> {
         let middle = 0.5 * (low + high);
         if reaches(middle) { high = middle } else { low = middle }
     }
-    Some(high)
+    // Other forces may suffice; bisection comes near zero then.
+    Some(if high < SMALLEST { 0.0 } else { high })
 }
 
 /// The probability that the satellite has re-entered by each of `times` \[yr\].

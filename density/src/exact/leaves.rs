@@ -24,9 +24,10 @@ use super::{
     leaves_joint, self_check,
 };
 
-/// Factor by which moments and probabilities may be less accurate than without the uncertainty, for the sake of the
-/// cost.
+/// Factor by which moments may be less accurate than without the uncertainty, for the sake of the cost.
 const COARSER: f64 = 1_000.0;
+/// The same for probabilities.
+const COARSER_PROBABILITY: f64 = 10_000.0;
 /// Factor by which the centre of the moments may be less accurate than the moments.
 const FOR_CENTRE: f64 = 30.0;
 /// Factor by which the joint density may be less accurate.
@@ -119,6 +120,7 @@ impl ExactLeaves {
         let of_centre = FOR_CENTRE * tolerance;
         let first = integrate(
             problem,
+            FIRST,
             |leaf, z, density| {
                 self.on_leaf(leaf, z, |family| {
                     let sums = moments::first_pass(family, years, eased(of_centre, density), settings.most_orbits);
@@ -138,13 +140,15 @@ impl ExactLeaves {
         let third_start = ThirdMoments::at_start(problem);
         let second = integrate(
             problem,
+            SECOND + 3,
             |leaf, z, density| {
                 self.on_leaf(leaf, z, |family| {
                     let here = (eased(tolerance, density), settings.most_orbits);
                     let Integrals { mut values, mut errors, .. } =
                         moments::second_pass(family, years, centre, family.first_intervals(), here);
                     let off = third_of(problem, z) - third_start.mean;
-                    let tolerance = ProbabilityTolerance::Absolute(eased(COARSER * PROBABILITY_ERROR, density));
+                    let tolerance =
+                        ProbabilityTolerance::Absolute(eased(COARSER_PROBABILITY * PROBABILITY_ERROR, density));
                     let above = moments::probability_above(family, critical_e, years, tolerance, settings.most_orbits);
                     values.extend([off * values[5], off * values[3], above.value]);
                     errors.extend([off.abs() * errors[5], off.abs() * errors[3], above.error]);
@@ -155,7 +159,7 @@ impl ExactLeaves {
                 let scales = moments::scales(values);
                 let third = [scales[5], scales[3]].map(|scale| scale * third_start.deviation);
                 let moments = scales.iter().chain(&third).map(|scale| tolerance * scale);
-                let tolerances: Vec<f64> = moments.chain([COARSER * PROBABILITY_ERROR]).collect();
+                let tolerances: Vec<f64> = moments.chain([COARSER_PROBABILITY * PROBABILITY_ERROR]).collect();
                 largest_share(panel, &tolerances)
             },
             MOST_LEAVES,

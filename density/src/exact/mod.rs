@@ -30,6 +30,7 @@
 //! | [`hamiltonian_range`] | which orbits are in the cloud |
 //! | [`family`] | integrals over all orbits of the cloud |
 //! | [`detail`] | how finely these orbits are resolved |
+//! | `tolerance` | how accurate a probability is to be |
 //! | `rules`, `adaptive` | quadrature rules, and intervals that are halved where the error is largest |
 //! | `at_start` | the moments at `t = 0` |
 //! | [`moments`] | moments and the probability above the critical eccentricity |
@@ -67,12 +68,14 @@ pub(crate) mod over_leaves;
 mod rules;
 mod self_check;
 mod share;
+mod tolerance;
 mod trail;
 
 use crate::angle::Circular;
 use crate::estimate::{Estimate, Moments};
 use crate::flow::{Escaped, Flow};
 use crate::grid::Grid;
+use crate::model::parameter::Parameter;
 use crate::model::planar::Force;
 use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
@@ -84,6 +87,7 @@ use joint::Joint;
 use measure::Measure;
 use moments::SmoothMoments;
 pub use self_check::Check;
+pub(crate) use tolerance::{PROBABILITY_ERROR, ProbabilityTolerance};
 
 /// Required accuracy of the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,11 +144,11 @@ pub enum Error {
     },
     /// The eccentricity of the model's orbits does not rise once and fall once in every period.
     #[error(
-        "the exact density needs a planar model whose eccentricity grows wherever e sin(phi) > 0, and {model} is none: the pull \
+        "the exact density needs a planar model whose eccentricity grows wherever e sin(phi) > 0, and that with {model} is none: the pull \
          towards the Sun must outweigh all else that drives the eccentricity; mc, dee and gmm-ut have no such limit"
     )]
     EccentricityTurnsBack {
-        /// The model and its parameters.
+        /// The model's parameters.
         model: String,
     },
     /// The computed density contradicts orbits of the flow.
@@ -314,41 +318,8 @@ pub fn is_possible(model: &impl PlanarHamiltonian) -> Result<(), Error> {
     if model.eccentricity_follows_x1() {
         Ok(())
     } else {
-        Err(Error::EccentricityTurnsBack { model: format!("{model:?}") })
-    }
-}
-
-/// Target for the absolute error of probabilities.
-pub(crate) const PROBABILITY_ERROR: f64 = 1e-9;
-/// Probabilities below this value need no correct digits.
-const SMALLEST_PROBABILITY: f64 = 1e-15;
-
-/// Target for the relative error of rare probabilities.
-const RELATIVE_ERROR: f64 = 1e-6;
-
-/// How accurate a probability is to be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum ProbabilityTolerance {
-    /// To an absolute error, and rare ones to a relative one.
-    RareToo(f64),
-    /// To an absolute error alone, for one of many probabilities of which a mean is taken.
-    Absolute(f64),
-}
-
-impl ProbabilityTolerance {
-    /// The tolerance of this probability.
-    pub(crate) fn of(self, probability: f64) -> f64 {
-        match self {
-            Self::RareToo(absolute) => {
-                absolute.min(RELATIVE_ERROR * probability.abs()).max(RELATIVE_ERROR * SMALLEST_PROBABILITY)
-            }
-            Self::Absolute(absolute) => absolute,
-        }
-    }
-
-    /// The tolerance of a probability that is not rare.
-    pub(crate) fn absolute(self) -> f64 {
-        let (Self::RareToo(absolute) | Self::Absolute(absolute)) = self;
-        absolute
+        let stated = |(parameter, value): (Parameter, f64)| format!("{} = {value}", parameter.symbol);
+        let parameters: Vec<String> = model.parameters().into_iter().map(stated).collect();
+        Err(Error::EccentricityTurnsBack { model: parameters.join(", ") })
     }
 }

@@ -28,6 +28,9 @@ const MOST_STEPS: usize = 48;
 /// Ends of the first intervals in standard deviations.
 const FIRST: [f64; 4] = [-REACH, -2.2, 2.2, REACH];
 
+/// The `z` of a leaf, and its weights in the rule and in the coarser one.
+type Node = (f64, f64, f64);
+
 /// What the functions that are integrated are on a leaf.
 #[derive(Debug, Clone)]
 pub(crate) struct LeafValues {
@@ -69,7 +72,7 @@ pub(crate) struct OverLeaves {
 
 impl OverLeaves {
     fn sum(&self, of: impl Fn(&LeafPanel) -> &[f64]) -> Vec<f64> {
-        let mut sum = vec![0.0; self.panels.first().map_or(0, |panel| of(panel).len())];
+        let mut sum = vec![0.0; self.panels.iter().map(|panel| of(panel).len()).max().unwrap_or(0)];
         for panel in &self.panels {
             sum.iter_mut().zip(of(panel)).for_each(|(sum, part)| *sum += part);
         }
@@ -103,16 +106,17 @@ impl OverLeaves {
     }
 }
 
-/// The integrals over all leaves of the functions that `leaf` computes from a problem and the density of its `z`;
-/// `None` if nothing is known of a leaf. They are refined until the shares of the tolerated error that `share` gives to
+/// The integrals over all leaves of the `functions` functions that `leaf` computes from a problem and the density of its
+/// `z`; `None` if nothing is known of a leaf. They are refined until the shares of the tolerated error that `share` gives to
 /// the panels add up to at most 1, or until `most_leaves` have been taken.
 pub(crate) fn integrate<E: Send>(
     problem: &UncertainProblem,
+    functions: usize,
     leaf: impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<LeafValues>, E> + Sync,
     share: impl Fn(&LeafPanel, &[f64]) -> f64,
     most_leaves: usize,
 ) -> Result<OverLeaves, E> {
-    if let Some(panel) = evenly(problem, &leaf, &share)? {
+    if let Some(panel) = evenly(problem, functions, &leaf, &share)? {
         return Ok(OverLeaves { panels: vec![panel] });
     }
     let lowest = problem.lowest().max(-REACH);
@@ -123,7 +127,7 @@ pub(crate) fn integrate<E: Send>(
     loop {
         leaves += pending.len() * POINTS;
         let fresh: Vec<LeafPanel> =
-            pending.iter().map(|&interval| panel(problem, interval, &leaf)).collect::<Result<_, E>>()?;
+            pending.iter().map(|&interval| panel(problem, interval, functions, &leaf)).collect::<Result<_, E>>()?;
         found.panels.extend(fresh);
         found.panels.sort_by(|a, b| a.interval.low.total_cmp(&b.interval.low));
         let values = found.values();
@@ -150,6 +154,7 @@ pub(crate) fn eased(tolerance: f64, density: f64) -> f64 {
 /// others.
 fn evenly<E: Send>(
     problem: &UncertainProblem,
+    functions: usize,
     leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<LeafValues>, E> + Sync),
     share: &impl Fn(&LeafPanel, &[f64]) -> f64,
 ) -> Result<Option<LeafPanel>, E> {
@@ -170,7 +175,8 @@ fn evenly<E: Send>(
             (at(k, steps), end * step, if k.is_multiple_of(2) { 2.0 * end * step } else { 0.0 })
         };
         let nodes: Vec<(f64, f64, f64)> = (0..=steps).map(node).collect();
-        let panel = LeafPanel::sum(problem, Interval { low: -EVEN_REACH, high: EVEN_REACH }, &nodes, &leaves);
+        let panel =
+            LeafPanel::sum(problem, Interval { low: -EVEN_REACH, high: EVEN_REACH }, functions, (&nodes, &leaves));
         if share(&panel, &panel.values) <= 1.0 {
             return Ok(Some(panel));
         }
@@ -181,11 +187,12 @@ fn evenly<E: Send>(
 fn panel<E: Send>(
     problem: &UncertainProblem,
     interval: Interval,
+    functions: usize,
     leaf: &(impl Fn(&Problem<Planar>, f64, f64) -> Result<Option<LeafValues>, E> + Sync),
 ) -> Result<LeafPanel, E> {
     let nodes = interval.nodes();
     let leaves = on_leaves(problem, &nodes.map(|(z, ..)| z), leaf)?;
-    Ok(LeafPanel::sum(problem, interval, &nodes, &leaves))
+    Ok(LeafPanel::sum(problem, interval, functions, (&nodes, &leaves)))
 }
 
 /// What `leaf` finds at these places.
@@ -208,17 +215,16 @@ fn density(problem: &UncertainProblem, z: f64) -> f64 {
 
 impl LeafPanel {
     /// From the leaves at the nodes of an interval, given with the weights of the rule and of the coarser one within
-    /// it.
+    /// it. There may be no leaf of which anything is known.
     fn sum(
         problem: &UncertainProblem,
         interval: Interval,
-        nodes: &[(f64, f64, f64)],
-        leaves: &[Option<LeafValues>],
+        functions: usize,
+        (nodes, leaves): (&[Node], &[Option<LeafValues>]),
     ) -> Self {
-        let first = leaves.iter().flatten().next();
-        let zeros = || vec![0.0; first.map_or(0, |leaf| leaf.values.len())];
+        let zeros = || vec![0.0; functions];
         let (mut values, mut coarser, mut sizes) = (zeros(), zeros(), zeros());
-        let (mut inner, mut lost) = (vec![0.0; first.map_or(0, |leaf| leaf.errors.len())], 0.0);
+        let (mut inner, mut lost) = (zeros(), 0.0);
         for (&(z, by_rule, by_coarser), leaf) in nodes.iter().zip(leaves) {
             let (weight, coarser_weight) = (by_rule * density(problem, z), by_coarser * density(problem, z));
             let Some(leaf) = leaf else {
@@ -257,7 +263,7 @@ mod tests {
                 Ok::<_, ()>(Some(LeafValues { values: vec![1.0, radiation, f64::from(z > 0.3)], errors: vec![0.0; 3] }))
             };
             let share = |panel: &LeafPanel, _: &[f64]| panel.errors().sum::<f64>() / 1e-7;
-            let found = integrate(&problem, leaf, share, 3000).unwrap();
+            let found = integrate(&problem, 3, leaf, share, 3000).unwrap();
             let hazard = normal_density(problem.lowest()) / problem.mass_inside();
             let mean = match distribution {
                 Distribution::Gaussian => problem.mean() * (1.0 + relative * hazard),
@@ -268,6 +274,26 @@ mod tests {
                 assert!((value - right).abs() < 1e-7, "{relative}: {value} instead of {right}");
             }
             assert_eq!(found.lost(), 0.0);
+        }
+    }
+    #[test]
+    fn leaves_of_which_nothing_is_known_count_as_error_wherever_they_lie() {
+        let paper = paper::scenario(1);
+        let plane = Problem { model: paper.model.into(), initial: paper.initial, times: paper.times, critical_e: 0.6 };
+        let spread = Spread { relative: 0.2, distribution: Distribution::Gaussian };
+        let problem = UncertainProblem::new(plane, spread).unwrap();
+        // Nothing is known below, or above, or anywhere.
+        for (low, high) in [(-0.5, 9.0), (-9.0, 1.0), (8.0, 9.0)] {
+            let leaf = |_: &Problem<Planar>, z: f64, _: f64| {
+                let known = LeafValues { values: vec![1.0, z], errors: vec![0.0; 2] };
+                Ok::<_, ()>((low..high).contains(&z).then_some(known))
+            };
+            let share = |panel: &LeafPanel, _: &[f64]| panel.errors().sum::<f64>() / 1e-6;
+            let found = integrate(&problem, 2, leaf, share, 3000).unwrap();
+            let (values, errors) = (found.values(), found.errors());
+            assert_eq!((values.len(), errors.len()), (2, 2));
+            assert!((values[0] + found.lost() - 1.0).abs() < 1e-6, "{values:?} {}", found.lost());
+            assert!(errors.iter().all(|&error| error >= found.lost()), "{errors:?}");
         }
     }
 }

@@ -51,7 +51,7 @@ pub fn curve(exact: &ExactLeaves, times: &[f64]) -> Result<Vec<Passed>, Error> {
     let problem = exact.problem();
     is_possible(&problem.plane.model)?;
     let of_leaf = |plane: &Problem<Planar>, z: f64, density: f64| {
-        let tolerance = ProbabilityTolerance::Absolute(eased(0.1 * EXACT.error, density));
+        let tolerance = ProbabilityTolerance::Absolute(eased(EXACT.error, density));
         exact.on_leaf(plane, z, |family| of_family(plane, family, times, (tolerance, exact.most_orbits())))
     };
     mean_curve(problem, times, EXACT, of_leaf)
@@ -105,7 +105,7 @@ fn mean_curve<E: Send>(
     let share = |panel: &LeafPanel, _: &[f64]| {
         panel.errors().enumerate().map(|(k, error)| error / tolerated(k)).fold(0.0, f64::max)
     };
-    let found = integrate(problem, leaf, share, effort.most_leaves)?;
+    let found = integrate(problem, 3 * count + 3, leaf, share, effort.most_leaves)?;
     let (values, inner, lost) = (found.values(), found.inner(), found.lost());
     let by_rule = |k: usize| found.panels.iter().filter_map(|panel| panel.errors().nth(k)).sum::<f64>();
     let of_rules: Vec<f64> = (0..values.len()).map(by_rule).collect();
