@@ -132,7 +132,7 @@ fn a_number_of_orbits_that_cannot_be_taken_and_a_seed_without_effect_are_bad_inp
         (&["--rare", "100"][..], range),
         (&["--rare=99999999999"], range),
         (&["--rare", "1e4"], range),
-        (&["--rare", "scenario.toml"], "write --rare behind the scenario file"),
+        (&["--rare", "scenario.toml"], "write --rare after the scenario file"),
         (&["--seed", "3"], "--seed has no effect without --rare"),
     ] {
         let output = ask(&bench, RARE, arguments);

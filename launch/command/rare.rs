@@ -4,9 +4,11 @@
 use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
+use density::exact::leaves::ExactLeaves;
 use density::exact::{Estimated, Exact, ExactSettings};
 use density::first_passage::exact::exact_curve;
-use density::flow::Flow;
+use density::first_passage::over_leaves;
+use density::flow::{Accuracy, Flow};
 use density::gaussian::Gaussian;
 use density::in_space::SpaceProblem;
 use density::in_space::task::SpaceTask;
@@ -39,7 +41,7 @@ pub(super) fn orbits(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(orbits) if ORBITS.contains(&orbits) => Ok(orbits),
         Err(_) if !text.starts_with(|c: char| c.is_ascii_digit()) => Err(
-            "this is no number of orbits; for the usual number write --rare behind the scenario file, or --rare=5000 before it".into(),
+            "this is no number of orbits; for the usual number write --rare after the scenario file, or --rare=5000 before it".into(),
         ),
         _ => Err(format!("it must be a whole number from {least} to {most}")),
     }
@@ -72,7 +74,8 @@ pub fn run(scenario: &AnyScenario, orbits: usize, seed: u64, in_json: bool) -> E
             return ExitCode::FAILURE;
         }
     };
-    let is_answered = found.iter().any(|found| found.by_importance.is_ok() || found.by_subsets.is_ok());
+    let is_answered = |found: &Found| found.by_importance.is_ok() || found.by_subsets.is_ok() || found.exact.is_some();
+    let is_answered = found.iter().any(is_answered);
     let asked = Asked { years, critical };
     if in_json {
         let found: Vec<Value> = found.iter().map(|found| found.json(asked)).collect();
@@ -127,7 +130,7 @@ impl UncertainTask for InMoreVariables<'_, UncertainProblem> {
         let Self { problem, event, orbits, seed } = self;
         let (years, critical) = (end(&problem.plane), problem.plane.critical_e);
         let question = Question { flow: Flow::new(model), gaussian: problem.gaussian(), years, critical, event };
-        by_orbits(&question, None, (orbits, seed))
+        by_orbits(&question, exact_over_radiation(problem, event), (orbits, seed))
     }
 }
 
@@ -161,6 +164,18 @@ fn exact(problem: &Problem<Planar>, event: Event) -> Option<Estimated> {
             exact.probability_above(problem.critical_e, years).ok()
         }
     }
+}
+
+/// The same where the radiation parameter is uncertain, if its error is small beside it.
+fn exact_over_radiation(problem: &UncertainProblem, event: Event) -> Option<Estimated> {
+    const LARGEST_ERROR: f64 = 0.05;
+    let exact = ExactLeaves::new(problem.clone(), Accuracy::Medium, ExactSettings::default());
+    let years = end(&problem.plane);
+    let found = match event {
+        Event::Ever => over_leaves::curve(&exact, &[0.0, years]).ok().map(|curve| curve[1].probability),
+        Event::AtEnd => exact.moments(years).ok().map(|(_, above, _)| above),
+    };
+    found.filter(|found| found.error <= LARGEST_ERROR * found.value)
 }
 
 fn end(problem: &Problem<Planar>) -> f64 {

@@ -28,6 +28,7 @@ mod tests;
 pub use importance::importance;
 pub use subset::subset;
 
+use crate::first_passage::empirical::wilson_interval;
 use crate::flow::Flow;
 use crate::gaussian::Gaussian;
 use crate::model::variable::Place;
@@ -79,6 +80,12 @@ pub struct Answer {
 pub const RAREST: f64 = 1e-10;
 
 impl Answer {
+    /// From independent orbits of the cloud, of which this share has the event; the interval is Wilson's.
+    fn of_share(share: f64, orbits: usize) -> Self {
+        let standard_error = (share * (1.0 - share) / orbits as f64).sqrt();
+        Self { probability: share, standard_error, interval: wilson_interval(share, orbits as f64), orbits }
+    }
+
     fn new(probability: f64, standard_error: f64, orbits: usize) -> Result<Self, Refused> {
         if probability < RAREST {
             return Err(Refused::TooRare { least: RAREST, orbits });
@@ -103,6 +110,28 @@ pub enum Refused {
         orbits: usize,
         /// How far they reach.
         reach: f64,
+    },
+    /// The levels of subset simulation do not come to the event.
+    #[error(
+        "after {levels} levels with {orbits} orbits no chain had come to the event: it is impossible or rarer than 1e-{levels}, or it \
+         lies apart from where the margin leads, which importance sampling finds if it is within {reach} standard deviations"
+    )]
+    NotReached {
+        /// Number of levels.
+        levels: usize,
+        /// Number of orbits propagated.
+        orbits: usize,
+        /// How far importance sampling looks.
+        reach: f64,
+    },
+    /// The estimate of subset simulation rests on too few chains.
+    #[error(
+        "the estimate would rest on a few of the chains that happened to come to the event, and its standard error would be larger than \
+         itself; take more than {orbits} orbits, or trust importance sampling"
+    )]
+    FewChains {
+        /// Number of orbits propagated.
+        orbits: usize,
     },
     /// The event is rarer than what can be told.
     #[error("the event is rarer than {least:e}, and {orbits} orbits say no more of it")]

@@ -33,6 +33,9 @@ const SHARE: usize = 10;
 const CORRELATION: f64 = 0.8;
 /// Most levels: fewer than 1e-12 are not looked for.
 const MOST_LEVELS: usize = 12;
+/// Largest variance of the logarithm of the probability. Beyond, the answer rests on a few chains that have happened to
+/// come to the event, and their spread says little of the others.
+const MOST_VARIANCE: f64 = 1.0;
 /// The least number of points of a level.
 const LEAST: usize = 100;
 
@@ -90,14 +93,19 @@ pub fn subset<M: Model, const N: usize>(
         }
         probability *= share;
         genealogy.add(&level, threshold, share);
+        if threshold == 0.0 && level.length == 1 {
+            return Ok(Answer::of_share(share, level.points.len()));
+        }
         if threshold == 0.0 {
-            return Answer::new(probability, probability * genealogy.variance().sqrt(), orbits);
+            let variance = genealogy.variance();
+            let answer = Answer::new(probability, probability * variance.sqrt(), orbits)?;
+            return if variance > MOST_VARIANCE { Err(Refused::FewChains { orbits }) } else { Ok(answer) };
         }
         let (next, taken) = level.next(question, threshold, &mut random)?;
         orbits += taken;
         level = next;
     }
-    Err(Refused::NothingFound { orbits, reach: REACH })
+    Err(Refused::NotReached { levels: MOST_LEVELS, orbits, reach: REACH })
 }
 
 /// Independent points of the cut Gaussian.

@@ -6,8 +6,8 @@ use crate::first_passage::exact::exact_curve;
 use crate::model::planar::Force;
 use crate::model::sun_moon::SunMoon;
 use crate::model::vectorial::Vectorial;
-use crate::problem::Problem;
 use crate::problem::paper::scenario;
+use crate::problem::{InitialGaussian, Problem};
 
 /// Orbits of an estimate.
 const ORBITS: usize = 5000;
@@ -165,4 +165,44 @@ fn a_probability_in_four_dimensions_is_that_in_closed_form() {
     println!("{answer:?}, exact {right:e}");
     assert!((answer.probability - right).abs() < 4.0 * answer.standard_error);
     assert!(answer.standard_error < 0.1 * right);
+}
+
+/// With probabilities of 0.9997 and 0.9987 all of a few hundred orbits have the event in most seeds.
+#[test]
+fn the_interval_of_a_nearly_certain_event_is_not_empty() {
+    let mut problem = Problem { model: Force { radiation: 0.15, oblateness: 0.409 }, ..scenario(1) };
+    problem.initial =
+        InitialGaussian { mean_phi: 0.0, mean_e: 0.2771, sigma_phi: 0.15, sigma_e: 0.03, correlation: 0.0 };
+    problem.times = vec![0.0, 10.0];
+    for critical in [0.278, 0.279] {
+        let right = exact(&problem, critical, Event::Ever).value;
+        let question = question(&problem, critical, Event::Ever);
+        let (held, _, _) = coverage(right, 20, |seed| subset(&question, 833, seed));
+        assert!((0.99..1.0).contains(&right) && held >= 17, "{critical}, {right}: {held} of 20");
+    }
+}
+
+/// An event of 3.6e-7 on an island to which the margin does not lead.
+#[test]
+fn subset_simulation_says_when_it_has_not_come_to_the_event() {
+    let mut problem = Problem { model: Force { radiation: 0.15, oblateness: 0.409 }, ..scenario(1) };
+    problem.initial =
+        InitialGaussian { mean_phi: 0.0, mean_e: 0.2771, sigma_phi: 0.05, sigma_e: 0.03, correlation: 0.0 };
+    problem.times = vec![0.0, 10.0];
+    let right = exact(&problem, 0.47, Event::AtEnd).value;
+    let question = question(&problem, 0.47, Event::AtEnd);
+    let (mut told, mut missed) = (0, 0);
+    for seed in 1..=10 {
+        match subset(&question, 833, seed) {
+            Ok(answer) => {
+                told += 1;
+                missed += u32::from(right < answer.interval.0 || answer.interval.1 < right);
+            }
+            Err(refused) => assert!(refused.to_string().contains("orbits"), "{refused}"),
+        }
+    }
+    println!("exact {right:e}, {told} of 10 seeds told, {missed} missed");
+    assert!(missed <= 1, "{missed} of {told}");
+    let found = importance(&question, ORBITS, 1).unwrap();
+    assert!(found.interval.0 <= right && right <= found.interval.1);
 }
