@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::cell::{Cell, Tree};
 use super::chebyshev::{Basis, Polynomial};
-use super::passing::{self, Decision, Passing};
+use super::passing::{self, Decision, Passing, TIME_ERROR};
 use super::refused::{Cause, Limit, rounded_place};
 use super::{CellMap, FlowMap, Refused, Settings, Summary, Unresolved};
 use crate::flow::{Accuracy, Flow};
@@ -27,6 +27,13 @@ pub(super) fn accuracy_for(error: f64, years: f64) -> Result<Accuracy, Refused> 
     let of_finest = of_orbits(Accuracy::Fine);
     let too_fine = Refused::TooFine { error, of_orbits: of_finest, years, least: FINER * of_finest };
     Accuracy::ALL.into_iter().find(fits).ok_or(too_fine)
+}
+
+/// The same for a map that knows first passages, if it does: their times are smooth functions of the start only as far
+/// as the orbits are accurate.
+fn accuracy_of(error: f64, years: f64, has_passages: bool) -> Result<Accuracy, Refused> {
+    let of_states = accuracy_for(error, years)?;
+    Ok(if has_passages { accuracy_for(error.min(TIME_ERROR), years).unwrap_or(Accuracy::Fine) } else { of_states })
 }
 
 /// What a map is made from.
@@ -62,7 +69,7 @@ impl<'a, M: Model, const N: usize> Builder<'a, M, N> {
         critical: Option<f64>,
         settings: &'a Settings,
     ) -> Result<Self, Refused> {
-        let accuracy = accuracy_for(settings.error, times[times.len() - 1])?;
+        let accuracy = accuracy_of(settings.error, times[times.len() - 1], critical.is_some())?;
         let basis = Basis::of(N);
         let corner = |number: usize| std::array::from_fn(|k| if number >> k & 1 == 0 { -1.0 } else { 1.0 });
         let nodes = (0..basis.len::<N>()).map(|i| basis.node(i));

@@ -30,8 +30,8 @@ pub enum Refused {
     TurnsBack,
     /// The map is of too small a part of the cloud.
     #[error(
-        "a flow map of {orbits} orbits covers {:.1} % of the cloud only, less than the {} % for which it is worth its orbits; \
-         {unresolved}", 100.0 * mapped, 100.0 * least
+        "a flow map of {orbits} orbits covers {} % of the cloud only, less than the {} % for which it is worth its orbits; \
+         {unresolved}", (1e3 * mapped).floor() / 10.0, 100.0 * least
     )]
     CoversTooLittle {
         /// Number of orbits taken.
@@ -131,7 +131,7 @@ mod tests {
             Refused::CoversTooLittle { orbits: 500, mapped: 0.25, least: 0.5, unresolved }.to_string()
         };
         let text = with(Cause::Bends { years: 2.0, error: 1.234e-5 }, Limit::Orbits);
-        assert!(text.contains("covers 25.0 % of the cloud only, less than the 50 %"), "{text}");
+        assert!(text.contains("covers 25 % of the cloud only, less than the 50 %"), "{text}");
         assert!(text.contains("about phi = 0.666667 rad, e = 0.142857 the map is off by 1.2e-5 at t = 2 yr"), "{text}");
         assert!(text.ends_with("no orbits were left to halve that part, which holds 12.50 % of the cloud"), "{text}");
         let text = with(Cause::FirstPassages, Limit::Share);

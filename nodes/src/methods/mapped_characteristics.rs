@@ -19,7 +19,8 @@ use kit::failure::Failure;
 use messages::content::{Characteristics, Lattice};
 use rayon::prelude::*;
 
-use crate::methods::mapped_samples::{By, Mapping, refusal};
+use crate::methods::map_refusal::{self, Asked, By};
+use crate::methods::mapped_samples::Mapping;
 
 /// The characteristics of a case on their way.
 #[derive(Debug)]
@@ -56,13 +57,14 @@ impl MappedCharacteristics {
         let points = Arc::clone(&start);
         let draw = one_by_one(move |number| [points.phi[number], points.e[number]]);
         let numbers = range.clone();
+        let asked = Asked { by: mapping.by, may_be_by_angle: true };
         let moved = match mapping.by {
             By::Cells => FlowMap::new(flow, problem.initial.into(), &problem.times, None, &mapping.map)
                 .map(|map| Moved::Cells(MappedOrbits::new(map, numbers, draw))),
             By::ActionAngle => AngleMap::new(flow, &problem.initial, &problem.times, None, &mapping.map)
                 .map(|map| Moved::Angles(AngleOrbits::new(map, numbers, draw))),
         };
-        let moved = moved.map_err(refusal)?;
+        let moved = moved.map_err(|refused| map_refusal::in_words(&refused, asked))?;
         Ok(Self { problem: problem.clone(), start, range, moved, index: 0 })
     }
 

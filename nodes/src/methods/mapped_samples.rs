@@ -28,6 +28,7 @@ use kit::failure::Failure;
 use kit::problem_key::by_key;
 
 use crate::methods::Misfit;
+use crate::methods::map_refusal::{self, Asked, By};
 
 /// A cell of a map is not halved again if fewer than so many samples lie in it: its halves would take about as many
 /// orbits.
@@ -158,15 +159,6 @@ impl<C: Cloud> Cloud for InSpaceCloud<C> {
     }
 }
 
-/// What a map is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum By {
-    /// Cells of the cloud.
-    Cells,
-    /// Orbit and time on the orbit, in the plane.
-    ActionAngle,
-}
-
 /// What moves by a map, and how the map is made.
 #[derive(Debug, Clone)]
 pub struct Mapping {
@@ -194,18 +186,6 @@ pub fn map_for(samples: usize, error: f64) -> MapSettings {
         least_mapped: LEAST_MAPPED,
         ..MapSettings::default()
     }
-}
-
-/// A refused map in the words of the settings that make it larger.
-pub(super) fn refusal(refused: Refused) -> Failure {
-    let way_out = match refused {
-        Refused::CoversTooLittle { .. } => {
-            "; with more samples a map may have more orbits and smaller cells, with a larger map_error it needs fewer (in the plane, by = \
-             \"action-angle\" takes far fewer orbits); node = \"mc\" follows every orbit"
-        }
-        _ => "",
-    };
-    Failure::Refused(format!("{refused}{way_out}"))
 }
 
 impl MappedSamples {
@@ -237,6 +217,7 @@ impl MappedSamples {
     pub fn new(mapping: Mapping, assignment: &Assignment) -> Result<Self, Failure> {
         let critical = assignment.said.critical;
         Self::check(mapping.by, &mapping.plan, assignment)?;
+        let asked = Asked { by: mapping.by, may_be_by_angle: assignment.plane.is_some() };
         let cloud = match (&assignment.uncertain, &assignment.in_space) {
             (_, Some(problem)) => {
                 let draw = Distributed::of(problem).map(|distributed| distributed.draw(&mapping.plan));
@@ -261,7 +242,7 @@ impl MappedSamples {
                 }
             }
         };
-        let cloud = cloud.map_err(refusal)?;
+        let cloud = cloud.map_err(|refused| map_refusal::in_words(&refused, asked))?;
         Ok(Self { cloud, critical })
     }
 

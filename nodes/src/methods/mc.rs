@@ -19,7 +19,8 @@ use messages::content::Samples;
 use messages::layout::GIVEN_COLUMNS;
 
 use self::direct_samples::{DirectSamples, PENDING};
-use crate::methods::mapped_samples::{By, MAP_ERROR, MappedSamples, Mapping, map_for};
+use crate::methods::map_refusal::By;
+use crate::methods::mapped_samples::{MAP_ERROR, MappedSamples, Mapping, map_for};
 use crate::methods::radiation::Radiation;
 
 pub use self::settings::{DrawsChoice, Settings, Through};

@@ -90,6 +90,6 @@ pub trait Method: Clone + Serialize + DeserializeOwned {
     /// # Errors
     /// Why not.
     fn check_reduce(&self) -> Result<(), String> {
-        Err("only the samples of mc, or of a command, can be reduced".into())
+        Err("this method sends no independent samples, and only such can be reduced; leave out `reduce`".into())
     }
 }

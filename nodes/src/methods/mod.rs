@@ -11,6 +11,7 @@
 //! | `drawing` | the orbits that a sampling method draws, in the scenario's model or in a simpler one |
 //! | `course` | orbits on their way through the snapshots |
 //! | `mapped_samples`, `mapped_characteristics` | samples and characteristics that move by a flow map |
+//! | `map_refusal` | a refused flow map in the words of the settings that help |
 //! | `radiation` | what samples say of an uncertain radiation parameter |
 
 pub mod accuracy;
@@ -21,6 +22,7 @@ pub mod exact;
 pub mod flow_map;
 pub mod gmm_ut;
 mod lattice_degree;
+mod map_refusal;
 mod mapped_characteristics;
 mod mapped_samples;
 pub mod mc;

@@ -34,9 +34,11 @@ const ALONG: f64 = 1e-13;
 const SHARE_ALONG: f64 = 0.1;
 /// Coefficients below this are left out.
 const NEGLIGIBLE: f64 = 1e-16;
-/// An error below so many times the setting that does not fall by this factor when an interval is halved is not one of
-/// interpolation but of the orbits, and further halves would not help.
+/// An error below so many times the setting, and below this, that does not fall by this factor when an interval is
+/// halved is not one of interpolation but of the orbits, and further halves would not help. (A larger one may stay as
+/// it is for some halves: states whose orbit has run round by a turn too many are off by the size of the orbit.)
 const FLOOR: f64 = 1e3;
+const LARGEST_FLOOR: f64 = 1e-5;
 const FALLS: f64 = 0.5;
 /// The orbits by which a panel is checked: where a polynomial through Chebyshev nodes is furthest off, short of the
 /// edges, at which the orbit may be the separatrix or a point.
@@ -191,7 +193,8 @@ impl<'a, M: PlanarHamiltonian> Builder<'a, M> {
             let (pilots, cost) = (self.pilots_in((low, high)), 2 * self.orbits_of_a_panel());
             let (share, middle) = (share(&tried), low.midpoint(high));
             let is_wide = high - low > 1e3 * f64::EPSILON;
-            let may_fall = error > FLOOR * self.settings.error || error < FALLS * before;
+            let floor = (FLOOR * self.settings.error).min(LARGEST_FLOOR);
+            let may_fall = error > floor || error < FALLS * before;
             let is_worth_it = share > self.settings.smallest_share;
             if is_worth_it && cost <= left && is_wide && may_fall {
                 left -= cost;

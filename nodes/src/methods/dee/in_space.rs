@@ -19,7 +19,8 @@ use kit::shard::Shard;
 use messages::content::Samples;
 
 use super::settings::{POINTS, Settings};
-use crate::methods::mapped_samples::{By, MappedSamples, Mapping};
+use crate::methods::map_refusal::By;
+use crate::methods::mapped_samples::{MappedSamples, Mapping};
 
 /// Independent replicates of the points at which the flow is read out.
 const REPLICATES: usize = 16;

@@ -14,7 +14,8 @@ use super::MonteCarlo;
 use crate::files::toml_words::choice;
 use crate::methods::accuracy::AccuracySetting;
 use crate::methods::drawing::{Drawing, check_forces};
-use crate::methods::mapped_samples::{By, MAP_ERROR, MappedSamples, check_map_error};
+use crate::methods::map_refusal::By;
+use crate::methods::mapped_samples::{MAP_ERROR, MappedSamples, check_map_error};
 use crate::methods::sampling_settings::sampling_settings;
 use crate::methods::{Method, Misfit};
 
