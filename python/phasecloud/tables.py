@@ -9,7 +9,23 @@ from typing import Any
 import numpy as np
 
 #: Columns of texts, whatever a text looks like: a case may be called "1".
-TEXTS = {"scenario", "method", "reference", "quantity", "density", "measure", "diagnostic", "note", "interval", "verdict"}
+TEXTS = {
+    "scenario",
+    "method",
+    "reference",
+    "quantity",
+    "density",
+    "measure",
+    "diagnostic",
+    "note",
+    "interval",
+    "given",
+    "errors",
+    "verdict",
+    "moments_quantity",
+    "moments_judged_by",
+    "density_judged_by",
+}
 
 Columns = dict[str, np.ndarray]
 

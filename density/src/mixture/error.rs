@@ -1,14 +1,18 @@
 //! What can be wrong with a mixture or its settings.
 
-use super::library;
 use crate::flow::Escaped;
 
 /// What can be wrong with a mixture or its settings.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MixtureError {
     /// A library that cannot be made.
-    #[error("a splitting library has an odd number of components from 1 (no split) to {most}, not {0}", most = library::MOST)]
-    LibrarySize(usize),
+    #[error("a splitting library has an odd number of components from 1 (no split) to {most}, not {components}")]
+    LibrarySize {
+        /// The number asked for.
+        components: usize,
+        /// The largest number.
+        most: usize,
+    },
     /// A library whose optimisation did not converge.
     #[error("the splitting library of {0} components did not converge; choose another odd number of components")]
     LibraryDiverged(usize),

@@ -66,7 +66,9 @@ impl Library {
     pub fn new(components: usize, variance: Variance) -> Result<Self, MixtureError> {
         match components {
             1 => return Ok(Self::unsplit()),
-            n if n.is_multiple_of(2) || n > MOST => return Err(MixtureError::LibrarySize(n)),
+            n if n.is_multiple_of(2) || n > MOST => {
+                return Err(MixtureError::LibrarySize { components: n, most: MOST });
+            }
             _ => {}
         }
         let fit = Fit::new(components, variance);
@@ -301,7 +303,10 @@ mod tests {
     #[test]
     fn even_or_excessive_sizes_are_refused() {
         for components in [0, 2, 38, MOST + 2] {
-            assert_eq!(Library::new(components, Variance::Free), Err(MixtureError::LibrarySize(components)));
+            assert_eq!(
+                Library::new(components, Variance::Free),
+                Err(MixtureError::LibrarySize { components, most: MOST })
+            );
         }
     }
 }

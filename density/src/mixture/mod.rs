@@ -31,8 +31,8 @@
 //! | [`moments`], [`bins`] | the results of a mixture: moments, and bin averages of its density |
 //! | [`any_model`] | the transform and the mixture over the variables of a model that is not planar |
 //! | [`adaptive`] | the same, split where the flow is not linear |
-//! | `splitting` | where and how it is split |
-//! | `fifth_degree` | its sigma points, and how far its moments are off |
+//! | `splitting` | where and how the adaptive mixture is split |
+//! | `fifth_degree` | the sigma points of the adaptive mixture, and how far its moments are off |
 //! | `differences`, `triangular` | derivatives of the flow by differences, and square roots of covariances |
 //! | `pieces`, `curvature`, `part` | its parts, how far the flow over a part is from linear and in which direction, and how far it may be |
 //!

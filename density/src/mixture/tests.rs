@@ -228,7 +228,8 @@ fn settings_out_of_range_are_refused() {
     let problem = scenario(1);
     let flow = Flow::new(problem.model);
     let refused = |settings: MixtureSettings| PlanarMixturePropagator::new(&problem, &flow, &settings).unwrap_err();
-    assert_eq!(refused(split_along(split::Direction::Eccentricity, 38, 1)), MixtureError::LibrarySize(38));
+    let even = MixtureError::LibrarySize { components: 38, most: library::MOST };
+    assert_eq!(refused(split_along(split::Direction::Eccentricity, 38, 1)), even);
     let adaptive = |tolerance: f64, sigma_points: usize| MixtureSettings {
         split: Split::Adaptive(plan::Adaptive { tolerance, sigma_points }),
         ..MixtureSettings::default()
