@@ -131,7 +131,7 @@ fn every_mistake_is_told_with_line_and_key() {
             "node = \"dee\"\nreduce = true",
             7,
             "propagator.reduce",
-            "only the samples of mc",
+            "only such can be reduced",
         ),
         ("samples = 10", "seed = -1", 7, "propagator.seed", "-1 is not allowed, it must be at least 0"),
         ("samples = 10", "seed = 9223372036854775808", 7, "propagator.seed", "whole numbers lie between"),
