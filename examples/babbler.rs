@@ -54,7 +54,7 @@ fn babble() -> Result<(), Failure> {
     let mut random = Random(std::env::args().nth(1).and_then(|seed| seed.parse().ok()).unwrap_or(1));
     session.ready()?;
     let domain = Domain::enter(&place, "babbler")?;
-    lie(&domain, session.run_id);
+    lie(&domain, session.run_id, &session.label);
     on::<Scenario>(&domain, &mut random, session.run_id)?;
     on::<Snapshot>(&domain, &mut random, session.run_id)?;
     on::<Density>(&domain, &mut random, session.run_id)?;
@@ -82,13 +82,15 @@ fn on<T: Topic<Header: Pod>>(domain: &Domain, random: &mut Random, run_id: u64) 
 }
 
 /// Sends, in good form, messages that only other nodes may send.
-fn lie(domain: &Domain, run_id: u64) {
+fn lie(domain: &Domain, run_id: u64, label: &str) {
     let said = || -> Result<(), messages::port::PortError> {
         let status = domain.outlet::<Status>(2)?;
         for (role, node, event) in [
             (role::RECORDER, "recorder", event::DONE),
             (role::ESTIMATOR, "estimator", event::FAILED),
             (role::CASE, "mc", event::FAILED),
+            // Under the label of the babbler itself, which is told by its role alone.
+            (role::RECORDER, label, event::DONE),
         ] {
             let header = StatusHeader {
                 run_id,

@@ -13,6 +13,7 @@ use messages::layout::{
     DISTANCE_COLUMNS, DensityHeader, EFFORT_COLUMNS, ERROR_COLUMNS, GIVEN_COLUMNS, PASSAGE_COLUMNS, PASSAGE_TIMES,
 };
 use messages::port::{Inlet, Message};
+use messages::report::Report;
 use messages::scenario::MOST_SNAPSHOTS;
 use messages::text::unpack;
 use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
@@ -209,7 +210,9 @@ impl Screened for Roster {
 
 impl Screened for Status {
     fn propagator(header: &Self::Header) -> Option<String> {
-        Some(unpack(&header.node))
+        // Whatever label it bears, a report in the role of a service is one of that service.
+        let sender = Report::sender(header);
+        Some(sender.map_or_else(|_| unpack(&header.node), |sender| sender.label().to_owned()))
     }
 
     fn check(_: &Self::Header, _: &[f64]) -> Result<(), String> {
@@ -237,6 +240,8 @@ mod tests {
         let status =
             StatusHeader { run_id: 7, role: role::RECORDER, node: pack("recorder"), ..StatusHeader::default() };
         assert!(judge::<Status>(7, &status, &[], Some("mine")).is_err());
+        let posing = StatusHeader { run_id: 7, role: role::RECORDER, node: pack("mine"), ..StatusHeader::default() };
+        assert!(judge::<Status>(7, &posing, &[], Some("mine")).unwrap_err().contains("the label \"recorder\""));
         let header = DensityHeader { run_id: 7, quantities: 1, count: 1, ..DensityHeader::default() };
         assert_eq!(judge::<Density>(7, &header, &[1.0; 3], None), Ok(()));
         assert!(judge::<Density>(7, &header, &[1.0; 3], Some("mc")).unwrap_err().contains("own processes"));

@@ -169,4 +169,15 @@ mod tests {
     fn manifest() -> String {
         serde_json::to_string(&Manifest { run_id: "run-7".into(), ..Manifest::default() }).unwrap()
     }
+
+    /// The Python module reads the same tables.
+    #[test]
+    fn python_has_the_same_columns_of_text() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../python/phasecloud/tables.py");
+        let source = std::fs::read_to_string(file).unwrap();
+        let list = source.split_once("TEXTS = {").and_then(|(_, rest)| rest.split_once('}')).unwrap().0;
+        let mut names: Vec<&str> = list.split(',').map(|name| name.trim().trim_matches('"')).collect();
+        names.retain(|name| !name.is_empty());
+        assert_eq!(names, TEXTS);
+    }
 }

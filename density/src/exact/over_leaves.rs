@@ -106,9 +106,9 @@ impl OverLeaves {
     }
 }
 
-/// The integrals over all leaves of the `functions` functions that `leaf` computes from a problem and the density of its
-/// `z`; `None` if nothing is known of a leaf. They are refined until the shares of the tolerated error that `share` gives to
-/// the panels add up to at most 1, or until `most_leaves` have been taken.
+/// The integrals over all leaves of the `functions` functions that `leaf` computes from a problem and the density of
+/// its `z`; `None` if nothing is known of a leaf. They are refined until the shares of the tolerated error that `share`
+/// gives to the panels add up to at most 1, or until `most_leaves` have been taken.
 pub(crate) fn integrate<E: Send>(
     problem: &UncertainProblem,
     functions: usize,

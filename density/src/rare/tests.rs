@@ -167,13 +167,17 @@ fn a_probability_in_four_dimensions_is_that_in_closed_form() {
     assert!(answer.standard_error < 0.1 * right);
 }
 
+/// A cloud over the centre, ten years ahead.
+fn over_the_centre(sigma_phi: f64) -> Problem {
+    let initial = InitialGaussian { mean_phi: 0.0, mean_e: 0.2771, sigma_phi, sigma_e: 0.03, correlation: 0.0 };
+    let model = Force { radiation: 0.15, oblateness: 0.409 };
+    Problem { model, initial, times: vec![0.0, 10.0], critical_e: 0.6 }
+}
+
 /// With probabilities of 0.9997 and 0.9987 all of a few hundred orbits have the event in most seeds.
 #[test]
 fn the_interval_of_a_nearly_certain_event_is_not_empty() {
-    let mut problem = Problem { model: Force { radiation: 0.15, oblateness: 0.409 }, ..scenario(1) };
-    problem.initial =
-        InitialGaussian { mean_phi: 0.0, mean_e: 0.2771, sigma_phi: 0.15, sigma_e: 0.03, correlation: 0.0 };
-    problem.times = vec![0.0, 10.0];
+    let problem = over_the_centre(0.15);
     for critical in [0.278, 0.279] {
         let right = exact(&problem, critical, Event::Ever).value;
         let question = question(&problem, critical, Event::Ever);
@@ -185,10 +189,7 @@ fn the_interval_of_a_nearly_certain_event_is_not_empty() {
 /// An event of 3.6e-7 on an island to which the margin does not lead.
 #[test]
 fn subset_simulation_says_when_it_has_not_come_to_the_event() {
-    let mut problem = Problem { model: Force { radiation: 0.15, oblateness: 0.409 }, ..scenario(1) };
-    problem.initial =
-        InitialGaussian { mean_phi: 0.0, mean_e: 0.2771, sigma_phi: 0.05, sigma_e: 0.03, correlation: 0.0 };
-    problem.times = vec![0.0, 10.0];
+    let problem = over_the_centre(0.05);
     let right = exact(&problem, 0.47, Event::AtEnd).value;
     let question = question(&problem, 0.47, Event::AtEnd);
     let (mut told, mut missed) = (0, 0);
@@ -198,7 +199,8 @@ fn subset_simulation_says_when_it_has_not_come_to_the_event() {
                 told += 1;
                 missed += u32::from(right < answer.interval.0 || answer.interval.1 < right);
             }
-            Err(refused) => assert!(refused.to_string().contains("orbits"), "{refused}"),
+            Err(Refused::NotReached { .. } | Refused::FewChains { .. }) => {}
+            Err(refused) => panic!("{refused}"),
         }
     }
     println!("exact {right:e}, {told} of 10 seeds told, {missed} missed");

@@ -270,17 +270,10 @@ class Session:
         label = _pack(self.label, 32)
         role, shard = (layout.CASE, 0) if self.shards == 1 else (layout.SHARD, self.shard)
         header = layout.StatusHeader(
-            run_id=self.run_id,
-            event=event,
-            scenario=scenario,
-            role=role,
-            shard=shard,
-            subject_role=role,
-            subject_shard=shard,
-            node=label,
-            subject=label,
-            text=_pack(text, 1024),
+            run_id=self.run_id, event=event, scenario=scenario, role=role, shard=shard, node=label, text=_pack(text, 1024)
         )
+        if event == layout.FAILED:  # it is this process that cannot go on
+            header.subject_role, header.subject_shard, header.subject = role, shard, label
         self._status.send_numbers(units, header)
 
     def send_passage(self, problem, curve, reason, samples, independent):

@@ -21,9 +21,9 @@ const FAR_FROM_ORIGIN: f64 = 0.5;
 impl Quadrature {
     /// Calls `visit` with solar angles, eccentricities and weights. The part for which a point stands is divided into
     /// three times as many pieces along each direction as it is bins long, which have the widths `bin` in solar angle
-    /// and eccentricity, and each piece counts at the fraction `share` of itself, shifted from row to row. Lattices that are averaged have
-    /// different shares, so that their places do not coincide. Points that were propagated as orbits stay where they
-    /// are.
+    /// and eccentricity, and each piece counts at the fraction `share` of itself, shifted from row to row. Lattices
+    /// that are averaged have different shares, so that their places do not coincide. Points that were propagated as
+    /// orbits stay where they are.
     ///
     /// Returns the sum of the weights times the distances, in bins and at most one, by which the terms of the third
     /// degree move the ends of the parts: an upper estimate of what the polynomials misplace.
@@ -50,7 +50,7 @@ impl Quadrature {
             let map = LocalMap::around(&points, [&outer, &inner], (k, l));
             let (u, v) = (outer[k], inner[l]);
             misplaced += weights[row] * map.end_term([u, v], bin).min(1.0);
-            let [by, across] = map.bins_to_neighbours(bin);
+            let [by, across] = map.bins_a_deviation(bin);
             let pieces = [u.pieces(by), v.pieces(across)];
             let weight = weights[row] / (pieces[0] * pieces[1]) as f64;
             // Where a row of points coincides with an edge of the bins, its neighbours must not.
@@ -242,7 +242,7 @@ impl LocalMap {
     }
 
     /// Bins to the length of a standard deviation along the two directions.
-    fn bins_to_neighbours(&self, bin: [f64; 2]) -> [f64; 2] {
+    fn bins_a_deviation(&self, bin: [f64; 2]) -> [f64; 2] {
         self.slopes.map(|slope| (slope[0] / bin[0]).abs().max((slope[1] / bin[1]).abs()))
     }
 

@@ -7,8 +7,8 @@
 //! points of a layer.
 //!
 //! In each layer a few points to every cell of the lattice follow from the polynomials (`super::quadrature`). Moments
-//! are sums over these points, and so is the joint density: each point puts its probability into one bin, at a place
-//! that differs from layer to layer, and there are many points in all layers together. Means over the third variable
+//! are sums over these points. For the joint density each point counts at several places of the part of the cloud for
+//! which it stands, and at others in every layer (`super::quadrature`). Means over the third variable
 //! are sums over evenly spaced layers (the trapezoidal rule, which for a smooth function under a Gaussian converges
 //! faster than any power of the step: Trefethen & Weideman, SIAM Review 56, 2014). The step is halved until moments and
 //! joint density stand; where the Gaussian is cut at `C = 0`, the last two sums are combined to Simpson's rule.
@@ -17,9 +17,10 @@
 //!
 //! Diagnostics are those of a carried mesh: the defect of the measure is taken in the layers halfway between two of the
 //! lattice, which are farthest from all points, in the cells where polynomials are used. To it is added twice what the
-//! last halving changed the moments by, in standard deviations, and to the misplaced mass what it changed the joint
-//! density by. (Where both halves of the layers are off independently of each other, as among orbits that have come
-//! apart, the change is about as large as the error of their mean.)
+//! last halving changed the moments by, in standard deviations, and to the misplaced mass twice what it changed the
+//! joint density by, with what the local polynomials may misplace. (Where both halves of the layers are off
+//! independently of each other, as among orbits that have come apart, the change is about as large as the error of
+//! their mean.)
 //!
 //! | file | idea |
 //! |---|---|
@@ -113,8 +114,8 @@ struct Total {
 }
 
 impl Carried<'_> {
-    /// Moments are taken about the circular mean of the whole cloud, which the layers of the lattice alone give roughly:
-    /// a cloud that reaches round the circle is read once more about the mean that was found.
+    /// Moments are taken about the circular mean of the whole cloud, which the layers of the lattice alone give
+    /// roughly: a cloud that reaches round the circle is read once more about the mean that was found.
     fn estimate(&self, grid: &Grid, direct: &Unresolved) -> StackEstimate {
         let gaps = self.stack.levels.len() - 1;
         let whole = |k: usize| self.whole(k as f64, place_of(k, 0), direct).1;
