@@ -16,7 +16,7 @@ use density::mesh::delaunay::triangulate;
 use density::mesh::raster::PointGrid;
 use density::mesh::{Branch, CarriedMesh, Placement, characteristic_densities, hull_estimate, initial_points};
 use density::mixture::{self, PlanarMixturePropagator};
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::plane::State;
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
@@ -43,11 +43,11 @@ fn main() {
 fn problem() -> Problem {
     let initial =
         InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: PI / 16.0, sigma_e: 0.025, correlation: 0.0 };
-    let force = Force { radiation: 0.15, oblateness: 0.40921 };
+    let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
     Problem { model: force, initial, times: vec![0.0, 0.5, 1.0, 1.5, 2.0], critical_e: 0.6 }
 }
 
-fn flow() -> Flow<Force> {
+fn flow() -> Flow<SrpJ2> {
     Flow::new(problem().model)
 }
 

@@ -7,7 +7,7 @@
 
 use density::flow::Flow;
 use density::model::osculating::Osculating;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::shadow::{ShadowedOsculating, ShadowedVectorial};
 use density::model::sun_moon::SunMoon;
 use density::model::uncertain_radiation::{Linear, UncertainRadiation};
@@ -24,7 +24,7 @@ const YEARS: f64 = 2.0;
 const REPEATS: usize = 3;
 
 fn main() {
-    let force = Force { radiation: 0.15, oblateness: 0.40921 };
+    let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
     let forces = SunMoon::at(2.5, force);
     let obliquity = ecliptic::OBLIQUITY_DEGREES.to_radians();
     let initial =
@@ -33,7 +33,7 @@ fn main() {
     let starts: Vec<[f64; 2]> = x1.iter().zip(&x2).map(|(x1, x2)| [x1.atan2(*x2), x1.hypot(*x2)]).collect();
     let planar = time(force, &starts);
     println!("{:36} {planar:9.2} µs", "planar");
-    let own = UncertainRadiation::<Linear, _>::new(Force { radiation: 0.0, ..force });
+    let own = UncertainRadiation::<Linear, _>::new(SrpJ2 { radiation: 0.0, ..force });
     let with_own: Vec<[f64; 3]> = starts.iter().map(|&[phi, e]| [phi, e, force.radiation]).collect();
     let vectorial = Vectorial { forces, obliquity, sun_longitude: 1.0 };
     let flat = Vectorial { obliquity: 0.0, ..vectorial };

@@ -7,7 +7,7 @@
 //! | `step_size` | how far a series reaches |
 //! | `accuracy` | how accurately orbits are propagated |
 //! | [`equations`], `from_equations` | the series of a model, made from the model's equations of motion |
-//! | `runge_kutta`, `dormand_prince` | steps of models whose equations are not smooth, in the place of a series |
+//! | `runge_kutta` | steps of models whose equations are not smooth, in the place of a series |
 //! | `threshold` | first passages, read off the series |
 //! | `approach` | how near orbits come to re-entry |
 //! | `record` | orbits kept step by step |
@@ -16,7 +16,6 @@
 mod accuracy;
 mod approach;
 pub(crate) mod carry;
-mod dormand_prince;
 pub mod equations;
 mod from_equations;
 mod in_plane;

@@ -10,13 +10,13 @@
 //! use density::exact::{Exact, ExactSettings};
 //! use density::flow::Flow;
 //! use density::grid::comparison_grids;
-//! use density::model::planar::Force;
+//! use density::model::planar::SrpJ2;
 //! use density::orbits::Orbits;
 //! use density::problem::{InitialGaussian, Problem};
 //! use density::{binning, sampling};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let force = Force { radiation: 0.15, oblateness: 0.40921 };
+//! let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
 //! let initial = InitialGaussian { mean_phi: 2.2069, mean_e: 0.145, sigma_phi: 0.19635, sigma_e: 0.025, correlation: 0.0 };
 //! let problem = Problem::new(force, initial, vec![0.0, 0.5], 0.6)?;
 //! let flow = Flow::new(problem.model);
@@ -73,6 +73,6 @@ pub use exact::Exact;
 pub use flow::Flow;
 pub use grid::Grid;
 pub use model::Model;
-pub use model::planar::Force;
+pub use model::planar::SrpJ2;
 pub use orbits::Orbits;
 pub use problem::{InitialGaussian, Problem};

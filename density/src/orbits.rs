@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::flow::{Escaped, Flow, Loss, Passages};
-use crate::model::planar::Force;
+use crate::model::planar::SrpJ2;
 use crate::model::plane::{PlanarHamiltonian, State};
 use crate::model::variable::Place;
 use crate::model::{Coordinates, Model};
@@ -13,7 +13,7 @@ const CHUNK: usize = 4096;
 
 /// Orbits that share a flow and a clock.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Orbits<M = Force> {
+pub struct Orbits<M = SrpJ2> {
     /// The flow that moves them.
     pub flow: Flow<M>,
     /// Their states, one column per coordinate.
@@ -201,7 +201,7 @@ mod tests {
     fn a_lost_orbit_is_named_by_where_it_started() {
         // Without oblateness the flow turns (e, sqrt(1-e²)) about an axis. For an orbit that starts circular, e peaks
         // at 2C/(1+C²); for one that starts at e = 0.6 and phi = 0, it passes 1 when C = 3.
-        let flow = Flow::new(Force { radiation: 3.0, oblateness: 0.0 });
+        let flow = Flow::new(SrpJ2 { radiation: 3.0, oblateness: 0.0 });
         let mut orbits = Orbits::from_polar(flow, &[0.3, 0.0], &[0.1, 0.6]);
         let lost = (1..100).find_map(|k| orbits.advance_to(0.005 * f64::from(k)).err()).expect("one escapes");
         assert!(lost.index < 2);
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn read_out_is_the_inverse_of_the_polar_start() {
-        let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.4 });
+        let flow = Flow::new(SrpJ2 { radiation: 0.15, oblateness: 0.4 });
         let (phi, e) = ([0.1, 3.0, 6.2], [0.1, 0.5, 0.9]);
         let (mut phi_out, mut e_out) = ([0.0; 3], [0.0; 3]);
         Orbits::from_polar(flow, &phi, &e).read_out(&mut phi_out, &mut e_out);

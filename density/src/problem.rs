@@ -8,7 +8,7 @@ use std::f64::consts::{PI, SQRT_2};
 use crate::gaussian::Gaussian;
 use crate::model::PlanarHamiltonian;
 use crate::model::parameter::check_ranges;
-use crate::model::planar::Force;
+use crate::model::planar::SrpJ2;
 use crate::problem_error::{Field, ProblemError, check, check_angle};
 
 /// The initial Gaussian in `phi` and `e`, cut to `0 < e < 1`: what lies outside is left out, and what is left is scaled
@@ -104,7 +104,7 @@ fn tail(sigmas: f64) -> f64 {
 
 /// The scientific part of a scenario: everything that a method needs to know.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Problem<M = Force> {
+pub struct Problem<M = SrpJ2> {
     /// The model that moves the orbits.
     pub model: M,
     /// The cloud at `t = 0`.
@@ -221,7 +221,7 @@ pub(crate) mod paper {
             _ => (0.3004, 0.23, PI / 32.0, 0.02, 5),
         };
         Problem {
-            model: Force { radiation: 0.15, oblateness: 0.40921 },
+            model: SrpJ2 { radiation: 0.15, oblateness: 0.40921 },
             initial: InitialGaussian {
                 mean_phi,
                 mean_e,

@@ -15,7 +15,7 @@ use density::exact::{Exact, ExactSettings};
 use density::first_passage::exact::exact_curve;
 use density::flow::Flow;
 use density::grid::{Axis, Grid, comparison_grids};
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::plane::State;
 use density::problem::Problem;
 
@@ -115,7 +115,7 @@ fn the_oracle_has_the_values_of_the_cases() {
 fn the_oracles_orbits_are_those_of_the_flow() {
     let forces = [(0.15, 0.40921), (0.034, 0.33), (1.5, 0.4), (2.9, 1.7), (0.3, 0.0)];
     for (radiation, oblateness) in forces {
-        let force = Force { radiation, oblateness };
+        let force = SrpJ2 { radiation, oblateness };
         let starts: Vec<[f64; 2]> = (0..40).map(|i| [0.7 * f64::from(i), 0.015 * f64::from(i) + 0.01]).collect();
         let paths = follow(Motion { force, most_steps: 2_000 }, &starts, &[0.0, 0.3, 2.0]);
         for (i, &[phi, e]) in starts.iter().enumerate() {
@@ -128,7 +128,7 @@ fn the_oracles_orbits_are_those_of_the_flow() {
 
 #[test]
 fn the_largest_eccentricity_on_the_way_is_that_of_a_close_look() {
-    let force = Force { radiation: 0.4, oblateness: 0.8 };
+    let force = SrpJ2 { radiation: 0.4, oblateness: 0.8 };
     let starts: Vec<[f64; 2]> = (0..16).map(|i| [0.4 * f64::from(i), 0.03 * f64::from(i) + 0.02]).collect();
     let fine: Vec<f64> = (0..=3000).map(|k| f64::from(k) * 1e-3).collect();
     let motion = Motion { force, most_steps: 10_000 };

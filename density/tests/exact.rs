@@ -10,7 +10,7 @@ use density::exact::measure::Measure;
 use density::exact::{Error, Exact, ExactSettings};
 use density::flow::Flow;
 use density::grid::comparison_grids;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::plane::State;
 use density::problem::{InitialGaussian, Problem};
 
@@ -188,7 +188,7 @@ fn joint_density_of_the_thinnest_cloud_is_that_of_a_sample() {
 }
 
 fn rotating(initial: InitialGaussian) -> Problem {
-    let force = Force { radiation: 0.3, oblateness: 0.0 };
+    let force = SrpJ2 { radiation: 0.3, oblateness: 0.0 };
     let period = 1.0 / (1.0f64 + 0.3 * 0.3).sqrt();
     Problem { model: force, initial, times: vec![0.0, 0.5 * period, period], critical_e: 0.5 }
 }

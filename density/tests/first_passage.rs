@@ -10,7 +10,7 @@ use density::first_passage::times::first_passage_times;
 use density::first_passage::{curve_times, passage_times};
 use density::flow::{Flow, Passages};
 use density::model::earth::SUN_MEAN_MOTION;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::plane::State;
 use density::problem::{InitialGaussian, Problem};
 
@@ -33,7 +33,7 @@ fn rotation_first_passage(state: State, radiation: f64, critical_e: f64) -> f64 
 
 #[test]
 fn without_oblateness_orbits_pass_when_rigid_rotation_says() {
-    let force = Force { radiation: 0.2, oblateness: 0.0 };
+    let force = SrpJ2 { radiation: 0.2, oblateness: 0.0 };
     let initial = InitialGaussian { mean_phi: 2.0, mean_e: 0.25, sigma_phi: 1.5, sigma_e: 0.08, correlation: 0.0 };
     let problem = Problem { model: force, initial, times: vec![0.0, 1.5], critical_e: 0.45 };
     let (x1, x2) = sample(&problem, 5000, 3);
@@ -50,7 +50,7 @@ fn without_oblateness_orbits_pass_when_rigid_rotation_says() {
 
 #[test]
 fn a_peak_a_hair_above_the_critical_eccentricity_is_found_and_one_below_is_not() {
-    let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.40921 });
+    let flow = Flow::new(SrpJ2 { radiation: 0.15, oblateness: 0.40921 });
     // The state at an orbit's peak, on the axis phi = 0 to the left of the saddle, or on phi = π.
     for (x2, before) in [(0.45, 0.37), (-0.75, 0.23), (-0.72, 0.4)] {
         let peak = State { x1: 0.0, x2 };
@@ -69,7 +69,7 @@ fn a_peak_a_hair_above_the_critical_eccentricity_is_found_and_one_below_is_not()
 
 #[test]
 fn orbits_that_start_above_have_passed_at_once() {
-    let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.40921 });
+    let flow = Flow::new(SrpJ2 { radiation: 0.15, oblateness: 0.40921 });
     assert_eq!(first_passage_times(&flow, &[0.0, 0.0], &[0.7, 0.6], 0.6, 1.0).unwrap(), [0.0, 0.0]);
 }
 
@@ -106,7 +106,7 @@ fn passages_under_strong_radiation_and_oblateness_are_those_that_are_searched_fo
     for (radiation, oblateness, critical_e) in
         [(0.63, 0.4, 0.6), (2.605, 0.4092, 0.583), (10.0, 10.0, 0.8), (3.0, 0.5, 0.95)]
     {
-        let force = Force { radiation, oblateness };
+        let force = SrpJ2 { radiation, oblateness };
         let initial = InitialGaussian { mean_phi: 4.1, mean_e: 0.13, sigma_phi: 0.4, sigma_e: 0.04, correlation: 0.0 };
         let problem = Problem { model: force, initial, times: vec![0.0, 0.5], critical_e };
         let (x1, x2) = sample(&problem, 500, 3);
@@ -160,7 +160,7 @@ fn exact_curve_never_falls_and_is_never_below_the_snapshot_probability() {
 
 #[test]
 fn exact_curve_without_radiation_is_constant() {
-    let problem = Problem { model: Force { radiation: 0.0, oblateness: 0.4 }, critical_e: 0.16, ..paper(1) };
+    let problem = Problem { model: SrpJ2 { radiation: 0.0, oblateness: 0.4 }, critical_e: 0.16, ..paper(1) };
     let curve = exact_curve(&problem, &Flow::new(problem.model), &curve_times(1.0, 5)).unwrap();
     // P(e_0 > 0.16) = P(z > 0.6), with the cut at e = 0 below 1e-8.
     assert!(curve.iter().all(|point| (point.value - 0.274_253_117_750_074).abs() < 1e-8), "{curve:?}");

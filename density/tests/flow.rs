@@ -7,12 +7,12 @@ use std::f64::consts::{PI, TAU};
 
 use density::flow::{Accuracy, Flow, Loss};
 use density::model::PlanarHamiltonian;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::plane::State;
 use density::problem::InitialGaussian;
 use density::sampling::draw;
 
-const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
+const PAPER: SrpJ2 = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
 
 /// Table 1: means of phi and e, half of the deltas of phi and e, and the number of years.
 const SCENARIOS: [(f64, f64, f64, f64, f64); 3] = [
@@ -44,7 +44,7 @@ fn hamiltonian_is_constant_along_every_trajectory() {
 fn without_oblateness_the_flow_is_a_rigid_rotation() {
     // (e cos phi, e sin phi, s) turns about the axis (1, 0, C)/sqrt(1 + C²): x2' = x1, x1' = C s - x2, s' = -C x1.
     let c: f64 = 0.15;
-    let flow = Flow::new(Force { radiation: c, oblateness: 0.0 });
+    let flow = Flow::new(SrpJ2 { radiation: c, oblateness: 0.0 });
     let frequency = (1.0 + c * c).sqrt();
     for (phi, e) in [(0.0, 0.0), (1.0, 0.3), (2.5, 0.7), (4.0, 0.1), (5.9, 0.55)] {
         let start = State::from_polar(phi, e);
@@ -155,12 +155,12 @@ fn a_thousand_years_in_one_interval_are_followed_whatever_the_accuracy() {
 #[test]
 fn an_orbit_that_turns_too_fast_is_told_from_one_that_leaves_the_domain() {
     // Next to e = 1 oblateness turns an orbit by 1e15 rad a year.
-    let fast = Flow::new(Force { radiation: 0.01, oblateness: 10.0 });
+    let fast = Flow::new(SrpJ2 { radiation: 0.01, oblateness: 10.0 });
     let error = fast.advance_one(State { x1: 0.0, x2: 0.999_999_9 }, 1e-3).unwrap_err();
     assert_eq!(error.why, Loss::Stuck, "{error}");
     assert!(error.to_string().contains("turns too fast"), "{error}");
     // Without oblateness, strong radiation takes an orbit through e = 1.
-    let strong = Flow::new(Force { radiation: 3.0, oblateness: 0.0 });
+    let strong = Flow::new(SrpJ2 { radiation: 3.0, oblateness: 0.0 });
     let error = strong.advance_one(State { x1: 0.0, x2: 0.6 }, 1.0).unwrap_err();
     assert_eq!(error.why, Loss::LeftTheDomain, "{error}");
     assert!(error.to_string().contains("left the domain e < 1"), "{error}");

@@ -6,7 +6,7 @@ use density::model::elements::Vectors;
 use density::model::osculating::kepler::Motion;
 use density::model::osculating::mean::{MeanOrbit, mean_orbit};
 use density::model::osculating::{Osculating, State};
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
 
@@ -30,7 +30,7 @@ fn reference() -> Vec<Row> {
         let angle = |key: &str| of(key).to_radians();
         let axis = of("a_earth_radii");
         let oblateness = density::model::planar::force_from_orbit(axis, 0.0, 0.0).oblateness;
-        let forces = SunMoon::at(axis, Force { radiation: of("C"), oblateness });
+        let forces = SunMoon::at(axis, SrpJ2 { radiation: of("C"), oblateness });
         let with_third_bodies = text("forces").contains("sun+moon");
         let model = Osculating {
             semi_major_axis: axis,
@@ -88,7 +88,7 @@ fn every_orbit_of_the_reference_has_its_shape_and_orientation_to_1e_8_over_two_y
 
 /// Scenario 1's satellite, out of the plane.
 fn satellite() -> Osculating {
-    let forces = SunMoon::at(2.5, Force { radiation: 0.15, oblateness: 0.40921 });
+    let forces = SunMoon::at(2.5, SrpJ2 { radiation: 0.15, oblateness: 0.40921 });
     Osculating { semi_major_axis: 2.5, forces, obliquity: 0.409_092, sun_longitude: 1.3, moon_longitude: 0.7 }
 }
 
@@ -116,7 +116,7 @@ fn averaging_errors(factor: f64) -> (f64, f64) {
     const YEARS: f64 = 0.1;
     let whole = satellite();
     let SunMoon { force, sun, .. } = whole.forces;
-    let force = Force { radiation: factor * force.radiation, oblateness: factor * force.oblateness };
+    let force = SrpJ2 { radiation: factor * force.radiation, oblateness: factor * force.oblateness };
     let forces = SunMoon { force, sun: factor * sun, moon: 0.0 };
     let Osculating { obliquity, sun_longitude, .. } = whole;
     let averaged = Flow::new(Vectorial { forces, obliquity, sun_longitude });
@@ -141,7 +141,7 @@ fn the_averaged_model_errs_by_the_second_order_of_the_forces_and_oscillations_ar
 
 #[test]
 fn without_forces_the_mean_orbit_is_the_orbit_itself() {
-    let forces = SunMoon { force: Force { radiation: 0.0, oblateness: 0.0 }, sun: 0.0, moon: 0.0 };
+    let forces = SunMoon { force: SrpJ2 { radiation: 0.0, oblateness: 0.0 }, sun: 0.0, moon: 0.0 };
     let model = Osculating { forces, ..satellite() };
     let start = model.state(0.0, [2.2, 0.7, 0.4, 1.0, 0.5, 2.5]);
     let later = Flow::new(model).carry_one(start, 0.0, 0.01).unwrap();

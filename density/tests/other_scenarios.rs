@@ -11,14 +11,14 @@ use density::grid::comparison_grids;
 use density::mesh::passage::passage_curve;
 use density::mesh::{CarriedMesh, Placement, initial_points, unfold};
 use density::mixture::{self, PlanarMixturePropagator, mass_below_zero};
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
 use density::trust::{Diagnosis, TOLERANCE, trust};
 
-const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
+const PAPER: SrpJ2 = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
 
-fn problem(force: Force, [phi, e, delta_phi, delta_e]: [f64; 4], times: &[f64], critical_e: f64) -> Problem {
+fn problem(force: SrpJ2, [phi, e, delta_phi, delta_e]: [f64; 4], times: &[f64], critical_e: f64) -> Problem {
     let initial = InitialGaussian {
         mean_phi: phi,
         mean_e: e,
@@ -30,7 +30,7 @@ fn problem(force: Force, [phi, e, delta_phi, delta_e]: [f64; 4], times: &[f64], 
 }
 
 fn near_circular() -> Problem {
-    problem(Force { radiation: 0.01, oblateness: 0.4 }, [2.2, 0.005, 0.01, 0.05], &[0.0, 0.05], 0.6)
+    problem(SrpJ2 { radiation: 0.01, oblateness: 0.4 }, [2.2, 0.005, 0.01, 0.05], &[0.0, 0.05], 0.6)
 }
 
 fn wide_start() -> Problem {
@@ -42,13 +42,13 @@ fn start_at_phi_0() -> Problem {
 }
 
 fn my_satellite() -> Problem {
-    let force = Force { radiation: 0.14127004426094042, oblateness: 0.3567163814079295 };
+    let force = SrpJ2 { radiation: 0.14127004426094042, oblateness: 0.3567163814079295 };
     let start = [1.7453292519943295, 0.1, 0.17453292519943295, 0.02];
     problem(force, start, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 0.608148)
 }
 
 fn strong_radiation() -> Problem {
-    let force = Force { radiation: 2.605, oblateness: 0.4092 };
+    let force = SrpJ2 { radiation: 2.605, oblateness: 0.4092 };
     problem(force, [4.1147, 0.1294, 0.7906, 0.08176], &[0.0, 0.1228125, 0.5, 2.62], 0.583)
 }
 

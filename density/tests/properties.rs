@@ -14,7 +14,7 @@ use density::exact::{Exact, ExactSettings};
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
 use density::model::PlanarHamiltonian;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::plane::State;
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
@@ -53,7 +53,7 @@ prop_compose! {
     ) -> Problem {
         let sigma_e = relative_sigma_e * f64::min(mean_e, 1.0 - mean_e);
         Problem {
-            model: Force { radiation, oblateness },
+            model: SrpJ2 { radiation, oblateness },
             initial: InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation: 0.0 },
             times: vec![years],
             critical_e,
@@ -62,7 +62,7 @@ prop_compose! {
 }
 
 /// The estimate of an independent sample at the snapshot.
-fn monte_carlo(problem: &Problem, flow: Flow<Force>, grid: Grid, count: usize) -> Estimate {
+fn monte_carlo(problem: &Problem, flow: Flow<SrpJ2>, grid: Grid, count: usize) -> Estimate {
     let (x1, x2) = sampling::draw(&problem.initial, 5, count);
     let mut orbits = Orbits::new(flow, x1, x2);
     orbits.advance_to(problem.times[0]).unwrap();

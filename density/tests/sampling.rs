@@ -15,7 +15,7 @@ use density::exact::{Exact, ExactSettings};
 use density::first_passage::empirical::wilson_interval;
 use density::flow::Flow;
 use density::grid::{Grid, comparison_grids};
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling::{Draws, SamplingPlan};
@@ -53,7 +53,7 @@ fn band_of_two_hundred_trials_is_about_three_deviations_wide() {
 
 struct Snapshot {
     problem: Problem,
-    flow: Flow<Force>,
+    flow: Flow<SrpJ2>,
     grid: Grid,
     years: f64,
     exact: [f64; 6],

@@ -7,7 +7,7 @@ use density::model::elements::{Elements, Vectors};
 use density::model::osculating::Osculating;
 use density::model::osculating::kepler::Motion;
 use density::model::osculating::mean::{MeanOrbit, mean_orbit};
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::shadow::{ShadowedOsculating, ShadowedVectorial};
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
@@ -17,7 +17,7 @@ use nalgebra::SMatrix;
 const AXIS: f64 = 2.5;
 
 fn forces(radiation: f64) -> SunMoon {
-    SunMoon::at(AXIS, Force { radiation, oblateness: 0.409_204 })
+    SunMoon::at(AXIS, SrpJ2 { radiation, oblateness: 0.409_204 })
 }
 
 fn averaged(radiation: f64) -> ShadowedVectorial {
@@ -109,7 +109,7 @@ fn the_averages_over_a_revolution_are_those_of_a_quadrature_whether_the_shadow_i
                     Elements { eccentricity, inclination, node, longitude_of_pericentre: phi + longitude }.vectors();
                 let motion = |mean_anomaly| Motion { axis: 1.0, vectors, mean_anomaly }.position_and_velocity();
                 let expected = by_quadrature(motion, h, s, 1.0 / 2.4);
-                let only_light = SunMoon { force: Force { radiation: 0.15, oblateness: 0.0 }, sun: 0.0, moon: 0.0 };
+                let only_light = SunMoon { force: SrpJ2 { radiation: 0.15, oblateness: 0.0 }, sun: 0.0, moon: 0.0 };
                 let lit = ShadowedVectorial { model: Vectorial { forces: only_light, ..model.model }, ..model };
                 let found = lit.rate(time, state);
                 let strength = 0.15 * (2.4f64 / AXIS).sqrt() * TAU;
@@ -196,7 +196,7 @@ fn the_divergence_is_that_of_neighbouring_orbits() {
 fn ends(factor: f64) -> [[f64; 7]; 3] {
     const YEARS: f64 = 0.1;
     let SunMoon { force, sun, .. } = forces(0.15);
-    let force = Force { radiation: factor * force.radiation, oblateness: factor * force.oblateness };
+    let force = SrpJ2 { radiation: factor * force.radiation, oblateness: factor * force.oblateness };
     let forces = SunMoon { force, sun: factor * sun, moon: 0.0 };
     let (short, full) = (averaged(0.15), unaveraged(0.15));
     let short = ShadowedVectorial { model: Vectorial { forces, ..short.model }, ..short };

@@ -13,7 +13,7 @@ use density::grid::{Grid, grids_over_leaves};
 use density::mesh::MeshDiagnostics;
 use density::mesh::stack::{Layers, Stack, StackEstimate, cubic_lattice, layered_lattice};
 use density::model::Model;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::uncertain_radiation::{Scale, UncertainRadiation};
 use density::orbits::Orbits;
 use density::problem::{InitialGaussian, Problem};
@@ -180,7 +180,7 @@ fn the_joint_density_is_the_exact_one_as_far_as_the_diagnostics_say() {
     for (relative, times) in [(0.001, vec![0.0]), (0.01, vec![20.0])] {
         let initial =
             InitialGaussian { mean_phi: 0.5, mean_e: 0.3, sigma_phi: 0.05, sigma_e: 0.005, correlation: -0.3 };
-        let model = Force { radiation: 0.03, oblateness: 1.2 }.into();
+        let model = SrpJ2 { radiation: 0.03, oblateness: 1.2 }.into();
         let plane = Problem { model, initial, times: times.clone(), critical_e: 0.33 };
         let spread = Spread { relative, distribution: Distribution::Gaussian };
         let problem = UncertainProblem::new(plane, spread).unwrap();
@@ -208,7 +208,7 @@ fn the_joint_density_is_the_exact_one_as_far_as_the_diagnostics_say() {
 #[test]
 fn the_branch_of_a_cloud_round_the_circle_is_cut_opposite_to_its_mean() {
     let initial = InitialGaussian { mean_phi: 2.2, mean_e: 0.145, sigma_phi: 0.05, sigma_e: 0.005, correlation: 0.0 };
-    let model = Force { radiation: 0.15, oblateness: 0.40921 }.into();
+    let model = SrpJ2 { radiation: 0.15, oblateness: 0.40921 }.into();
     let plane = Problem { model, initial, times: vec![0.0, 2.0], critical_e: 0.6 };
     let spread = Spread { relative: 0.5, distribution: Distribution::LogNormal };
     let problem = UncertainProblem::new(plane, spread).unwrap();

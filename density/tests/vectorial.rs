@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use density::flow::{Accuracy, Flow};
 use density::model::Model;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::plane;
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::{State, VARIABLES, Vectorial};
@@ -26,7 +26,7 @@ fn reference() -> Vec<Row> {
         let text = |key: &str| fields[keys.iter().position(|known| *known == key).unwrap()];
         let of = |key: &str| text(key).trim().parse::<f64>().unwrap();
         let angle = |key: &str| of(key).to_radians();
-        let force = Force { radiation: of("C"), oblateness: of("W") };
+        let force = SrpJ2 { radiation: of("C"), oblateness: of("W") };
         let (sun, moon) = if text("terms").contains("sun") { (of("A_sun"), of("B_moon")) } else { (0.0, 0.0) };
         let model = Vectorial {
             forces: SunMoon { force, sun, moon },
@@ -57,7 +57,7 @@ fn every_orbit_of_the_reference_is_reached_to_1e_10() {
 }
 
 const FORCES: SunMoon =
-    SunMoon { force: Force { radiation: 0.15, oblateness: 0.40921 }, sun: 4.762_24e-4, moon: 1.036_98e-3 };
+    SunMoon { force: SrpJ2 { radiation: 0.15, oblateness: 0.40921 }, sun: 4.762_24e-4, moon: 1.036_98e-3 };
 const INCLINED: Vectorial = Vectorial { forces: FORCES, obliquity: 0.409_092, sun_longitude: 1.3 };
 
 #[test]

@@ -20,10 +20,25 @@ pub struct Group {
     pub heading: String,
     /// A text that applies to all of its figures; empty if their captions say everything.
     pub text: &'static str,
-    /// The figures; a group with a text has many small ones side by side.
+    /// How its figures lie.
+    pub layout: Layout,
+    /// The figures.
     pub figures: Vec<Figure>,
     /// Which figures could not be drawn, and why.
     pub missing: Vec<String>,
+}
+
+/// How the figures of a group lie on the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// One below the other.
+    Large,
+    /// In pairs.
+    Pairs,
+    /// Small, with one column for each case.
+    CaseByCase,
+    /// Small, with one column for each case that is compared with the reference.
+    OtherByOther,
 }
 
 type Job<'a> = Box<dyn Fn() -> Result<Figure, DrawError> + Send + Sync + 'a>;
@@ -33,6 +48,7 @@ struct FigurePlan<'a> {
     key: String,
     heading: String,
     text: &'static str,
+    layout: Layout,
     jobs: Vec<Job<'a>>,
 }
 
@@ -41,8 +57,8 @@ const SEPARATE: &str = "One row per snapshot; the colour scale of a row ends at 
 const DIFFERENCES: &str = "Orange: the density is too high, purple: too low. Each map has a scale of its own; mind the numbers \
                            beside it. Not in Sun et al. (2022).";
 
-fn plan<'a>(key: &str, heading: &str, text: &'static str, jobs: Vec<Job<'a>>) -> FigurePlan<'a> {
-    FigurePlan { key: key.into(), heading: heading.into(), text, jobs }
+fn plan<'a>(key: &str, heading: &str, jobs: Vec<Job<'a>>) -> FigurePlan<'a> {
+    FigurePlan { key: key.into(), heading: heading.into(), text: "", layout: Layout::Large, jobs }
 }
 
 /// The figures of a scenario that show no density.
@@ -54,11 +70,11 @@ fn plans<'a>(scene: &'a Scene<'a>) -> Vec<FigurePlan<'a>> {
     let critical = format!("Critical {}", reentry(scene.description).0);
     let compared = |draw| if scene.others().next().is_some() { vec![job(draw)] } else { Vec::new() };
     vec![
-        plan("dynamics", "The flow and the cloud", "", dynamics.unwrap_or_default()),
-        plan("passage", &critical, "", probabilities),
-        plan("moment-errors", "Errors of the moments", "", compared(moment_errors::draw)),
-        plan("accuracy", "Accuracy against effort", "", compared(accuracy::draw)),
-        plan("effort-shares", "Where the effort goes", "", vec![job(effort::draw_shares)]),
+        plan("dynamics", "The flow and the cloud", dynamics.unwrap_or_default()),
+        plan("passage", &critical, probabilities),
+        plan("moment-errors", "Errors of the moments", compared(moment_errors::draw)),
+        plan("accuracy", "Accuracy against effort", compared(accuracy::draw)),
+        plan("effort-shares", "Where the effort goes", vec![job(effort::draw_shares)]),
     ]
 }
 
@@ -87,15 +103,18 @@ fn density_plans<'a>(scene: &'a Scene<'a>) -> Vec<FigurePlan<'a>> {
         let others = stated().filter(differs);
         others.map(move |m| -> Job<'a> { Box::new(move || difference::draw(scene, m, index)) })
     });
-    let of_pair = |key: &str, heading: &str, text, jobs| match scene.pair_name() {
-        None => plan(key, heading, text, jobs),
-        Some(pair) => plan(&format!("{key}-{}", pair.replace(", ", "-")), &format!("{heading}: {pair}"), text, jobs),
+    let of_pair = |key: &str, heading: &str, jobs| match scene.pair_name() {
+        None => plan(key, heading, jobs),
+        Some(pair) => plan(&format!("{key}-{}", pair.replace(", ", "-")), &format!("{heading}: {pair}"), jobs),
     };
+    let joint = of_pair("joint", "Joint densities, all snapshots in one frame", every(joint_density::draw_all, true));
+    let separate = of_pair("separate", "Joint densities, each snapshot by itself", separate.collect());
+    let differences = of_pair("differences", "Differences of the joint densities", differences.collect());
     vec![
-        of_pair("joint", "Joint densities, all snapshots in one frame", "", every(joint_density::draw_all, true)),
-        of_pair("separate", "Joint densities, each snapshot by itself", SEPARATE, separate.collect()),
-        of_pair("differences", "Differences of the joint densities", DIFFERENCES, differences.collect()),
-        of_pair("marginals", "Marginal densities", "", every(marginals::draw, false)),
+        FigurePlan { layout: Layout::Pairs, ..joint },
+        FigurePlan { layout: Layout::CaseByCase, text: SEPARATE, ..separate },
+        FigurePlan { layout: Layout::OtherByOther, text: DIFFERENCES, ..differences },
+        of_pair("marginals", "Marginal densities", every(marginals::draw, false)),
     ]
 }
 
@@ -112,11 +131,11 @@ pub fn of_pair(scene: &Scene<'_>) -> Vec<Group> {
 
 /// Draws the figure that compares the scenarios of the run.
 pub fn of_run(scenes: &[Scene<'_>]) -> Group {
-    finish(plan("effort", "Effort of the cases", "", vec![Box::new(|| effort::draw_normalised(scenes))]))
+    finish(plan("effort", "Effort of the cases", vec![Box::new(|| effort::draw_normalised(scenes))]))
 }
 
 fn finish(plan: FigurePlan<'_>) -> Group {
-    let FigurePlan { key, heading, text, jobs } = plan;
+    let FigurePlan { key, heading, text, layout, jobs } = plan;
     let drawn: Vec<Result<Figure, DrawError>> = jobs.into_par_iter().map(|job| job()).collect();
     let (mut figures, mut missing) = (Vec::new(), Vec::new());
     for result in drawn {
@@ -125,5 +144,5 @@ fn finish(plan: FigurePlan<'_>) -> Group {
             Err(error) => missing.push(format!("{heading}: {error}")),
         }
     }
-    Group { key, heading, text, figures, missing }
+    Group { key, heading, text, layout, figures, missing }
 }

@@ -1,7 +1,7 @@
 //! Contours of the Hamiltonian in the `(phi, e)` plane, and its stationary points.
 //!
-//! At a given eccentricity the Hamiltonian of every planar model here is `h0 + h1 cos(phi) + h2 cos²(phi)`; `h2` is the
-//! Sun's gravity. So on a contour `H = h` the solar angle follows from the eccentricity in closed form, and contours
+//! At a given eccentricity the Hamiltonian of every planar model so far is `h0 + h1 cos(phi) + h2 cos²(phi)`; `h2` is the
+//! Sun's gravity. No contours are drawn of a model with another Hamiltonian ([`is_quadratic_in_cosine`]). On a contour `H = h` the solar angle follows from the eccentricity in closed form, and contours
 //! are drawn piece by piece between the eccentricities where the right side passes ±1 or ceases to be real, with points
 //! that crowd where the curve turns.
 
@@ -32,11 +32,28 @@ pub fn at<M: PlanarHamiltonian>(model: M, phi: f64, e: f64) -> f64 {
     model.hamiltonian(State::from_polar(phi, e))
 }
 
+/// Whether the Hamiltonian has, at every eccentricity, the form from which contours follow here.
+pub fn is_quadratic_in_cosine<M: PlanarHamiltonian>(model: M) -> bool {
+    let fits = |phi: f64, e: f64| {
+        let [h0, h1, h2] = coefficients(model, e);
+        let cos = phi.cos();
+        let right = at(model, phi, e);
+        (h0 + h1 * cos + h2 * cos * cos - right).abs() < 1e-12 * right.abs().max(1.0)
+    };
+    [0.7, 1.2, 2.3, 4.0].into_iter().all(|phi| [0.1, 0.45, 0.8].into_iter().all(|e| fits(phi, e)))
+}
+
+/// `h0`, `h1` and `h2` at an eccentricity.
+fn coefficients<M: PlanarHamiltonian>(model: M, e: f64) -> [f64; 3] {
+    let [ahead, aside, behind] = [0.0, FRAC_PI_2, PI].map(|phi| at(model, phi, e));
+    [aside, 0.5 * (ahead - behind), 0.5 * (ahead + behind) - aside]
+}
+
 /// The cosines of the solar angle at which a contour meets the circle of eccentricity `e`: on the branch that is there
 /// without `h2`, and on the other. NaN where there is none.
 fn cosines<M: PlanarHamiltonian>(model: M, level: f64, e: f64) -> [f64; 2] {
-    let [ahead, aside, behind] = [0.0, FRAC_PI_2, PI].map(|phi| at(model, phi, e));
-    let (h0, h1, h2) = (aside - level, 0.5 * (ahead - behind), 0.5 * (ahead + behind) - aside);
+    let [aside, h1, h2] = coefficients(model, e);
+    let h0 = aside - level;
     if h2.abs() < 8.0 * f64::EPSILON * aside.abs() {
         return [-h0 / h1, f64::NAN];
     }
@@ -161,10 +178,10 @@ pub fn stationary_points<M: PlanarHamiltonian>(model: M) -> Vec<Stationary> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use density::model::planar::Force;
+    use density::model::planar::SrpJ2;
     use density::model::sun_moon::SunMoon;
 
-    const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
+    const PAPER: SrpJ2 = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
 
     #[test]
     fn every_point_of_a_contour_has_its_level() {
@@ -179,7 +196,7 @@ mod tests {
 
     #[test]
     fn contours_with_the_suns_gravity_have_their_level_on_both_branches_and_points_off_the_axis_are_found() {
-        let weak = SunMoon { force: Force { radiation: 0.02, oblateness: 0.40921 }, sun: 0.01, moon: 0.02 };
+        let weak = SunMoon { force: SrpJ2 { radiation: 0.02, oblateness: 0.40921 }, sun: 0.01, moon: 0.02 };
         let points = stationary_points(weak);
         let off_axis: Vec<_> = points.iter().filter(|point| !point.is_on_axis()).collect();
         assert_eq!(off_axis.len(), 2, "{points:?}");
@@ -195,6 +212,12 @@ mod tests {
     }
 
     #[test]
+    fn the_form_of_every_registered_hamiltonian_is_known() {
+        assert!(is_quadratic_in_cosine(PAPER));
+        assert!(is_quadratic_in_cosine(SunMoon { force: PAPER, sun: 0.01, moon: 0.02 }));
+    }
+
+    #[test]
     fn the_papers_portrait_has_two_centres_and_a_saddle() {
         let points = stationary_points(PAPER);
         assert_eq!(points.iter().map(|p| p.is_centre).collect::<Vec<_>>(), [true, true, false]);
@@ -203,16 +226,16 @@ mod tests {
 
     #[test]
     fn without_radiation_pressure_a_circle_stands_still_and_e_0_is_the_only_single_point() {
-        let force = Force { radiation: 0.0, oblateness: 0.40921 };
+        let force = SrpJ2 { radiation: 0.0, oblateness: 0.40921 };
         let points = stationary_points(force);
         assert!(points.iter().all(|p| p.e < 1e-6 && p.is_centre) && points.len() == 1, "{points:?}");
         assert!((still_circle(force).unwrap() - (1.0 - 0.40921f64.sqrt()).sqrt()).abs() < 1e-12);
-        assert_eq!(still_circle(Force { radiation: 0.0, oblateness: 2.0 }), None);
+        assert_eq!(still_circle(SrpJ2 { radiation: 0.0, oblateness: 2.0 }), None);
     }
 
     #[test]
     fn without_radiation_pressure_contours_have_constant_eccentricity() {
-        let force = Force { radiation: 0.0, oblateness: 0.0 };
+        let force = SrpJ2 { radiation: 0.0, oblateness: 0.0 };
         let pieces = contour(force, 0.8);
         assert!(pieces.iter().flatten().all(|&(_, e)| (e - 0.6).abs() < 2e-3), "{pieces:?}");
     }

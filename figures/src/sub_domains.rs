@@ -139,10 +139,10 @@ pub fn present<M: PlanarHamiltonian>(model: M, points: &[Stationary], highest: f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use density::model::planar::Force;
+    use density::model::planar::SrpJ2;
 
-    fn force(radiation: f64, oblateness: f64) -> Force {
-        Force { radiation, oblateness }
+    fn force(radiation: f64, oblateness: f64) -> SrpJ2 {
+        SrpJ2 { radiation, oblateness }
     }
 
     fn numbers(radiation: f64, oblateness: f64) -> Vec<usize> {

@@ -3,7 +3,7 @@
 #![no_main]
 
 use bytemuck::{Pod, bytes_of_mut};
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::grid::{Axis, Grid};
 use density::problem::{InitialGaussian, Problem};
 use messages::content::{Characteristics, Content, Density as Ready, Lattice, Mixture, Reduced, Samples};
@@ -104,7 +104,7 @@ fn assignment() -> Assignment {
         scenario: 0,
         scenarios: 1,
         problem: Problem {
-            model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
+            model: SrpJ2 { radiation: 0.15, oblateness: 0.4 }.into(),
             initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01, correlation: 0.0 },
             times: vec![0.0, 0.5],
             critical_e: 0.6,

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use density::first_passage::curve_times;
 use density::grid::{Axis, Grid};
 use density::in_space::SpaceProblem;
-use density::model::plane::VARIABLES;
 use density::model::registry::Planar;
 use density::problem::Problem;
 use density::uncertain::UncertainProblem;
@@ -163,10 +162,7 @@ impl Assignment {
         let said = Description::decode(header, items)?;
         check_bins(&said.projections)?;
         let axes: Vec<Vec<Axis>> = said.snapshots.iter().map(|moment| axes(&said, moment)).collect::<Result<_, _>>()?;
-        let is_planar = Planar::has(&said.model);
-        let is_uncertain = said.variables.len() == VARIABLES.len() + 1;
-        let plane = if is_planar && !is_uncertain { Some(plane(&said, &axes)?) } else { None };
-        let uncertain = if is_planar && is_uncertain { Some(uncertain(&said, &axes)?) } else { None };
+        let (plane, uncertain) = if Planar::has(&said.model) { planar(&said, &axes)? } else { (None, None) };
         let in_space = space_problem::problem(&said).transpose()?;
         Ok(Self { plane, uncertain, in_space, ..Self::new(said, axes) })
     }
@@ -228,22 +224,17 @@ fn axes(said: &Description, Moment { time, ends }: &Moment) -> Result<Vec<Axis>,
     Ok(axes.into_iter().map(|axis| axis.unwrap_or(NO_AXIS)).collect())
 }
 
-/// The problem and the grids of a scenario with a planar model.
-fn plane(said: &Description, axes: &[Vec<Axis>]) -> Result<Plane, String> {
+/// The problem and the grids of a scenario with a planar model, whose radiation parameter is certain or not.
+fn planar(said: &Description, axes: &[Vec<Axis>]) -> Result<(Option<Plane>, Option<Uncertain>), String> {
     let (problem, spread) = problem(said)?;
+    let grids = grids(said, axes)?;
     match spread {
-        None => Ok(Plane { problem, grids: grids(said, axes)? }),
-        Some(_) => Err("variables: there are more than the plane has".into()),
+        None => Ok((Some(Plane { problem, grids }), None)),
+        Some(spread) => {
+            let problem = UncertainProblem::new(problem, spread).map_err(|error| by_key(&error))?;
+            Ok((None, Some(Uncertain { problem, grids })))
+        }
     }
-}
-
-/// The problem and the grids of a scenario with an uncertain radiation parameter.
-fn uncertain(said: &Description, axes: &[Vec<Axis>]) -> Result<Uncertain, String> {
-    let (plane, spread) = problem(said)?;
-    let spread = spread.ok_or("variables: the radiation parameter is missing")?;
-    let problem = UncertainProblem::new(plane, spread);
-    let problem = problem.map_err(|error| by_key(&error))?;
-    Ok(Uncertain { problem, grids: grids(said, axes)? })
 }
 
 fn grids(said: &Description, axes: &[Vec<Axis>]) -> Result<Vec<Grid>, String> {
@@ -257,7 +248,7 @@ fn grids(said: &Description, axes: &[Vec<Axis>]) -> Result<Vec<Grid>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use density::model::planar::Force;
+    use density::model::planar::SrpJ2;
     use messages::scenario::MOST_SNAPSHOTS;
 
     fn example() -> Assignment {
@@ -291,7 +282,7 @@ mod tests {
 
     #[test]
     fn another_model_survives_it_too() {
-        let force = Force { radiation: 0.15, oblateness: 0.4 };
+        let force = SrpJ2 { radiation: 0.15, oblateness: 0.4 };
         let model = density::model::sun_moon::SunMoon { force, sun: 4.8e-4, moon: 1e-3 }.into();
         let Plane { problem, grids } = example().plane.unwrap();
         let other = in_plane(Plane { problem: Problem { model, ..problem }, grids });

@@ -1,7 +1,7 @@
 //! A small scenario for tests and examples.
 
 use density::grid::{Axis, Grid};
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::registry::Planar;
 use density::problem::{InitialGaussian, Problem};
 
@@ -10,7 +10,7 @@ use crate::assignment::{Assignment, Plane};
 /// A small cloud in the plane, with snapshots at the start and half a year later.
 pub fn problem() -> Problem<Planar> {
     Problem {
-        model: Force { radiation: 0.15, oblateness: 0.4 }.into(),
+        model: SrpJ2 { radiation: 0.15, oblateness: 0.4 }.into(),
         initial: InitialGaussian { mean_phi: 2.0, mean_e: 0.1, sigma_phi: 0.1, sigma_e: 0.01, correlation: 0.0 },
         times: vec![0.0, 0.5],
         critical_e: 0.6,

@@ -43,7 +43,7 @@
 //! ```
 //!
 //! - [`propagator`]: the trait; `serving`: the loop that serves scenario after scenario; `drafting`: how a snapshot's
-//!   message is made; `passage`: first passages as a propagator states them;
+//!   message is made; [`passage`]: first passages as a propagator states them;
 //! - [`assignment`]: a scenario as a propagator gets it; [`planar_problem`], [`space_problem`]: the problem that it
 //!   states; [`space`]: its variables, and what is said of a cloud in them;
 //! - [`kind`]: what is known of each kind of snapshot; [`snapshot_rules`]: what every snapshot must be;
@@ -68,7 +68,7 @@ pub mod kind;
 pub mod limits;
 pub mod log;
 pub mod newest;
-mod passage;
+pub mod passage;
 pub mod planar_problem;
 pub mod problem_key;
 pub mod propagator;
@@ -86,5 +86,7 @@ mod threads;
 
 pub use assignment::{Assignment, Plane};
 pub use failure::Failure;
-pub use propagator::{Form, Passage, Propagator, main, serve};
+pub use passage::Passage;
+pub use propagator::{Form, Propagator};
+pub use serving::{main, serve};
 pub use session::Session;

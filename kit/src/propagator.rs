@@ -10,10 +10,8 @@ use messages::layout::GIVEN_COLUMNS;
 
 use crate::assignment::Assignment;
 use crate::failure::Failure;
+use crate::passage::Passage;
 use crate::shard::Shard;
-
-pub use crate::passage::{Passage, given_row, never_falling};
-pub use crate::serving::{main, serve};
 
 /// A method that propagates the initial density.
 pub trait Propagator {

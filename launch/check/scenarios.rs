@@ -12,7 +12,7 @@ use density::flow::Flow;
 use density::grid::{Axis, Grid, comparison_grids};
 use density::in_space::{InitialInSpace, SpaceProblem, pilot};
 use density::model::model_name::ModelName;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::registry::Planar;
 use density::model::space_registry::SpaceModel;
 use density::model::sun_moon::SunMoon;
@@ -76,8 +76,8 @@ impl ValueEnum for TrialModel {
 
 /// Two problems whose right answers are known. Variables are correlated in the second one, in space in both.
 pub fn known(model: TrialModel) -> [Result<Scenario, LostOrbit>; 2] {
-    let paper = Force { radiation: 0.15, oblateness: 0.40921 };
-    let other = Force { radiation: 0.25, oblateness: 0.2 };
+    let paper = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
+    let other = SrpJ2 { radiation: 0.25, oblateness: 0.2 };
     let correlated = InitialGaussian { correlation: 0.6, ..cloud(0.9, 0.3, 0.005, 0.001) };
     match model {
         TrialModel::Planar => [
@@ -96,7 +96,7 @@ pub fn long(model: TrialModel) -> Result<Scenario, LostOrbit> {
     let times = |step: f64| (0..LONGEST as u32).map(|k| step * f64::from(k)).collect();
     match model {
         TrialModel::Planar => {
-            let force = Force { radiation: 0.15, oblateness: 0.40921 };
+            let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
             bounded("check-long", force, cloud(2.2069, 0.145, 0.005, 0.0008), times(0.5))
         }
         // Orbits in space take ten times as long.
@@ -108,7 +108,7 @@ pub fn long(model: TrialModel) -> Result<Scenario, LostOrbit> {
 /// coordinate's, once in `1/sqrt(1 + C²)` yr. Here that is 71.6 degrees and 0.32 yr: the whole cloud leaves `e < 1`. In
 /// space the Sun and the orbits then lie in the equator, where the motion is the same.
 pub fn impossible(model: TrialModel) -> Result<Scenario, LostOrbit> {
-    let force = Force { radiation: 3.0, oblateness: 0.0 };
+    let force = SrpJ2 { radiation: 3.0, oblateness: 0.0 };
     let (times, critical_e) = (vec![0.0, 0.2, 0.4], 0.6);
     let (phi, e) = (Axis { low: 0.0, high: TAU, bins: BINS.0 }, Axis { low: 0.0, high: 1.0, bins: BINS.1 });
     let posed = match model {
@@ -140,7 +140,7 @@ fn first_in_space() -> SpaceProblem {
         sigma: [0.005, 0.0008, 0.002, 0.004],
         correlation: [0.0, 0.0, 0.5, -0.4, 0.0, 0.0],
     };
-    let forces = SunMoon { force: Force { radiation: 0.1, oblateness: 0.40921 }, sun: 4.8e-4, moon: 1.04e-3 };
+    let forces = SunMoon { force: SrpJ2 { radiation: 0.1, oblateness: 0.40921 }, sun: 4.8e-4, moon: 1.04e-3 };
     let model = Vectorial { forces, obliquity: 0.409, sun_longitude: 1.0 };
     posed_in_space(model, initial, vec![0.0, 0.3, 0.8, 1.3, 2.0])
 }
@@ -152,7 +152,7 @@ fn second_in_space() -> SpaceProblem {
         sigma: [0.004, 0.001, 0.002, 0.003],
         correlation: [0.6, 0.0, 0.0, 0.0, 0.0, -0.5],
     };
-    let forces = SunMoon { force: Force { radiation: 0.05, oblateness: 0.2 }, sun: 8e-4, moon: 1.8e-3 };
+    let forces = SunMoon { force: SrpJ2 { radiation: 0.05, oblateness: 0.2 }, sun: 8e-4, moon: 1.8e-3 };
     posed_in_space(Vectorial { forces, obliquity: 0.3, sun_longitude: 4.0 }, initial, vec![0.0, 0.6, 1.0])
 }
 
@@ -170,7 +170,7 @@ fn cloud(mean_phi: f64, mean_e: f64, sigma_phi: f64, sigma_e: f64) -> InitialGau
     InitialGaussian { mean_phi, mean_e, sigma_phi, sigma_e, correlation: 0.0 }
 }
 
-fn bounded(name: &'static str, force: Force, initial: InitialGaussian, times: Vec<f64>) -> Result<Scenario, LostOrbit> {
+fn bounded(name: &'static str, force: SrpJ2, initial: InitialGaussian, times: Vec<f64>) -> Result<Scenario, LostOrbit> {
     let problem = Problem { model: Planar::from(force), initial, times, critical_e: 0.5 };
     let grids = comparison_grids(&problem, &Flow::new(problem.model), BINS.0, BINS.1)?;
     Ok(Scenario { name, posed: Posed::InPlane(Plane { problem, grids }) })

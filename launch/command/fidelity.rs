@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 use density::in_space::fidelity::{Figures, QUANTITIES, REPLICATES, Shift, Variant, comparisons, figures};
 use density::in_space::{SpaceProblem, VARIABLES};
+use density::model::model_name::ModelName;
 use nodes::files::input::InputFile;
 use nodes::files::scenario_file::{self, AnyScenario};
 
@@ -69,9 +70,9 @@ fn load(path: &Path) -> Result<SpaceProblem, String> {
     match scenario_file::check_cloud(&file).map_err(|e| e.to_string())? {
         AnyScenario::InSpace(scenario) => scenario.cloud.map(|cloud| *cloud).ok_or_else(|| "there is no cloud".into()),
         AnyScenario::InPlane { .. } => {
-            let problem = "model.name: \"planar\" is the simplest model, there is none to compare it with; write the scenario in \"vectorial\" or \
-                           \"osculating\"";
-            Err(format!("{}: {problem}", path.display()))
+            let (simplest, others) = (ModelName::Planar.text(), ModelName::listed(ModelName::is_in_space));
+            let problem = format!("\"{simplest}\" is the simplest model, there is none to compare it with");
+            Err(format!("{}: model.name: {problem}; write the scenario in one of {others}", path.display()))
         }
     }
 }

@@ -4,9 +4,10 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use crate::exit::BAD_INPUT;
-use crate::plan::cases::{Case, Runs};
+use crate::plan::cases::{Case, LAUNCHER, Runs};
 use crate::plan::launch_file::Launch;
 use messages::service::Service;
+use messages::topic::{Comparison, Density, Passage, Roster, Scenario, Snapshot, Status, Topic};
 
 /// Prints the graph of a launch file.
 pub fn run(launch_file: Option<&Path>) -> ExitCode {
@@ -24,22 +25,35 @@ pub fn run(launch_file: Option<&Path>) -> ExitCode {
 
 /// Boxes are processes, arrows topics.
 fn mermaid(launch: &Launch) -> String {
+    let [publisher, estimator, comparator, recorder] =
+        [Service::Scenario, Service::Estimator, Service::Comparator, Service::Recorder].map(Service::name);
     let scenarios: Vec<&str> = launch.scenarios.iter().map(|s| s.content.name()).collect();
-    let mut text = format!("flowchart LR\n  scenario[\"scenario<br>{}\"]\n", scenarios.join(", "));
+    let mut text = format!("flowchart LR\n  {publisher}[\"{publisher}<br>{}\"]\n", scenarios.join(", "));
     for (number, case) in launch.cases.iter().enumerate() {
         text += &format!("  case{number}[\"{}\"]\n", title(case, launch));
-        text += &format!("  scenario -- scenario --> case{number}\n");
-        text += &format!("  case{number} -- snapshot --> estimator\n");
-        text += &format!("  case{number} -- passage --> recorder\n");
+        text += &arrow::<Scenario>(publisher, &format!("case{number}"));
+        text += &arrow::<Snapshot>(&format!("case{number}"), estimator);
+        text += &arrow::<Passage>(&format!("case{number}"), recorder);
     }
-    for service in [Service::Estimator, Service::Comparator, Service::Recorder].map(Service::name) {
-        text += &format!("  scenario -- scenario --> {service}\n");
-    }
-    text += "  estimator -- density --> comparator\n  estimator -- density --> recorder\n";
-    text += "  comparator -- comparison --> recorder\n";
-    text += "  launcher -- roster --> comparator\n  launcher -- roster --> recorder\n";
-    text += "  everyone([every process]) -- status --> launcher\n  recorder -- status --> scenario\n";
-    text
+    let of_services = [
+        arrow::<Scenario>(publisher, estimator),
+        arrow::<Scenario>(publisher, comparator),
+        arrow::<Scenario>(publisher, recorder),
+        arrow::<Density>(estimator, comparator),
+        arrow::<Density>(estimator, recorder),
+        arrow::<Comparison>(comparator, recorder),
+        arrow::<Roster>(LAUNCHER, comparator),
+        arrow::<Roster>(LAUNCHER, recorder),
+        arrow::<Status>("everyone([every process])", LAUNCHER),
+        arrow::<Status>(recorder, publisher),
+    ];
+    text + &of_services.concat()
+}
+
+/// What a process sends to another one on a topic.
+fn arrow<T: Topic>(from: &str, to: &str) -> String {
+    let topic = T::NAME.rsplit('/').next().unwrap_or(T::NAME);
+    format!("  {from} -- {topic} --> {to}\n")
 }
 
 /// Label of a case, what runs in it, the number of its shards if there are several, and whether it is a reference.

@@ -15,6 +15,7 @@ use nodes::methods::BuiltIn;
 use nodes::services::scenario::Source;
 use nodes::services::{comparator, estimator, player, recorder, scenario};
 
+use crate::crew::commands::PLAYER;
 use crate::domain;
 use crate::exit::BAD_INPUT;
 
@@ -32,9 +33,6 @@ enum Kind {
     Service(Service),
     Player,
 }
-
-/// Name of the node that plays back what another node sent.
-const PLAYER: &str = "player";
 
 /// Runs a node until it is asked to stop.
 pub fn run(arguments: NodeArguments) -> ExitCode {

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use density::flow::{Escaped, Flow};
 use density::model::elements::{Elements, Vectors};
+use density::model::model_name::ModelName;
 use density::model::osculating::kepler::Motion;
 use density::model::osculating::mean::{MeanOrbit, mean_orbit};
 use density::model::osculating::{self, Osculating};
@@ -81,7 +82,7 @@ pub fn run(arguments: &OrbitArguments) -> ExitCode {
     };
     let is_unaveraged = matches!(&scenario, AnyScenario::InSpace(scenario) if !scenario.model.is_averaged());
     if !is_unaveraged && let Some(needed) = form.needed() {
-        return refuse(needed);
+        return refuse(&needed);
     }
     if has_no_place(&scenario) {
         return refuse(&format!(
@@ -117,16 +118,14 @@ pub fn run(arguments: &OrbitArguments) -> ExitCode {
 
 impl Form {
     /// What is said where the model has no such thing.
-    fn needed(self) -> Option<&'static str> {
-        match self {
-            Self::Mean => None,
-            Self::Osculating => {
-                Some("--osculating: only the model \"osculating\" has osculating elements; leave it out")
-            }
-            Self::Ephemeris => {
-                Some("--oem: only the model \"osculating\" says where on its orbit the satellite is; leave it out")
-            }
-        }
+    fn needed(self) -> Option<String> {
+        let unaveraged = ModelName::listed(|name| !name.is_averaged());
+        let (option, what) = match self {
+            Self::Mean => return None,
+            Self::Osculating => ("--osculating", "has osculating elements"),
+            Self::Ephemeris => ("--oem", "says where on its orbit the satellite is"),
+        };
+        Some(format!("{option}: only the model {unaveraged} {what}; leave it out"))
     }
 }
 

@@ -127,6 +127,9 @@ impl Commands<'_> {
     }
 }
 
+/// Name of the node that plays back what another node sent.
+pub const PLAYER: &str = "player";
+
 /// The command of a case, or of what replaces one of our own nodes.
 fn of_what_runs(name: &str, runs: &Runs) -> Result<Command, String> {
     match runs {
@@ -138,7 +141,7 @@ fn of_what_runs(name: &str, runs: &Runs) -> Result<Command, String> {
             Ok(command)
         }
         Runs::Recorded(file) => {
-            let mut command = own_command("player")?;
+            let mut command = own_command(PLAYER)?;
             command.args(["--label", name, "--recording"]).arg(file);
             Ok(command)
         }

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use crate::plan::cases::LAUNCHER;
 use crate::shown::{Logged, Shown};
 use kit::log;
 use kit::log::{Format, Line};
@@ -181,7 +182,7 @@ pub fn start_log(folder: &Path, run_id: u64, shown: Shown, logged: Logged) -> Re
     let sink =
         LogSink::open(folder, run_id, View { level, format: logged.log_format, quiet: shown.quiet || shown.json })?;
     let (level, own) = (sink.level(), sink.clone());
-    log::start("launcher", run_id, level, move |line| {
+    log::start(LAUNCHER, run_id, level, move |line| {
         own.record(&line);
     });
     Ok(sink)

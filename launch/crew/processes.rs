@@ -6,6 +6,8 @@ use std::process::{Command, ExitStatus};
 use std::time::Instant;
 
 use messages::domain::HeldDomain;
+use messages::reporter::Reporter;
+use messages::service::Service;
 
 use super::ending;
 use super::member::{MOST_RESTARTS, Member};
@@ -39,6 +41,11 @@ impl Processes {
         Self { supervisor, members, restarts }
     }
 
+    /// Whether the process of this name is this service.
+    pub fn is(&self, name: &str, service: Service) -> bool {
+        self.members.get(name).is_some_and(|member| member.who.is(service))
+    }
+
     /// When the next process is to be started.
     pub fn next_due(&self) -> Option<Instant> {
         self.members.values().filter_map(|member| member.due).min()
@@ -48,12 +55,12 @@ impl Processes {
     /// attempt. Returns those that cannot be started, and why.
     pub fn start_what_is_due(
         &mut self,
-        may_start: impl Fn(&str) -> bool,
+        may_start: impl Fn(&Reporter) -> bool,
         command: impl Fn(&str, u32) -> Result<Command, String>,
     ) -> Vec<(String, String)> {
         let now = Instant::now();
         let is_due =
-            |(name, member): &(&String, &mut Member)| member.due.is_some_and(|due| due <= now) && may_start(name);
+            |(_, member): &(&String, &mut Member)| member.due.is_some_and(|due| due <= now) && may_start(&member.who);
         let mut failed = Vec::new();
         for (name, member) in self.members.iter_mut().filter(is_due) {
             member.started(now);

@@ -132,13 +132,17 @@ impl<'a> Workshop<'a> {
         }
     }
 
+    fn is_bridge(&self, name: &str) -> bool {
+        self.processes.is(name, Service::Bridge)
+    }
+
     fn start_what_is_due(&mut self) -> Result<(), String> {
         let (plan, place, bridge) = (self.plan, self.place, &self.bridge);
         let start = |name: &str, attempt| command(plan, place, bridge, name, attempt);
         let failed = self.processes.start_what_is_due(|_| true, start);
         failed
             .into_iter()
-            .try_for_each(|(name, why)| if Service::Bridge.is(&name) { Err(why) } else { self.fail(&name, &why) })
+            .try_for_each(|(name, why)| if self.is_bridge(&name) { Err(why) } else { self.fail(&name, &why) })
     }
 
     /// Prints what the processes report, and allows them their restarts again when a scenario begins.
@@ -163,7 +167,7 @@ impl<'a> Workshop<'a> {
     /// the process was the bridge.
     fn deal_with_end(&mut self, name: &str, status: ExitStatus) -> Result<Option<Ending>, String> {
         self.processes.clean_up_after(name, &self.domain);
-        if Service::Bridge.is(name) {
+        if self.is_bridge(name) {
             match status.code() {
                 Some(0) => return Ok(Some(Ending::Over)),
                 Some(_) => return Err("the bridge has ended; its last line above says why".into()),
@@ -172,7 +176,7 @@ impl<'a> Workshop<'a> {
         }
         match self.processes.after_end(name, status, false) {
             Sequel::Nothing | Sequel::Restart => {}
-            Sequel::Loss(why) if Service::Bridge.is(name) => return Err(format!("the bridge: {why}")),
+            Sequel::Loss(why) if self.is_bridge(name) => return Err(format!("the bridge: {why}")),
             // Home may not have read the report of a process that is gone.
             Sequel::Loss(why) => {
                 let why = self.last_words.remove(name).unwrap_or(why);

@@ -145,7 +145,7 @@ const MOST_PROPAGATORS: usize = 128;
 /// Longest name of a process.
 const LONGEST_NAME: usize = 31;
 /// The launcher's name where processes are named; no case may have it, or the name of a service, as its label.
-const LAUNCHER: &str = "launcher";
+pub const LAUNCHER: &str = "launcher";
 
 fn case(
     file: &InputFile,

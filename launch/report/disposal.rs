@@ -1,13 +1,13 @@
-//! What a disposal designer asks: the probability that the critical eccentricity is exceeded, or was ever reached.
+//! What a disposal designer asks: the probability that the re-entry variable exceeds its critical value, or ever has.
 
 use results::MomentsRow;
 use results::rows::PassageRow;
 
 use super::{moments, new_table, number, time_heads};
 
-/// Prints the probability of being above the critical eccentricity at each snapshot, and of ever having reached it by
+/// Prints the probability of being above the critical value at each snapshot, and of ever having reached it by
 /// the end.
-pub fn print(scenario: &str, critical_e: f64, rows: &[&MomentsRow], passages: &[&PassageRow]) {
+pub fn print(scenario: &str, critical: f64, rows: &[&MomentsRow], passages: &[&PassageRow]) {
     let times = moments::times(rows);
     let end = times.last().copied().unwrap_or(0.0);
     let heads = [format!("ever by {end} yr"), "interval".into()];
@@ -25,7 +25,8 @@ pub fn print(scenario: &str, critical_e: f64, rows: &[&MomentsRow], passages: &[
         };
         table.add_row([method.to_owned()].into_iter().chain(cells).chain([ever, interval]).collect::<Vec<_>>());
     }
-    say!("\n{scenario}: probability that e exceeds {}, at each time and ever\n{table}", critical_e);
+    let symbol = rows.first().and_then(|row| moments::reentry_symbol(row)).unwrap_or("the re-entry variable");
+    say!("\n{scenario}: probability that {symbol} exceeds {critical}, at each time and ever\n{table}");
 }
 
 fn probability(p: f64) -> String {

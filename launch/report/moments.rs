@@ -9,6 +9,10 @@ use super::{new_table, number, time_heads};
 /// Table 3 as printed.
 const TABLE_3: &str = include_str!("../paper/table-3.csv");
 
+/// Beginning of the column of the probability that the re-entry variable is above its critical value; the rest is the
+/// variable's symbol.
+const ABOVE: &str = "prob_above_critical_";
+
 /// The means and deviations of a row with their columns, in order: `mean_phi_rad`.
 pub fn shown(row: &MomentsRow) -> Vec<(&str, f64)> {
     row.named().filter(|(column, _)| column.starts_with("mean_") || column.starts_with("std_")).collect()
@@ -16,7 +20,12 @@ pub fn shown(row: &MomentsRow) -> Vec<(&str, f64)> {
 
 /// The probability that the re-entry variable is above its critical value.
 pub fn above(row: &MomentsRow) -> Option<f64> {
-    row.named().find(|(column, _)| column.starts_with("prob_above_critical_")).map(|(_, probability)| probability)
+    row.named().find(|(column, _)| column.starts_with(ABOVE)).map(|(_, probability)| probability)
+}
+
+/// The symbol of the re-entry variable.
+pub fn reentry_symbol(row: &MomentsRow) -> Option<&str> {
+    row.named().find_map(|(column, _)| column.strip_prefix(ABOVE))
 }
 
 /// How a column's quantity is written: `μ_φ, rad` for `mean_phi_rad`.

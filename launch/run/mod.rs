@@ -228,7 +228,7 @@ impl<'a> Run<'a> {
     fn start_what_is_due(&mut self) -> Result<(), Abort> {
         let (absent, commands, scenario) = (&self.arrivals.absent, &self.commands, self.course.scenario);
         let failed = self.processes.start_what_is_due(
-            |name| absent.is_empty() || Service::Bridge.is(name),
+            |who| absent.is_empty() || who.is(Service::Bridge),
             |name, attempt| commands.of(name, attempt, scenario),
         );
         failed.into_iter().try_for_each(|(name, why)| self.fail(&name, why))

@@ -119,7 +119,7 @@ impl Event {
             Self::WaitsFor { done, .. } => [*done as f64; 2],
             Self::Accepted { of, request, .. } => [f64::from(request.unwrap_or(0)), f64::from(of.unwrap_or(0))],
             Self::Refused { request, .. } => [f64::from(request.unwrap_or(0)), 0.0],
-            _ => [0.0; 2],
+            Self::Ready | Self::Done | Self::Failed { .. } | Self::Joined { .. } | Self::Total => [0.0; 2],
         }
     }
 }

@@ -4,7 +4,7 @@
 use kit::assignment::Assignment;
 use kit::failure::Failure;
 use kit::kind::{Estimated, trajectories_behind};
-use kit::propagator::{Passage, never_falling};
+use kit::passage::{Passage, never_falling};
 use kit::session::EffortClock;
 use kit::snapshot_rules::decode;
 use kit::{Form, Propagator};

@@ -31,7 +31,7 @@ def monte_carlo(
     """Monte Carlo in any model: `samples` orbits (100,000), drawn by `seed` (1) and propagated each on its own.
 
     ``snapshots[k].rows`` has the samples, shape (variables, samples), unless `keep_samples` is False.
-    Settings: samples, seed, draws, replicates, through, map_error, accuracy, model.
+    Settings: samples, seed, draws, replicates, through, map_error, accuracy, model, forces.
     """
     return _computed(scenario, "mc", bins, keep_samples, settings)
 
@@ -42,13 +42,13 @@ def quasi_monte_carlo(
     """Randomised quasi-Monte Carlo in any model: the reference where there is no exact density.
 
     ``snapshots[k].rows`` has the samples, shape (variables, samples), unless `keep_samples` is False.
-    Settings: samples, seed, replicates, accuracy, model.
+    Settings: samples, seed, replicates, accuracy, model, forces.
     """
     return _computed(scenario, "qmc", bins, keep_samples, settings)
 
 
 def dee(scenario: Scenario, *, bins: tuple[int, int] = BINS, keep_rows: bool = True, **settings: Any) -> Evolution:
-    """The density evolution equation along characteristics, for planar scenarios.
+    """The density evolution equation along characteristics, for planar scenarios and the model "vectorial".
 
     ``snapshots[k].rows`` has solar angle [rad], eccentricity and density [1/rad] of each, shape (3, characteristics).
     Settings: samples, placement, seed, mesh, degree, resolution, mode, accuracy.
@@ -57,7 +57,7 @@ def dee(scenario: Scenario, *, bins: tuple[int, int] = BINS, keep_rows: bool = T
 
 
 def gmm_ut(scenario: Scenario, *, bins: tuple[int, int] = BINS, keep_rows: bool = True, **settings: Any) -> Evolution:
-    """A Gaussian mixture moved by the unscented transform, for planar scenarios. It has no first-passage curve.
+    """A Gaussian mixture moved by the unscented transform, for planar scenarios and the model "vectorial". It has no first-passage curve.
 
     ``snapshots[k].rows`` has weight, means and covariances of each component, shape (6, components) in the plane.
     Settings: split, sigma_points, components, across, keep_variance, merge_to, mode, accuracy.

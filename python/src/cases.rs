@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use kit::assignment::Assignment;
-use kit::propagator::Passage;
+use kit::passage::Passage;
 use kit::{Failure, limits::MOST_BINS};
 use messages::content::Content;
 use nodes::assigning::Assigning;

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::problem::{InitialGaussian, Problem};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -16,7 +16,7 @@ pub fn paper(number: usize, times: Vec<f64>) -> Problem {
     };
     let initial =
         InitialGaussian { mean_phi, mean_e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e, correlation: 0.0 };
-    Problem { model: Force { radiation: 0.15, oblateness: 0.40921 }, initial, times, critical_e: 0.6 }
+    Problem { model: SrpJ2 { radiation: 0.15, oblateness: 0.40921 }, initial, times, critical_e: 0.6 }
 }
 
 /// CPU seconds that all threads of the process have taken.

@@ -190,7 +190,7 @@ fn changes(problem: &Problem<Planar>) -> Vec<(String, Problem<Planar>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::planar::Force;
+    use crate::model::planar::SrpJ2;
     use crate::model::sun_moon::SunMoon;
     use crate::problem::paper::scenario;
 
@@ -200,7 +200,7 @@ mod tests {
         for (oblateness, critical_e, required) in
             [(0.89355, 0.5, 0.05349), (0.40921, 0.6, 0.122166), (0.21617, 0.6667, 0.22903)]
         {
-            let model = Planar::from(Force { radiation: 0.1, oblateness });
+            let model = Planar::from(SrpJ2 { radiation: 0.1, oblateness });
             let found = required_radiation(&model, critical_e).unwrap();
             assert!((found / required - 1.0).abs() < 2e-5, "{found} instead of {required}");
         }
@@ -209,11 +209,11 @@ mod tests {
     /// An orbit that is circular at first, followed far beyond its period, reaches what the contours say.
     #[test]
     fn an_orbit_reaches_what_its_contour_does() {
-        let force = Force { radiation: 0.15, oblateness: 0.40921 };
+        let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
         let models = [
-            Planar::from(Force { radiation: 0.1221, ..force }),
-            Planar::from(Force { radiation: 0.1223, ..force }),
-            Planar::from(SunMoon { force: Force { radiation: 0.01, ..force }, sun: 0.01, moon: 0.02 }),
+            Planar::from(SrpJ2 { radiation: 0.1221, ..force }),
+            Planar::from(SrpJ2 { radiation: 0.1223, ..force }),
+            Planar::from(SunMoon { force: SrpJ2 { radiation: 0.01, ..force }, sun: 0.01, moon: 0.02 }),
         ];
         for model in models {
             let flow = Flow::new(model);
@@ -233,10 +233,10 @@ mod tests {
     #[test]
     fn the_period_without_oblateness_is_that_of_the_rotation() {
         for radiation in [0.05, 0.15, 0.3] {
-            let found = period(&Force { radiation, oblateness: 0.0 }, State::from_polar(2.0, 0.2)).unwrap();
+            let found = period(&SrpJ2 { radiation, oblateness: 0.0 }, State::from_polar(2.0, 0.2)).unwrap();
             assert!((found * (1.0 + radiation * radiation).sqrt() - 1.0).abs() < 1e-9, "{radiation}: {found}");
         }
-        let model = Force { radiation: 0.15, oblateness: 0.40921 };
+        let model = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
         let start = State::from_polar(2.2069, 0.145);
         let found = period(&model, start).unwrap();
         let end = Flow::new(model).advance_one(start, found).unwrap();
@@ -247,7 +247,7 @@ mod tests {
     fn times_and_parameters_for_a_probability_give_that_probability() {
         let paper = scenario(1);
         let problem = Problem {
-            model: Planar::from(Force { radiation: 0.12, ..paper.model }),
+            model: Planar::from(SrpJ2 { radiation: 0.12, ..paper.model }),
             initial: paper.initial,
             times: vec![0.0, 2.0],
             critical_e: paper.critical_e,

@@ -165,7 +165,7 @@ pub fn sensitivities(problem: &UncertainProblem, table: &EndProbability) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::planar::Force;
+    use crate::model::planar::SrpJ2;
     use crate::problem::InitialGaussian;
     use crate::uncertain::Distribution;
 
@@ -173,7 +173,7 @@ mod tests {
     #[ignore = "long; .ci/long runs it"]
     fn a_table_gives_the_probability_of_the_integral_over_leaves() {
         let initial = InitialGaussian { mean_phi: 3.0, mean_e: 0.05, sigma_phi: 0.4, sigma_e: 0.01, correlation: 0.0 };
-        let model = Force { radiation: 0.124, oblateness: 0.40921 }.into();
+        let model = SrpJ2 { radiation: 0.124, oblateness: 0.40921 }.into();
         let plane = Problem { model, initial, times: vec![0.0, 1.5], critical_e: 0.6 };
         let spread = Spread { relative: 0.05, distribution: Distribution::LogNormal };
         let problem = UncertainProblem::new(plane, spread).unwrap();

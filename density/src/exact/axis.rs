@@ -114,9 +114,9 @@ fn boundary(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
 mod tests {
     use super::*;
     use crate::flow::Flow;
-    use crate::model::planar::Force;
+    use crate::model::planar::SrpJ2;
 
-    const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
+    const PAPER: SrpJ2 = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
 
     #[test]
     fn rising_parts_lie_between_the_papers_stationary_points() {
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn an_orbits_least_eccentric_point_is_found_from_any_of_its_states() {
-        for force in [PAPER, Force { radiation: 2.5, oblateness: 0.8 }, Force { radiation: 0.02, oblateness: 3.0 }] {
+        for force in [PAPER, SrpJ2 { radiation: 2.5, oblateness: 0.8 }, SrpJ2 { radiation: 0.02, oblateness: 3.0 }] {
             let (axis, flow) = (Axis::new(force), Flow::new(force));
             for (phi, e) in [(0.3, 0.2), (2.0, 0.6), (4.5, 0.5), (6.0, 1e-4), (0.0, 0.3)] {
                 let state = State::from_polar(phi, e);

@@ -158,11 +158,11 @@ pub(crate) fn angle_of(years: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::planar::Force;
+    use crate::model::planar::SrpJ2;
 
     #[test]
     fn an_orbit_is_where_the_flow_takes_it_after_any_number_of_periods() {
-        let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.40921 });
+        let flow = Flow::new(SrpJ2 { radiation: 0.15, oblateness: 0.40921 });
         for q in [-0.3, -0.01, 0.2, 0.52, 0.8] {
             let contour = Contour::trace(&flow, &[q]).remove(0).unwrap();
             for years in [0.1, 1.0, 7.3] {
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn an_orbit_is_its_own_mirror_image() {
-        let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.40921 });
+        let flow = Flow::new(SrpJ2 { radiation: 0.15, oblateness: 0.40921 });
         let contour = Contour::trace(&flow, &[0.1]).remove(0).unwrap();
         let (start, end) = (contour.at(-0.5), contour.at(0.5));
         let flown = flow.advance_one(start, 1.0 / SUN_MEAN_MOTION).unwrap();
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn without_oblateness_the_period_is_that_of_the_rigid_rotation() {
-        let flow = Flow::new(Force { radiation: 0.3, oblateness: 0.0 });
+        let flow = Flow::new(SrpJ2 { radiation: 0.3, oblateness: 0.0 });
         let contour = Contour::trace(&flow, &[0.05]).remove(0).unwrap();
         let period = SUN_MEAN_MOTION / (1.0 + 0.3f64 * 0.3).sqrt();
         assert!((contour.period() - period).abs() < 1e-11, "{} {period}", contour.period());
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn the_eccentricity_rises_above_a_value_once_in_a_half() {
-        let flow = Flow::new(Force { radiation: 0.15, oblateness: 0.40921 });
+        let flow = Flow::new(SrpJ2 { radiation: 0.15, oblateness: 0.40921 });
         let contour = Contour::trace(&flow, &[-0.1]).remove(0).unwrap();
         let time = contour.rises_above(0.4).unwrap();
         assert!((contour.at(time).eccentricity() - 0.4).abs() < 1e-13);

@@ -75,11 +75,11 @@ pub(super) fn distance_from_cloud(measure: &Measure, state: State) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::planar::Force;
+    use crate::model::planar::SrpJ2;
 
     #[test]
     fn hamiltonian_range_encloses_the_hamiltonian() {
-        let force = Force { radiation: 0.15, oblateness: 0.40921 };
+        let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
         for (phi, e) in [((0.2, 1.0), (0.1, 0.3)), ((2.0, 4.0), (0.0, 0.7)), ((-0.3, 0.4), (0.5, 0.9))] {
             let range = hamiltonian_range(&force, phi, e);
             for (i, j) in (0..21 * 21).map(|k| (f64::from(k / 21) / 20.0, f64::from(k % 21) / 20.0)) {

@@ -116,7 +116,7 @@ impl ExactLeaves {
         let tolerance = COARSER * settings.moment_error;
         let noise = Noise::of(years, self.accuracy);
         let critical_e = problem.plane.critical_e;
-        // The centre about which moments are taken may be off by more: they are corrected by what it is off.
+        // The centre about which moments are taken may be off by more: they are corrected for its error.
         let of_centre = FOR_CENTRE * tolerance;
         let first = integrate(
             problem,

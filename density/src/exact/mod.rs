@@ -76,7 +76,7 @@ use crate::estimate::{Estimate, Moments};
 use crate::flow::{Escaped, Flow};
 use crate::grid::Grid;
 use crate::model::parameter::Parameter;
-use crate::model::planar::Force;
+use crate::model::planar::SrpJ2;
 use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 
@@ -227,7 +227,7 @@ impl ExactSnapshot {
 
 /// The exact density of a problem.
 #[derive(Debug)]
-pub struct Exact<'a, M = Force> {
+pub struct Exact<'a, M = SrpJ2> {
     problem: &'a Problem<M>,
     flow: &'a Flow<M>,
     settings: ExactSettings,

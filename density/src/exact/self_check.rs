@@ -50,7 +50,7 @@ impl fmt::Display for Check {
         let Self { quantity, exact, sampled, standard_error } = self;
         write!(
             f,
-            "{quantity} is {exact}, of {ORBITS} orbits it is {sampled} with a standard error of {standard_error:.1e}"
+            "{quantity} is {exact}, but a sample of {ORBITS} orbits has {sampled}, with a standard error of {standard_error:.1e}"
         )
     }
 }

@@ -13,7 +13,7 @@
 //! left as well. [`Summary`] says how much that is, and a map that covers less than [`Settings::least_mapped`] is
 //! refused.
 //!
-//! The error of a cell is the larger of two estimates: what the polynomial is off at the corners and in the middle,
+//! The error of a cell is the larger of two estimates: how far the polynomial is off at the corners and in the middle,
 //! where the polynomial that interpolates at Chebyshev nodes is furthest off, compared with orbits that end there; and
 //! what the next coefficients would be, if they go on to fall as the last ones do.
 //!

@@ -9,7 +9,7 @@ use super::*;
 use crate::first_passage::empirical::point;
 use crate::first_passage::{curve_times, passage_times};
 use crate::flow::Accuracy;
-use crate::model::planar::Force;
+use crate::model::planar::SrpJ2;
 use crate::model::plane::State;
 use crate::orbits::Orbits;
 use crate::problem::InitialGaussian;
@@ -23,7 +23,7 @@ fn plan() -> SamplingPlan {
     SamplingPlan { draws: Draws::Independent, seed: 5, replicates: NonZeroUsize::MIN }
 }
 
-type PlaneMap = FlowMap<Force, 2>;
+type PlaneMap = FlowMap<SrpJ2, 2>;
 
 fn map_of(initial: InitialGaussian, times: &[f64], critical: Option<f64>, settings: &Settings) -> PlaneMap {
     FlowMap::new(Flow::new(scenario(1).model), initial.into(), times, critical, settings).unwrap()
@@ -125,7 +125,7 @@ fn a_map_finer_than_its_orbits_is_refused() {
     assert!(matches!(refused, Err(Refused::TooFine { .. })), "{refused:?}");
 }
 
-fn mapped(number: usize, critical: f64, count: usize) -> MappedOrbits<Force, 2> {
+fn mapped(number: usize, critical: f64, count: usize) -> MappedOrbits<SrpJ2, 2> {
     let problem = scenario(number);
     let settings = Settings { smallest_share: 1e-4, ..Settings::default() };
     let map = map_of(problem.initial, &problem.times, Some(critical), &settings);

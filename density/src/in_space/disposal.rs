@@ -234,14 +234,11 @@ pub fn sensitivities(problem: &SpaceProblem, effort: Effort) -> Result<Vec<Sensi
 /// All small changes, in words.
 fn changes(problem: &SpaceProblem) -> Vec<(String, SpaceProblem)> {
     let mut all = Vec::new();
-    for (k, (parameter, value)) in problem.model.averaged().parameters().into_iter().enumerate() {
+    for (parameter, _) in problem.model.force_parameters().into_iter().filter(|(_, value)| *value > 0.0) {
         let mut changed = problem.clone();
         let forces = changed.model.forces_mut();
-        let place = [&mut forces.force.radiation, &mut forces.force.oblateness, &mut forces.sun, &mut forces.moon];
-        place.into_iter().skip(k).take(1).for_each(|place| *place *= 1.01);
-        if value > 0.0 {
-            all.push((format!("{} {} + 1 %", parameter.name, parameter.symbol), changed));
-        }
+        *forces = forces.changed(|other, value| if other == parameter { 1.01 * value } else { value });
+        all.push((format!("{} {} + 1 %", parameter.name, parameter.symbol), changed));
     }
     for (k, variable) in super::VARIABLES.iter().enumerate().filter(|(k, _)| problem.initial.sigma[*k] > 0.0) {
         let InitialInSpace { mut mean, mut sigma, .. } = problem.initial;

@@ -41,13 +41,16 @@ impl Variant {
 
 /// The variants that are compared, each with the one that it simplifies.
 pub fn comparisons(problem: &SpaceProblem) -> Vec<(Variant, Variant)> {
-    let model = |simplification| Variant { simplification, without: None };
-    let own = model(None);
-    let averaged = if problem.model.is_averaged() { own } else { model(Some(ModelName::Vectorial)) };
-    let planar = model(Some(ModelName::Planar));
-    let models = if averaged == own { vec![(own, planar)] } else { vec![(own, averaged), (own, planar)] };
+    let own = Variant { simplification: None, without: None };
+    let simplified = |name| Variant { simplification: Some(name), ..own };
+    let simpler = std::iter::successors(problem.model.model_name().next_simpler(), |name| name.next_simpler());
+    // Forces are left out where that costs little: in the fullest averaged model.
+    let averaged = match problem.model.is_averaged() {
+        true => own,
+        false => simpler.clone().find(|name| name.is_averaged()).map_or(own, simplified),
+    };
     let lacking = problem.acting().into_iter().map(|force| (averaged, Variant { without: Some(force), ..averaged }));
-    models.into_iter().chain(lacking).collect()
+    simpler.map(|name| (own, simplified(name))).chain(lacking).collect()
 }
 
 /// The figures of a cloud at one snapshot, of all orbits and of each replicate.

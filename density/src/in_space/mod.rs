@@ -1,8 +1,8 @@
 //! A cloud in space: what is known of an orbit at first, carried on in any model.
 //!
 //! The cloud at `t = 0` is a Gaussian over solar angle, eccentricity, inclination and node, some of which may be
-//! certain, and over the radiation parameter if that is uncertain, which is then independent of the others. Two places
-//! where elements are singular are none for the cloud:
+//! certain, and over the radiation parameter if that is uncertain, which is then independent of the others. The
+//! elements of an orbit are singular in two places, in neither of which the cloud is:
 //!
 //! - `e = 0`: the Gaussian is cut to `0 < e < 1` and scaled to a probability of 1, as in the plane
 //!   ([`crate::problem`]);
@@ -258,7 +258,7 @@ fn contradiction() -> ProblemError {
 pub mod example {
     //! An example for tests: a cloud at two and a half Earth radii, inclined and correlated.
     use super::*;
-    use crate::model::planar::Force;
+    use crate::model::planar::SrpJ2;
     use crate::model::registry::Planar;
     use crate::model::sun_moon::SunMoon;
     use crate::model::vectorial::Vectorial;
@@ -267,7 +267,7 @@ pub mod example {
     /// The cloud, with an uncertain radiation parameter.
     pub fn problem() -> SpaceProblem {
         let forces =
-            SunMoon { force: Force { radiation: 0.15, oblateness: 0.409_204 }, sun: 4.7622e-4, moon: 1.037e-3 };
+            SunMoon { force: SrpJ2 { radiation: 0.15, oblateness: 0.409_204 }, sun: 4.7622e-4, moon: 1.037e-3 };
         SpaceProblem {
             model: SpaceModel::Vectorial {
                 model: Vectorial { forces, obliquity: 0.409, sun_longitude: 1.0 },

@@ -95,7 +95,7 @@ impl Sampled<'_> {
                 self.shadowed(false, &starts)
             }
             (Some(ModelName::Vectorial), _) | (None, SpaceModel::Vectorial { .. }) => Ok(self.averaged(&starts)),
-            (_, SpaceModel::Osculating { model, mean_anomaly }) => {
+            (None | Some(ModelName::Osculating), SpaceModel::Osculating { model, mean_anomaly }) => {
                 let (has_shadow, reentry_radius) = (self.problem.shadow, self.problem.reentry_radius());
                 match (has_shadow, reentry_radius) {
                     (false, None) => Ok(self.unaveraged(model, &model, mean_anomaly, &starts)),
@@ -106,9 +106,9 @@ impl Sampled<'_> {
                 }
             }
             (Some(ModelName::Osculating), SpaceModel::Vectorial { .. }) => {
-                let problem =
-                    "\"osculating\" needs a scenario of that model: an averaged one does not say where the Moon is";
-                Err(ProblemError::misfit(Field::Model, problem))
+                let name = ModelName::Osculating.text();
+                let why = "needs a scenario of that model: an averaged one does not say where the Moon is";
+                Err(ProblemError::misfit(Field::Model, format!("\"{name}\" {why}")))
             }
         }
     }

@@ -4,6 +4,7 @@
 use super::{NARROWEST, SpaceProblem, VARIABLES, contradiction};
 use crate::gaussian::Gaussian;
 use crate::model::irradiated::WithRadiation;
+use crate::model::model_name::ModelName;
 use crate::model::uncertain_radiation::{Linear, Logarithmic};
 use crate::model::unfolded::{InSpace, Unfolded};
 use crate::problem_error::{Field, ProblemError};
@@ -29,7 +30,8 @@ impl SpaceProblem {
             let name = self.model.name();
             let problem = format!(
                 "\"{name}\" is not averaged, and an orbit's place in its revolution is no variable of the cloud; the methods for it are \
-                 mc and qmc, and this one takes \"vectorial\""
+                 mc and qmc, and this one takes {}",
+                ModelName::listed(ModelName::is_averaged)
             );
             return Err(ProblemError::misfit(Field::Model, problem));
         };

@@ -50,12 +50,12 @@ mod tests {
     use super::*;
     use crate::model::PlanarHamiltonian;
     use crate::model::earth::SUN_MEAN_MOTION;
-    use crate::model::planar::Force;
+    use crate::model::planar::SrpJ2;
     use crate::problem::paper::scenario;
 
     /// `(x1, x2, ln n)` after `years`, Eq. 8 integrated beside the equations of motion by the classical Runge-Kutta
     /// method.
-    fn integrate_eq_8(force: Force, start: State, years: f64, steps: u32) -> (State, f64) {
+    fn integrate_eq_8(force: SrpJ2, start: State, years: f64, steps: u32) -> (State, f64) {
         let rate = |[x1, x2, _]: [f64; 3]| {
             let state = State { x1, x2 };
             let velocity = force.motion(state);

@@ -34,12 +34,18 @@ pub struct AdaptiveMixture<M, const N: usize> {
     trajectories: usize,
 }
 
-impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
-    /// Splits a Gaussian at `t = 0` so that its components stay Gaussians at all `times` \[yr\].
+/// A mixture that is being planned, round by round.
+#[derive(Debug, Clone)]
+pub struct MixturePlan<M, const N: usize> {
+    splitting: Splitting<M, N>,
+    unscented: Unscented,
+}
+
+impl<M: Model<Variables = [f64; N]>, const N: usize> MixturePlan<M, N> {
+    /// The plan of a mixture whose components stay Gaussians at all `times` \[yr\].
     ///
     /// # Errors
-    /// [`MixtureError`], if the settings are out of range, a point cannot be followed, or no component lies inside the
-    /// ranges of the variables.
+    /// [`MixtureError`], if the settings are out of range, or a point cannot be followed.
     pub fn new(
         flow: Flow<M>,
         initial: &Gaussian<N>,
@@ -48,8 +54,26 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
         fineness: Fineness,
     ) -> Result<Self, MixtureError> {
         unscented.check_in(N)?;
-        let mut splitting = Splitting::new(flow, initial, times, unscented)?;
-        let parts = splitting.split_where_needed(fineness)?;
+        Ok(Self { splitting: Splitting::new(flow, *initial, times.to_vec(), unscented, fineness)?, unscented })
+    }
+
+    /// Goes through one round and returns the share of the probability whose components are settled; `None` if all of
+    /// them are.
+    ///
+    /// # Errors
+    /// [`MixtureError`], if a point cannot be followed.
+    pub fn go_on(&mut self) -> Result<Option<f64>, MixtureError> {
+        let has_more = self.splitting.split_once()?;
+        Ok(has_more.then(|| self.splitting.share_done()))
+    }
+
+    /// The mixture of all components that there are so far.
+    ///
+    /// # Errors
+    /// [`MixtureError`], if no component lies inside the ranges of the variables.
+    pub fn mixture(&self) -> Result<AdaptiveMixture<M, N>, MixtureError> {
+        let Self { splitting, unscented } = self;
+        let Splitting { flow, initial, times, done: parts, .. } = splitting;
         let total: f64 = parts.iter().map(|part| part.piece.weight).sum();
         if !(total > 0.0 && total.is_finite()) {
             return Err(MixtureError::NothingInside);
@@ -57,7 +81,7 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
         let mean = |of: &dyn Fn(&Part<N>) -> f64| parts.iter().map(|p| p.piece.weight * of(p)).sum::<f64>() / total;
         let rule = match N <= fifth_degree::MOST_VARIABLES {
             true => SigmaPointRule::FifthDegree,
-            false => SigmaPointRule::Unscented(unscented),
+            false => SigmaPointRule::Unscented(*unscented),
         };
         let of_transform = |k: usize| match rule {
             SigmaPointRule::FifthDegree => 0.0,
@@ -75,12 +99,31 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
             places.iter().map(|&place| part.piece.point(initial, place)).collect()
         };
         let components = parts.iter().map(|part| (share(part.piece.weight), sigma_points(part)));
-        Ok(Self {
-            propagator: MixturePropagator::of_components(flow, rule, components),
+        Ok(AdaptiveMixture {
+            propagator: MixturePropagator::of_components(*flow, rule, components),
             disagreements: (0..times.len()).map(disagreement).collect(),
             left_out: share(splitting.left_out),
             trajectories: splitting.trajectories + parts.len() * rule.count(N),
         })
+    }
+}
+
+impl<M: Model<Variables = [f64; N]>, const N: usize> AdaptiveMixture<M, N> {
+    /// Splits a Gaussian at `t = 0` so that its components stay Gaussians at all `times` \[yr\].
+    ///
+    /// # Errors
+    /// [`MixtureError`], if the settings are out of range, a point cannot be followed, or no component lies inside the
+    /// ranges of the variables.
+    pub fn new(
+        flow: Flow<M>,
+        initial: &Gaussian<N>,
+        times: &[f64],
+        unscented: Unscented,
+        fineness: Fineness,
+    ) -> Result<Self, MixtureError> {
+        let mut plan = MixturePlan::new(flow, initial, times, unscented, fineness)?;
+        while plan.go_on()?.is_some() {}
+        plan.mixture()
     }
 
     /// Moves the components to `time` \[yr\].

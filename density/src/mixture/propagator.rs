@@ -16,7 +16,7 @@ use super::{direction, linearity, moments, plan};
 use crate::angle::nearest;
 use crate::flow::Flow;
 use crate::gaussian::Gaussian;
-use crate::model::planar::Force;
+use crate::model::planar::SrpJ2;
 use crate::model::plane::{PlanarHamiltonian, State};
 use crate::problem::Problem;
 
@@ -38,7 +38,7 @@ impl Mixture {
 
 /// Carries the sigma points of a problem.
 #[derive(Debug, Clone)]
-pub struct PlanarMixturePropagator<M = Force> {
+pub struct PlanarMixturePropagator<M = SrpJ2> {
     flow: Flow<M>,
     unscented: Unscented,
     x1: Vec<f64>,

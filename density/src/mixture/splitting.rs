@@ -72,39 +72,46 @@ struct Judged<const N: usize> {
 }
 
 /// The work of splitting a Gaussian.
-pub(super) struct Splitting<'a, M, const N: usize> {
-    flow: Flow<M>,
-    initial: &'a Gaussian<N>,
-    times: &'a [f64],
+#[derive(Debug, Clone)]
+pub(super) struct Splitting<M, const N: usize> {
+    pub flow: Flow<M>,
+    pub initial: Gaussian<N>,
+    pub times: Vec<f64>,
+    fineness: Fineness,
     distance: f64,
     /// How far from its centre the outermost point of a part may lie, in standard deviations.
     reach: f64,
     pub places: Vec<[f64; N]>,
     /// Standard deviations of the whole cloud at each time.
     deviations: Vec<[f64; N]>,
+    /// Parts that may have to be split.
+    open: Vec<Part<N>>,
+    /// Parts that stay as they are.
+    pub done: Vec<Part<N>>,
     pub left_out: f64,
     pub trajectories: usize,
 }
 
-impl<'a, M: Model<Variables = [f64; N]>, const N: usize> Splitting<'a, M, N> {
+impl<M: Model<Variables = [f64; N]>, const N: usize> Splitting<M, N> {
     pub fn new(
         flow: Flow<M>,
-        initial: &'a Gaussian<N>,
-        times: &'a [f64],
+        initial: Gaussian<N>,
+        times: Vec<f64>,
         unscented: Unscented,
+        fineness: Fineness,
     ) -> Result<Self, MixtureError> {
         if let Some(&time) = times.iter().find(|time| !time.is_finite()) {
             return Err(MixtureError::Time(time));
         }
         let distance = unscented.distance_squared_in(N).sqrt();
-        let start = draw_variables(initial, M::VARIABLES, SEED, 0..SAMPLE);
+        let start = draw_variables(&initial, M::VARIABLES, SEED, 0..SAMPLE);
         let states = (0..SAMPLE).map(|i| flow.model.state(0.0, std::array::from_fn(|k| start[k][i])));
         let mut columns = vec![Vec::with_capacity(SAMPLE); M::State::<f64>::COUNT];
         for state in states {
             columns.iter_mut().enumerate().for_each(|(k, column)| column.push(state.component(k)));
         }
         let (mut deviations, mut now) = (Vec::new(), 0.0);
-        for &time in times {
+        for &time in &times {
             flow.carry(&mut columns.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>(), now, time)?;
             now = time;
             let read = |i: usize| flow.model.read_out(time, Coordinates::from_fn(|k| columns[k][i]));
@@ -115,39 +122,60 @@ impl<'a, M: Model<Variables = [f64; N]>, const N: usize> Splitting<'a, M, N> {
         }
         let places = places(distance);
         let reach = if N <= fifth_degree::MOST_VARIABLES { distance.max(fifth_degree::REACH) } else { distance };
-        Ok(Self { flow, initial, times, distance, reach, places, deviations, left_out: 0.0, trajectories: SAMPLE })
+        let (open, done) = (Vec::new(), Vec::new());
+        let (left_out, trajectories) = (0.0, SAMPLE);
+        let mut whole = Self {
+            flow,
+            initial,
+            times,
+            fineness,
+            distance,
+            reach,
+            places,
+            deviations,
+            open,
+            done,
+            left_out,
+            trajectories,
+        };
+        let judged = whole.judged(vec![Piece::whole()])?;
+        whole.open = whole.count(judged);
+        Ok(whole)
     }
 
-    /// Splits the Gaussian until every part may stay as it is, or until there are as many as allowed.
-    pub fn split_where_needed(&mut self, fineness: Fineness) -> Result<Vec<Part<N>>, MixtureError> {
-        let Fineness { tolerance, components } = fineness;
-        let whole = self.judged(vec![Piece::whole()])?;
-        let mut open = self.count(whole);
-        let mut done: Vec<Part<N>> = Vec::new();
-        loop {
-            let (mut bent, fine): (Vec<_>, Vec<_>) =
-                open.into_iter().partition(|part| part.excess(tolerance).largest() > 1.0);
-            done.extend(fine);
-            bent.sort_by(|a, b| b.priority(tolerance).total_cmp(&a.priority(tolerance)));
-            let Some(first) = bent.first().map(|part| part.priority(tolerance)) else { return Ok(done) };
-            // Those that matter less wait, so that they do not take the room.
-            let waiting = bent.split_off(bent.partition_point(|part| part.priority(tolerance) >= ROUND * first));
-            let split: Vec<Judged<N>> =
-                bent.par_iter().map(|part| self.split(part, tolerance)).collect::<Result<_, _>>()?;
-            open = waiting;
-            let mut pairs = bent.into_iter().zip(split);
-            while let Some((part, judged)) = pairs.next() {
-                if done.len() + open.len() + pairs.len() + judged.parts.len() > components {
-                    // There is no room: what is bent stays so, and the disagreement says it.
-                    let bent = [part].into_iter().chain(pairs.map(|(part, _)| part)).chain(open);
-                    let (across, inside): (Vec<_>, Vec<_>) = bent.partition(|part| part.across.is_some());
-                    self.left_out += across.iter().map(|part| part.piece.weight).sum::<f64>();
-                    done.extend(inside);
-                    return Ok(done);
-                }
-                open.extend(self.count(judged));
+    /// Splits the parts for which that matters most, unless every part may stay as it is, or there are as many as
+    /// allowed. Returns whether there is more to do.
+    pub fn split_once(&mut self) -> Result<bool, MixtureError> {
+        let Fineness { tolerance, components } = self.fineness;
+        let (mut bent, fine): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.open).into_iter().partition(|part| part.excess(tolerance).largest() > 1.0);
+        self.done.extend(fine);
+        bent.sort_by(|a, b| b.priority(tolerance).total_cmp(&a.priority(tolerance)));
+        let Some(first) = bent.first().map(|part| part.priority(tolerance)) else { return Ok(false) };
+        // Those that matter less wait, so that they do not take the room.
+        let waiting = bent.split_off(bent.partition_point(|part| part.priority(tolerance) >= ROUND * first));
+        let split: Vec<Judged<N>> =
+            bent.par_iter().map(|part| self.split(part, tolerance)).collect::<Result<_, _>>()?;
+        let mut open = waiting;
+        let mut pairs = bent.into_iter().zip(split);
+        while let Some((part, judged)) = pairs.next() {
+            if self.done.len() + open.len() + pairs.len() + judged.parts.len() > components {
+                // There is no room: what is bent stays so, and the disagreement says it.
+                let bent = [part].into_iter().chain(pairs.map(|(part, _)| part)).chain(open);
+                let (across, inside): (Vec<_>, Vec<_>) = bent.partition(|part| part.across.is_some());
+                self.left_out += across.iter().map(|part| part.piece.weight).sum::<f64>();
+                self.done.extend(inside);
+                return Ok(false);
             }
+            open.extend(self.count(judged));
         }
+        self.open = open;
+        Ok(true)
+    }
+
+    /// The share of the probability whose parts stay as they are.
+    pub fn share_done(&self) -> f64 {
+        (self.left_out + self.done.iter().map(|part| part.piece.weight).sum::<f64>()).min(1.0)
     }
 
     /// Counts what parts cost and what was left out among them.
@@ -209,7 +237,7 @@ impl<'a, M: Model<Variables = [f64; N]>, const N: usize> Splitting<'a, M, N> {
         let (mut parts, mut left_out) = (Vec::new(), 0.0);
         let mut inside = Vec::new();
         for piece in pieces {
-            let across = match piece.position(self.initial, M::VARIABLES, self.reach) {
+            let across = match piece.position(&self.initial, M::VARIABLES, self.reach) {
                 Position::Inside => None,
                 Position::Across(_) if piece.weight < NEGLIGIBLE => {
                     left_out += piece.weight;
@@ -227,7 +255,7 @@ impl<'a, M: Model<Variables = [f64; N]>, const N: usize> Splitting<'a, M, N> {
         let mut columns = vec![Vec::with_capacity(size * inside.len()); M::State::<f64>::COUNT];
         for &part in &inside {
             for &place in &self.places {
-                let state = self.flow.model.state(0.0, parts[part].piece.point(self.initial, place));
+                let state = self.flow.model.state(0.0, parts[part].piece.point(&self.initial, place));
                 columns.iter_mut().enumerate().for_each(|(k, column)| column.push(state.component(k)));
             }
         }

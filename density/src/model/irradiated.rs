@@ -204,7 +204,7 @@ mod tests {
     use super::*;
     use crate::flow::Flow;
     use crate::model::osculating::Osculating;
-    use crate::model::planar::Force;
+    use crate::model::planar::SrpJ2;
     use crate::model::sun_moon::SunMoon;
     use crate::model::uncertain_radiation::{Linear, Logarithmic};
     use crate::model::vectorial::Vectorial;
@@ -213,7 +213,7 @@ mod tests {
     const RADIATIONS: [f64; 3] = [0.02, 0.15, 0.3];
 
     fn forces(radiation: f64) -> SunMoon {
-        SunMoon { force: Force { radiation, oblateness: 0.409 }, sun: 4.76e-4, moon: 1.037e-3 }
+        SunMoon { force: SrpJ2 { radiation, oblateness: 0.409 }, sun: 4.76e-4, moon: 1.037e-3 }
     }
 
     #[test]

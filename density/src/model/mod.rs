@@ -18,7 +18,8 @@
 //! give the integrator a recurrence of its own, as [`planar`] does.
 //!
 //! # A new planar model
-//! Add one file here with an `impl` of [`PlanarHamiltonian`] and of [`parameter::Named`], and one line in [`registry`].
+//! Add one file here with an `impl` of [`PlanarHamiltonian`], of [`parameter::Named`] and of
+//! [`uncertain_radiation::OwnRadiation`], and its name in the list of [`registry`].
 //!
 //! | file | idea |
 //! |---|---|

@@ -1,7 +1,7 @@
 //! The models that a scenario file, or a case that simplifies its scenario, can name.
 
 use super::parameter::Named;
-use super::planar::Force;
+use super::planar::SrpJ2;
 
 /// A model by which orbits of a cloud in space can be moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,7 +21,7 @@ impl ModelName {
     /// The name as it is written in files, messages and tables.
     pub const fn text(self) -> &'static str {
         match self {
-            Self::Planar => Force::NAME,
+            Self::Planar => SrpJ2::NAME,
             Self::Vectorial => "vectorial",
             Self::Osculating => "osculating",
         }
@@ -34,12 +34,33 @@ impl ModelName {
 
     /// Whether orbits of the model have an inclination and a node.
     pub const fn is_in_space(self) -> bool {
-        !matches!(self, Self::Planar)
+        match self {
+            Self::Planar => false,
+            Self::Vectorial | Self::Osculating => true,
+        }
     }
 
     /// Whether the model is averaged over the revolutions of the satellite.
     pub const fn is_averaged(self) -> bool {
-        !matches!(self, Self::Osculating)
+        match self {
+            Self::Planar | Self::Vectorial => true,
+            Self::Osculating => false,
+        }
+    }
+
+    /// The model that leaves out least of what this one has; `None` for the simplest one.
+    pub const fn next_simpler(self) -> Option<Self> {
+        match self {
+            Self::Planar => None,
+            Self::Vectorial => Some(Self::Planar),
+            Self::Osculating => Some(Self::Vectorial),
+        }
+    }
+
+    /// The names of the models of which this is true, in quotation marks, for a sentence.
+    pub fn listed(is_meant: impl Fn(Self) -> bool) -> String {
+        let names = Self::ALL.into_iter().filter(|name| is_meant(*name));
+        names.map(|name| format!("\"{}\"", name.text())).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -53,5 +74,6 @@ mod tests {
             assert_eq!(ModelName::read(name.text()), Some(name));
         }
         assert_eq!(ModelName::read("kepler"), None);
+        assert_eq!(ModelName::listed(ModelName::is_averaged), "\"planar\", \"vectorial\"");
     }
 }

@@ -28,16 +28,16 @@ use super::quantity::Quantity;
 use super::{Lanes, Series, carried_here};
 use crate::problem_error::{Field, ProblemError, check};
 
-/// The two dimensionless parameters of the problem (Eq. 2).
+/// Solar radiation pressure and Earth's oblateness, by the two dimensionless parameters of the problem (Eq. 2).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Force {
+pub struct SrpJ2 {
     /// Radiation parameter `C`.
     pub radiation: f64,
     /// Oblateness parameter `W`.
     pub oblateness: f64,
 }
 
-impl Named for Force {
+impl Named for SrpJ2 {
     const NAME: &'static str = "planar";
     const PARAMETERS: &'static [Parameter] = &[RADIATION, OBLATENESS];
 
@@ -56,7 +56,7 @@ pub const RADIATION: Parameter = Parameter { name: "radiation", symbol: "C", for
 /// `W` as a scenario states it.
 pub const OBLATENESS: Parameter = Parameter { name: "oblateness", symbol: "W", force: "j2", low: 0.0, high: 100.0 };
 
-impl PlanarHamiltonian for Force {
+impl PlanarHamiltonian for SrpJ2 {
     type Series<const P: usize> = PlanarSeries<P>;
 
     carried_here!(carry_in_plane);
@@ -131,7 +131,7 @@ impl PlanarHamiltonian for Force {
     }
 }
 
-impl Force {
+impl SrpJ2 {
     /// Eq. 2: `C` and `W` from the satellite's orbit and shape. All arguments must be in their ranges.
     ///
     /// # Errors
@@ -151,12 +151,12 @@ impl Force {
 ///
 /// `semi_major_axis` is in Earth radii and `area_to_mass` in m²/kg. `reflectivity` is the dimensionless coefficient
 /// that multiplies the solar radiation pressure (1 absorbs all light, 2 reflects it all back).
-pub fn force_from_orbit(semi_major_axis: f64, area_to_mass: f64, reflectivity: f64) -> Force {
+pub fn force_from_orbit(semi_major_axis: f64, area_to_mass: f64, reflectivity: f64) -> SrpJ2 {
     let a = semi_major_axis * earth::RADIUS;
     let mean_motion = earth::mean_motion(semi_major_axis);
     let sun_mean_motion = SUN_MEAN_MOTION / earth::YEAR;
     let ratio = earth::SOLAR_FLUX * a * a * area_to_mass * reflectivity / (earth::MU * earth::LIGHT_SPEED);
-    Force {
+    SrpJ2 {
         radiation: 1.5 * ratio * mean_motion / sun_mean_motion,
         oblateness: 1.5 * earth::J2 * (earth::RADIUS / a).powi(2) * mean_motion / sun_mean_motion,
     }
@@ -167,10 +167,10 @@ pub fn force_from_orbit(semi_major_axis: f64, area_to_mass: f64, reflectivity: f
 pub struct PlanarSeries<const P: usize>(Recurrence<P, f64>);
 
 impl<const P: usize> Series<P> for PlanarSeries<P> {
-    type Model = Force;
+    type Model = SrpJ2;
 
     #[inline(always)]
-    fn new(force: &Force) -> Self {
+    fn new(force: &SrpJ2) -> Self {
         Self(Recurrence::new(force.radiation, force.oblateness))
     }
 
@@ -211,7 +211,7 @@ mod tests {
     use super::*;
     use crate::model::Model;
 
-    const PAPER: Force = Force { radiation: 0.15, oblateness: 0.40921 };
+    const PAPER: SrpJ2 = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
 
     #[test]
     fn hamiltonian_flow_is_tangent_to_its_contours() {

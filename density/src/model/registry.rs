@@ -6,7 +6,7 @@
 
 use super::Task;
 use super::parameter::{Named, Parameter};
-use super::planar::Force;
+use super::planar::SrpJ2;
 use super::plane::{PlanarHamiltonian, State};
 use super::quantity::Quantity;
 use super::sun_moon::SunMoon;
@@ -14,7 +14,15 @@ use crate::flow::FromEquations;
 use crate::flow::carry::{Carry, Loss};
 use crate::problem_error::ProblemError;
 
-/// The registry: an enumeration of models that is itself a model.
+/// The registry: a planar model is registered by its place in this list, which is handed to the macro that is named.
+macro_rules! registered {
+    ($to:ident) => {
+        $to!(SrpJ2, SunMoon);
+    };
+}
+pub(crate) use registered;
+
+/// An enumeration of models that is itself a model.
 macro_rules! planar_models {
     ($($variant:ident),+ $(,)?) => {
         /// Any planar model of the registry.
@@ -125,8 +133,7 @@ macro_rules! planar_models {
     };
 }
 
-// A planar model is registered here.
-planar_models!(Force, SunMoon);
+registered!(planar_models);
 
 /// Why no model can be made of a name and parameters.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -252,7 +259,7 @@ mod tests {
     #[test]
     fn a_model_is_made_from_its_name_and_the_names_of_its_parameters() {
         let made = Planar::by_name("planar", &[("oblateness", 0.4), ("radiation", 0.15)]).unwrap();
-        assert_eq!(made, Planar::Force(Force { radiation: 0.15, oblateness: 0.4 }));
+        assert_eq!(made, Planar::SrpJ2(SrpJ2 { radiation: 0.15, oblateness: 0.4 }));
         let parameters: Vec<_> =
             made.parameters().into_iter().map(|(parameter, value)| (parameter.name, value)).collect();
         assert_eq!((made.name(), parameters), ("planar", vec![("radiation", 0.15), ("oblateness", 0.4)]));
@@ -268,7 +275,7 @@ mod tests {
 
     #[test]
     fn a_registered_model_moves_orbits_as_it_does_by_itself() {
-        let force = Force { radiation: 0.15, oblateness: 0.40921 };
+        let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
         let start = State::from_polar(2.2, 0.145);
         let end = crate::flow::Flow::new(force).advance_one(start, 2.0).unwrap();
         assert_eq!(crate::flow::Flow::new(Planar::from(force)).advance_one(start, 2.0).unwrap(), end);

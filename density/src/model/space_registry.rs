@@ -10,8 +10,9 @@ use std::f64::consts::FRAC_PI_2;
 use super::irradiated::WithRadiation;
 use super::model_name::ModelName;
 use super::osculating::{self, Osculating};
-use super::parameter::{Parameter, check_ranges};
-use super::planar::{Force, OBLATENESS, RADIATION};
+use super::parameter::{Named, Parameter, check_ranges};
+use super::planar::{OBLATENESS, RADIATION, SrpJ2};
+use super::plane::PlanarHamiltonian;
 use super::registry::{ModelError, Planar};
 use super::shadow::ShadowedVectorial;
 use super::sun_moon::{MOON, SUN, SunMoon};
@@ -67,7 +68,7 @@ impl SpaceModel {
     /// Whether it is averaged over the revolutions of the satellite, so that an orbit's place in its revolution is none
     /// of its variables.
     pub fn is_averaged(&self) -> bool {
-        self.if_averaged().is_some()
+        self.model_name().is_averaged()
     }
 
     /// The model itself if it is averaged over the revolutions of the satellite.
@@ -120,6 +121,20 @@ impl SpaceModel {
                 Vectorial { forces, obliquity, sun_longitude }
             }
         }
+    }
+
+    /// The forces of a planar model, as they act in space.
+    ///
+    /// # Errors
+    /// The parameter of a force that acts in no model in space.
+    pub fn forces_of(model: &Planar) -> Result<SunMoon, Parameter> {
+        let is_unknown = |(parameter, _): &(Parameter, f64)| !SunMoon::PARAMETERS.contains(parameter);
+        if let Some((parameter, _)) = model.parameters().into_iter().find(is_unknown) {
+            return Err(parameter);
+        }
+        let value = |parameter: Parameter| model.value(parameter.name).unwrap_or(0.0);
+        let force = SrpJ2 { radiation: value(RADIATION), oblateness: value(OBLATENESS) };
+        Ok(SunMoon { force, sun: value(SUN), moon: value(MOON) })
     }
 
     /// The averaged model with orbit, Sun and Moon in one plane.
@@ -239,7 +254,7 @@ impl Given<'_> {
 
     /// The averaged model, whose parameters all models in space have.
     fn averaged(&self) -> Result<Vectorial, ModelError> {
-        let force = Force { radiation: self.needed(RADIATION.name)?, oblateness: self.needed(OBLATENESS.name)? };
+        let force = SrpJ2 { radiation: self.needed(RADIATION.name)?, oblateness: self.needed(OBLATENESS.name)? };
         let forces = SunMoon { force, sun: self.needed(SUN.name)?, moon: self.needed(MOON.name)? };
         let (obliquity, sun_longitude) = (self.needed(OBLIQUITY.0)?, self.needed(SUN_LONGITUDE.0)?);
         Ok(Vectorial { forces, obliquity, sun_longitude })

@@ -19,7 +19,7 @@
 use super::carried_here;
 use super::earth::{self, SUN_MEAN_MOTION};
 use super::parameter::{Named, Parameter};
-use super::planar::{Force, OBLATENESS, RADIATION};
+use super::planar::{OBLATENESS, RADIATION, SrpJ2};
 use super::plane::{PlanarHamiltonian, State, cosine_range, zero_between};
 use super::quantity::Quantity;
 
@@ -35,7 +35,7 @@ pub const MOON_DISTANCE: f64 = 3.844e8;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SunMoon {
     /// Radiation and oblateness parameters.
-    pub force: Force,
+    pub force: SrpJ2,
     /// The Sun's parameter `A`.
     pub sun: f64,
     /// The Moon's parameter `B`.
@@ -53,19 +53,31 @@ impl Named for SunMoon {
 
     fn from_parameters(values: &[f64]) -> Option<Self> {
         let &[radiation, oblateness, sun, moon] = values else { return None };
-        Some(Self { force: Force { radiation, oblateness }, sun, moon })
+        Some(Self { force: SrpJ2 { radiation, oblateness }, sun, moon })
     }
 
     fn of_satellite(semi_major_axis: f64, area_to_mass: f64, reflectivity: f64) -> Result<Self, ProblemError> {
-        Force::from_orbit(semi_major_axis, area_to_mass, reflectivity).map(|force| Self::at(semi_major_axis, force))
+        SrpJ2::from_orbit(semi_major_axis, area_to_mass, reflectivity).map(|force| Self::at(semi_major_axis, force))
     }
 }
 
 impl SunMoon {
     /// The Sun and the Moon as they act on a satellite with the given semi-major axis in Earth radii.
-    pub fn at(semi_major_axis: f64, force: Force) -> Self {
+    pub fn at(semi_major_axis: f64, force: SrpJ2) -> Self {
         let (n, n_sun) = (earth::mean_motion(semi_major_axis), SUN_MEAN_MOTION / earth::YEAR);
         Self { force, sun: 0.75 * n_sun / n, moon: 0.75 * MOON_MU / MOON_DISTANCE.powi(3) / (n * n_sun) }
+    }
+
+    /// The same model with what `change` makes of each parameter and its value.
+    pub fn changed(self, change: impl Fn(Parameter, f64) -> f64) -> Self {
+        let Self { force: SrpJ2 { radiation, oblateness }, sun, moon } = self;
+        let force = SrpJ2 { radiation: change(RADIATION, radiation), oblateness: change(OBLATENESS, oblateness) };
+        Self { force, sun: change(SUN, sun), moon: change(MOON, moon) }
+    }
+
+    /// The forces that act, as `acts` says of each parameter's; the parameters of the others are 0.
+    pub fn only(self, acts: impl Fn(&str) -> bool) -> Self {
+        self.changed(|parameter, value| if acts(parameter.force) { value } else { 0.0 })
     }
 
     /// `B - 4A` and `6A + B`: the second derivatives of the added Hamiltonian with respect to `x1` and to `x2`.
@@ -163,7 +175,7 @@ mod tests {
     use crate::flow::Flow;
     use crate::model::acceleration;
 
-    const FORCE: Force = Force { radiation: 0.15, oblateness: 0.40921 };
+    const FORCE: SrpJ2 = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
     const STRONG: SunMoon = SunMoon { force: FORCE, sun: 0.01, moon: 0.02 };
 
     fn states() -> impl Iterator<Item = (f64, f64)> {
@@ -172,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_weak_pull_leaves_points_off_the_axis_where_the_flow_stands_still() {
-        let weak = SunMoon { force: Force { radiation: 0.02, ..FORCE }, ..STRONG };
+        let weak = SunMoon { force: SrpJ2 { radiation: 0.02, ..FORCE }, ..STRONG };
         let points = weak.stationary_points_off_axis();
         assert_eq!(points.len(), 2, "{points:?}");
         for point in points {

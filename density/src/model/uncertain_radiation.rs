@@ -8,10 +8,10 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 
 use super::earth::SUN_MEAN_MOTION;
-use super::planar::Force;
+use super::planar::SrpJ2;
 use super::planar_recurrence::Recurrence;
 use super::plane::{State, VARIABLES, density_growth};
-use super::registry::Planar;
+use super::registry::{Planar, registered};
 use super::sun_moon::SunMoon;
 use super::{Kind, LANES, Lanes, Model, PlanarHamiltonian, Quantity, Series, Task, Variable};
 use crate::flow::FromEquations;
@@ -114,7 +114,7 @@ macro_rules! own_carried_here {
     };
 }
 
-impl OwnRadiation for Force {
+impl OwnRadiation for SrpJ2 {
     type Series<S: Scale, const P: usize> = OwnRadiationSeries<P, S>;
 
     own_carried_here!();
@@ -126,24 +126,26 @@ impl OwnRadiation for SunMoon {
     own_carried_here!();
 }
 
-impl OwnRadiation for Planar {
-    type Series<S: Scale, const P: usize> = FromEquations<UncertainRadiation<S, Self>, P>;
+/// Any planar model hands what it is asked to the one for which it stands.
+macro_rules! whichever_model {
+    ($($variant:ident),+) => {
+        impl OwnRadiation for Planar {
+            type Series<S: Scale, const P: usize> = FromEquations<UncertainRadiation<S, Self>, P>;
 
-    /// Hands the task to the model that this one stands for.
-    fn perform_with_own<S: Scale, T: Task>(model: &UncertainRadiation<S, Self>, task: T) -> T::Output {
-        match model.without {
-            Self::Force(without) => task.with(&UncertainRadiation::<S, _>::new(without)),
-            Self::SunMoon(without) => task.with(&UncertainRadiation::<S, _>::new(without)),
-        }
-    }
+            fn perform_with_own<S: Scale, T: Task>(model: &UncertainRadiation<S, Self>, task: T) -> T::Output {
+                match model.without {
+                    $(Self::$variant(without) => task.with(&UncertainRadiation::<S, _>::new(without))),+
+                }
+            }
 
-    fn carry_with_own(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
-        match self {
-            Self::Force(without) => without.carry_with_own(orbits),
-            Self::SunMoon(without) => without.carry_with_own(orbits),
+            fn carry_with_own(&self, orbits: Carry<'_, '_, '_>) -> Vec<(usize, Loss)> {
+                match self { $(Self::$variant(without) => without.carry_with_own(orbits)),+ }
+            }
         }
-    }
+    };
 }
+
+registered!(whichever_model);
 
 impl<S: Scale, M: OwnRadiation> Model for UncertainRadiation<S, M> {
     type State<T: Quantity> = [T; 3];
@@ -214,7 +216,7 @@ pub struct OwnRadiationSeries<const P: usize, S> {
 }
 
 impl<const P: usize, S: Scale> Series<P> for OwnRadiationSeries<P, S> {
-    type Model = UncertainRadiation<S, Force>;
+    type Model = UncertainRadiation<S, SrpJ2>;
 
     #[inline(always)]
     fn new(model: &Self::Model) -> Self {
@@ -265,7 +267,7 @@ mod tests {
 
     #[test]
     fn every_orbit_moves_as_with_a_radiation_parameter_of_its_own() {
-        let force = Force { radiation: 0.15, oblateness: 0.40921 };
+        let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
         for model in [Planar::from(force), SunMoon { force, sun: 4.8e-4, moon: 1e-3 }.into()] {
             let uncertain = UncertainRadiation::<Linear>::new(model.with("radiation", 0.0).unwrap());
             for radiation in [0.02, 0.15, 0.3] {
@@ -282,7 +284,7 @@ mod tests {
     fn orbits_side_by_side_are_the_same_bytes_as_one_by_one_with_their_parameters() {
         let starts: Vec<[f64; 3]> = (0..40).map(f64::from).map(|k| [0.15 * k, 0.1 + 0.01 * k, 0.01 * k]).collect();
         for (oblateness, years) in [(0.40921, 2.0), (0.40921, -1.0), (0.0, 0.5)] {
-            let force = |radiation| Force { radiation, oblateness };
+            let force = |radiation| SrpJ2 { radiation, oblateness };
             let together = UncertainRadiation::<Linear>::new(force(0.0).into());
             let states: Vec<[f64; 3]> = starts.iter().map(|&start| together.state(0.0, start)).collect();
             let mut columns = [0, 1, 2].map(|k| states.iter().map(|state| state[k]).collect::<Vec<f64>>());
@@ -298,7 +300,7 @@ mod tests {
 
     #[test]
     fn the_logarithm_is_read_out_as_it_was_given() {
-        let model = UncertainRadiation::<Logarithmic>::new(Force { radiation: 0.0, oblateness: 0.4 }.into());
+        let model = UncertainRadiation::<Logarithmic>::new(SrpJ2 { radiation: 0.0, oblateness: 0.4 }.into());
         let state = model.state(0.0, [1.0, 0.2, -1.9]);
         assert!((state[2] - (-1.9f64).exp()).abs() < 1e-16 && (model.read_out(0.0, state)[2] + 1.9).abs() < 1e-15);
     }

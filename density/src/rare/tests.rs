@@ -3,7 +3,7 @@
 use super::*;
 use crate::exact::{Estimated, Exact, ExactSettings};
 use crate::first_passage::exact::exact_curve;
-use crate::model::planar::Force;
+use crate::model::planar::SrpJ2;
 use crate::model::sun_moon::SunMoon;
 use crate::model::vectorial::Vectorial;
 use crate::problem::paper::scenario;
@@ -12,7 +12,7 @@ use crate::problem::{InitialGaussian, Problem};
 /// Orbits of an estimate.
 const ORBITS: usize = 5000;
 
-fn question(problem: &Problem, critical: f64, event: Event) -> Question<Force, 2> {
+fn question(problem: &Problem, critical: f64, event: Event) -> Question<SrpJ2, 2> {
     let years = *problem.times.last().unwrap();
     Question { flow: Flow::new(problem.model), gaussian: problem.initial.into(), years, critical, event }
 }
@@ -170,7 +170,7 @@ fn a_probability_in_four_dimensions_is_that_in_closed_form() {
 /// A cloud over the centre, ten years ahead.
 fn over_the_centre(sigma_phi: f64) -> Problem {
     let initial = InitialGaussian { mean_phi: 0.0, mean_e: 0.2771, sigma_phi, sigma_e: 0.03, correlation: 0.0 };
-    let model = Force { radiation: 0.15, oblateness: 0.409 };
+    let model = SrpJ2 { radiation: 0.15, oblateness: 0.409 };
     Problem { model, initial, times: vec![0.0, 10.0], critical_e: 0.6 }
 }
 

@@ -17,7 +17,7 @@ use crate::exact::measure::normal_tail;
 use crate::in_space::draws::Start;
 use crate::uncertain::{Distribution, Spread};
 
-use super::cloud::{Cloud, Irradiated};
+use super::cloud::{Cloud, StartWithRadiation};
 use super::replicates::{Numbers, REPLICATES, estimated};
 
 /// Most starts of each replicate.
@@ -179,7 +179,7 @@ fn borders(cloud: &Cloud, asked: Asked, starts: &[Start], first: usize) -> (Vec<
         (0..starts.len()).flat_map(|start| logarithms(start).map(move |c| (start, c))).collect();
     let mut lost = vec![false; starts.len()];
     let mut pass = |asks: &[(usize, f64)]| {
-        let orbits: Vec<Irradiated> = asks.iter().map(|&(start, log)| (starts[start], log.exp())).collect();
+        let orbits: Vec<StartWithRadiation> = asks.iter().map(|&(start, log)| (starts[start], log.exp())).collect();
         let times = cloud.passages(&orbits, asked.years);
         asks.iter().zip(&times).filter(|(_, time)| time.is_nan()).for_each(|(&(start, _), _)| lost[start] = true);
         times.into_iter().map(|time| time <= asked.years).collect::<Vec<bool>>()

@@ -197,13 +197,13 @@ fn bend(before: &Node, middle: &Node, after: &Node, count: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::planar::Force;
+    use crate::model::planar::SrpJ2;
     use crate::problem::{InitialGaussian, Problem};
     use crate::uncertain::Spread;
 
     fn problem(mean: f64, relative: f64, distribution: Distribution) -> UncertainProblem {
         let initial = InitialGaussian { mean_phi: 1.0, mean_e: 0.2, sigma_phi: 0.1, sigma_e: 0.01, correlation: 0.0 };
-        let model = Force { radiation: mean, oblateness: 0.4 }.into();
+        let model = SrpJ2 { radiation: mean, oblateness: 0.4 }.into();
         let plane = Problem { model, initial, times: vec![0.0], critical_e: 0.6 };
         UncertainProblem::new(plane, Spread { relative, distribution }).unwrap()
     }

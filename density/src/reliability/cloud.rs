@@ -8,6 +8,7 @@ use crate::flow::{Accuracy, Flow};
 use crate::in_space::SpaceProblem;
 use crate::in_space::draws::{Distributed, Start};
 use crate::model::irradiated::{Extended, WithRadiation};
+use crate::model::model_name::ModelName;
 use crate::model::registry::Planar;
 use crate::model::uncertain_radiation::{Linear, UncertainRadiation};
 use crate::model::vectorial::Vectorial;
@@ -38,7 +39,7 @@ impl std::fmt::Debug for Cloud {
 }
 
 /// A start with the radiation parameter of its orbit.
-pub type Irradiated = (Start, f64);
+pub type StartWithRadiation = (Start, f64);
 
 impl Cloud {
     /// The cloud of a problem in the plane, which has the mean of the radiation parameter.
@@ -79,14 +80,14 @@ impl Cloud {
     }
 
     /// Independent orbits of the cloud, each with the radiation parameter that was drawn for it.
-    pub fn independent(&self, seed: u64, count: usize) -> Vec<Irradiated> {
+    pub fn independent(&self, seed: u64, count: usize) -> Vec<StartWithRadiation> {
         let plan = SamplingPlan { draws: Draws::Independent, seed, replicates: NonZeroUsize::MIN };
         let draw = self.distributed.draw(&plan);
         (0..count).into_par_iter().map(|number| self.with_its_radiation(draw(number))).collect()
     }
 
     /// A start with the radiation parameter that was drawn for it.
-    pub fn with_its_radiation(&self, start: Start) -> Irradiated {
+    pub fn with_its_radiation(&self, start: Start) -> StartWithRadiation {
         (start, if self.is_logarithmic { start.radiation.exp() } else { start.radiation })
     }
 
@@ -99,7 +100,7 @@ impl Cloud {
 
     /// When each orbit first reaches the critical eccentricity \[yr\]: infinite if it does not within these years, NaN
     /// if it cannot be followed and has not passed before.
-    pub fn passages(&self, orbits: &[Irradiated], years: f64) -> Vec<f64> {
+    pub fn passages(&self, orbits: &[StartWithRadiation], years: f64) -> Vec<f64> {
         orbits
             .par_chunks(CHUNK)
             .flat_map_iter(|orbits| self.moving.passages(orbits, (self.critical_e, years)))
@@ -107,26 +108,28 @@ impl Cloud {
     }
 
     /// The eccentricity of each orbit after these years; NaN if it cannot be followed.
-    pub fn eccentricities(&self, orbits: &[Irradiated], years: f64) -> Vec<f64> {
+    pub fn eccentricities(&self, orbits: &[StartWithRadiation], years: f64) -> Vec<f64> {
         orbits.par_chunks(CHUNK).flat_map_iter(|orbits| self.moving.eccentricities(orbits, years)).collect()
     }
 }
 
 /// The averaged model of a problem in space, if that is its model.
 fn averaged(problem: &SpaceProblem) -> Result<Vectorial, ProblemError> {
-    let refused = |field: Field, problem: &str| Err(ProblemError::misfit(field, problem));
     match problem.model.if_averaged() {
         Some(model) if !problem.shadow => Ok(model),
-        Some(_) => refused(
+        Some(_) => Err(ProblemError::misfit(
             Field::Shadow,
             "\"shadow\" makes the semi-major axis a variable and an orbit a thousand times as costly, so that no map is computed with it; leave \
              it out, or run single scenarios with mc or qmc",
-        ),
-        None => refused(
+        )),
+        None => Err(ProblemError::misfit(
             Field::Model,
-            "\"osculating\" is not averaged, and an orbit takes a thousand times as long, so that no map is computed in it; a map takes \
-             \"vectorial\" or \"planar\"",
-        ),
+            format!(
+                "\"{}\" is not averaged, and an orbit takes a thousand times as long, so that no map is computed in it; a map takes {}",
+                problem.model.name(),
+                ModelName::listed(ModelName::is_averaged)
+            ),
+        )),
     }
 }
 
@@ -142,24 +145,24 @@ fn moving_in_plane(model: Planar) -> Result<Box<dyn Moving>, ProblemError> {
 
 /// What moves orbits.
 trait Moving: Send + Sync {
-    fn passages(&self, orbits: &[Irradiated], passing: (f64, f64)) -> Vec<f64>;
-    fn eccentricities(&self, orbits: &[Irradiated], years: f64) -> Vec<f64>;
+    fn passages(&self, orbits: &[StartWithRadiation], passing: (f64, f64)) -> Vec<f64>;
+    fn eccentricities(&self, orbits: &[StartWithRadiation], years: f64) -> Vec<f64>;
 }
 
 struct OfSpace(Flow<WithRadiation<Vectorial, Linear>>);
 
 impl Moving for OfSpace {
-    fn passages(&self, orbits: &[Irradiated], passing: (f64, f64)) -> Vec<f64> {
+    fn passages(&self, orbits: &[StartWithRadiation], passing: (f64, f64)) -> Vec<f64> {
         passages(&self.0, self.columns(orbits), passing)
     }
 
-    fn eccentricities(&self, orbits: &[Irradiated], years: f64) -> Vec<f64> {
+    fn eccentricities(&self, orbits: &[StartWithRadiation], years: f64) -> Vec<f64> {
         eccentricities(&self.0, self.columns(orbits), years)
     }
 }
 
 impl OfSpace {
-    fn columns(&self, orbits: &[Irradiated]) -> Vec<Vec<f64>> {
+    fn columns(&self, orbits: &[StartWithRadiation]) -> Vec<Vec<f64>> {
         columns(&self.0, orbits, |variables, radiation| Extended { first: variables, last: radiation })
     }
 }
@@ -167,17 +170,17 @@ impl OfSpace {
 struct OfPlane(Flow<UncertainRadiation<Linear>>);
 
 impl Moving for OfPlane {
-    fn passages(&self, orbits: &[Irradiated], passing: (f64, f64)) -> Vec<f64> {
+    fn passages(&self, orbits: &[StartWithRadiation], passing: (f64, f64)) -> Vec<f64> {
         passages(&self.0, self.columns(orbits), passing)
     }
 
-    fn eccentricities(&self, orbits: &[Irradiated], years: f64) -> Vec<f64> {
+    fn eccentricities(&self, orbits: &[StartWithRadiation], years: f64) -> Vec<f64> {
         eccentricities(&self.0, self.columns(orbits), years)
     }
 }
 
 impl OfPlane {
-    fn columns(&self, orbits: &[Irradiated]) -> Vec<Vec<f64>> {
+    fn columns(&self, orbits: &[StartWithRadiation]) -> Vec<Vec<f64>> {
         columns(&self.0, orbits, |[phi, e, ..], radiation| [phi, e, radiation])
     }
 }
@@ -185,7 +188,7 @@ impl OfPlane {
 /// The states at the start, one column per coordinate.
 fn columns<M: Model>(
     flow: &Flow<M>,
-    orbits: &[Irradiated],
+    orbits: &[StartWithRadiation],
     variables: impl Fn([f64; 4], f64) -> M::Variables,
 ) -> Vec<Vec<f64>> {
     let mut columns = vec![Vec::with_capacity(orbits.len()); M::State::<f64>::COUNT];

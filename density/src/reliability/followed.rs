@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::exact::Estimated;
 use crate::first_passage::empirical::wilson_within;
 
-use super::cloud::{Cloud, Irradiated};
+use super::cloud::{Cloud, StartWithRadiation};
 use super::quantity::Quantity;
 use super::replicates::{REPLICATES, STANDARD_ERRORS, estimated};
 
@@ -32,7 +32,7 @@ impl Followed {
     /// Follows the starts of these numbers of each replicate.
     pub fn add(&mut self, cloud: &Cloud, numbers: Range<usize>) {
         let starts = (0..REPLICATES).flat_map(|replicate| cloud.starts(replicate, numbers.clone()));
-        let orbits: Vec<Irradiated> = starts.map(|start| cloud.with_its_radiation(start)).collect();
+        let orbits: Vec<StartWithRadiation> = starts.map(|start| cloud.with_its_radiation(start)).collect();
         let found = follow(cloud, &orbits, self.quantity);
         for (known, found) in self.replicates.iter_mut().zip(found.chunks(numbers.len())) {
             self.lost += found.iter().filter(|value| value.is_nan()).count();
@@ -70,7 +70,7 @@ impl Followed {
 }
 
 /// When each orbit passes, or its eccentricity in the end.
-pub(super) fn follow(cloud: &Cloud, orbits: &[Irradiated], quantity: Quantity) -> Vec<f64> {
+pub(super) fn follow(cloud: &Cloud, orbits: &[StartWithRadiation], quantity: Quantity) -> Vec<f64> {
     let end = quantity.times().last().copied().unwrap_or(0.0);
     match quantity {
         Quantity::MeanEccentricity { .. } => cloud.eccentricities(orbits, end),

@@ -13,7 +13,7 @@ use density::grid::Grid;
 use density::mesh::passage::passage_curve;
 use density::mesh::{CarriedMesh, Placement, initial_points};
 use density::mixture;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use density::sampling;
@@ -228,7 +228,7 @@ fn mesh(problem: &Problem, grids: &[Grid], points: usize) -> Result<Parts, Strin
 
 fn mesh_curve(
     problem: &Problem,
-    flow: &Flow<Force>,
+    flow: &Flow<SrpJ2>,
     start: &density::mesh::Points,
     degree: usize,
 ) -> Result<Curve, String> {

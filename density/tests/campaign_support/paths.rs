@@ -11,7 +11,7 @@
 
 use std::f64::consts::TAU;
 
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
@@ -41,7 +41,7 @@ pub struct Paths {
 #[derive(Debug, Clone, Copy)]
 pub struct Motion {
     /// The force.
-    pub force: Force,
+    pub force: SrpJ2,
     /// Number of steps after which an orbit is given up. An orbit that is very close to `e = 1` turns thousands of
     /// times a year.
     pub most_steps: u64,

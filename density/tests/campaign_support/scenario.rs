@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use std::fmt;
 
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::problem::{InitialGaussian, Problem};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -35,7 +35,7 @@ pub fn draw(seed: u64, index: u64) -> Scenario {
     let initial =
         InitialGaussian { mean_phi, mean_e, sigma_phi: 0.5 * delta_phi, sigma_e: 0.5 * delta_e, correlation: 0.0 };
     let times = vec![0.0, rounded(one * horizon), rounded(other * horizon), horizon];
-    let problem = Problem { model: Force { radiation, oblateness }, initial, times, critical_e };
+    let problem = Problem { model: SrpJ2 { radiation, oblateness }, initial, times, critical_e };
     Scenario { name: format!("random-{seed}-{index}"), problem }
 }
 
@@ -93,7 +93,7 @@ impl Scenario {
             sigma_e: 0.5 * number("delta_e")?,
             correlation: 0.0,
         };
-        let force = Force { radiation: number("radiation")?, oblateness: number("oblateness")? };
+        let force = SrpJ2 { radiation: number("radiation")?, oblateness: number("oblateness")? };
         let problem = Problem { model: force, initial, times, critical_e: number("critical_e")? };
         Some(Self { name: value("name")?.trim_matches('"').into(), problem })
     }

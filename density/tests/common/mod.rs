@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::plane::State;
 use density::problem::{InitialGaussian, Problem};
 use rand::SeedableRng;
@@ -18,7 +18,7 @@ pub fn paper(number: usize) -> Problem {
         _ => (0.3004, 0.23, PI / 32.0, 0.02, 5),
     };
     Problem {
-        model: Force { radiation: 0.15, oblateness: 0.40921 },
+        model: SrpJ2 { radiation: 0.15, oblateness: 0.40921 },
         initial: InitialGaussian {
             mean_phi,
             mean_e,

@@ -8,7 +8,7 @@ use density::angle::nearest;
 use density::flow::{Accuracy, Passages};
 use density::in_space::sampled::Sampled;
 use density::in_space::{InitialInSpace, REENTRY, SpaceProblem};
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::space_registry::SpaceModel;
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
@@ -24,7 +24,7 @@ pub const NAMES: [&str; 4] = ["medium", "navigation", "sun-synchronous", "uncert
 /// tides with `1/n`.
 fn forces(axis: f64, radiation: f64) -> SunMoon {
     let ratio: f64 = axis / 2.5;
-    let force = Force { radiation, oblateness: 0.409_204 * ratio.powf(-3.5) };
+    let force = SrpJ2 { radiation, oblateness: 0.409_204 * ratio.powf(-3.5) };
     SunMoon { force, sun: 4.7622e-4 * ratio.powf(1.5), moon: 1.037e-3 * ratio.powf(1.5) }
 }
 

@@ -2,7 +2,7 @@
 //! GMM-STT with one component. Where the flow takes `u` standard deviations from the initial mean to `m + A u + ½ uᵀ B
 //! u`, the mean is `m_i + ½ tr B_i` and the covariance `A_i·A_j + ½ tr(B_i B_j)`, exact for a flow that is quadratic.
 use density::model::earth::SUN_MEAN_MOTION;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::registry::Planar;
 use kit::{Assignment, Failure, Form, Propagator};
 use messages::content::Mixture;
@@ -11,13 +11,13 @@ use num_dual::{DualNum, HyperDual64};
 type State = [HyperDual64; 2]; // e sin(phi) and e cos(phi), each with two first derivatives and one second by u
 
 /// Eq. 1 of Sun et al. (2022) \[1/yr\].
-fn rate(force: Force, [x1, x2]: State) -> State {
+fn rate(force: SrpJ2, [x1, x2]: State) -> State {
     let s = (-x1 * x1 - x2 * x2 + 1.0).sqrt();
     let g = s.powi(-4) * force.oblateness - 1.0;
     [(s * force.radiation + x2 * g) * SUN_MEAN_MOTION, -x1 * g * SUN_MEAN_MOTION]
 }
 
-fn step(force: Force, x: State, h: f64) -> State {
+fn step(force: SrpJ2, x: State, h: f64) -> State {
     let rate_at = |k: State, h: f64| rate(force, [0, 1].map(|i| x[i] + k[i] * h));
     let (a, b) = (rate(force, x), rate_at(rate(force, x), h / 2.0));
     let c = rate_at(b, h / 2.0);
@@ -25,12 +25,12 @@ fn step(force: Force, x: State, h: f64) -> State {
 }
 
 /// The forces, the snapshot times, and the mean with its derivatives by `(u1, u1)`, `(u1, u2)` and `(u2, u2)`.
-struct SttGaussian(Option<(Force, Vec<f64>, [State; 3])>);
+struct SttGaussian(Option<(SrpJ2, Vec<f64>, [State; 3])>);
 
 impl Propagator for SttGaussian {
     fn begin(&mut self, assignment: &Assignment) -> Result<Form, Failure> {
         let problem = &assignment.plane()?.problem;
-        let Planar::Force(force) = problem.model else {
+        let Planar::SrpJ2(force) = problem.model else {
             return Err(Failure::Refused("it moves orbits by radiation pressure and oblateness alone".into()));
         };
         let states = [(0, 0), (0, 1), (1, 1)].map(|(a, b)| {

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::{Drawn, DrawnScene, run, tables};
-use crate::atlas::Group;
+use crate::atlas::{Group, Layout};
 use crate::explorer;
 use crate::scene::Scene;
 use crate::words::reentry;
@@ -72,13 +72,18 @@ fn section(key: &str, heading: &str, content: Markup) -> Block {
 }
 
 fn figures(group: &Group, place: &str, cases: usize) -> Markup {
-    let small = !group.text.is_empty();
-    // One row per snapshot, if all cases fit beside one another.
-    let columns = if group.key.starts_with("separate") { cases } else { cases.saturating_sub(1) };
+    // Small figures stand in one row per snapshot, if all cases fit beside one another.
+    let columns = match group.layout {
+        Layout::Large | Layout::Pairs => None,
+        Layout::CaseByCase => Some(cases),
+        Layout::OtherByOther => Some(cases.saturating_sub(1)),
+    };
+    let small = columns.is_some();
+    let style = columns.map(|columns| format!("--cases:{}", columns.clamp(1, 6)));
     html! {
-        @if small { p { (group.text) } }
+        @if !group.text.is_empty() { p { (group.text) } }
         @for missing in &group.missing { p.warning { "Not drawn: " (missing) "." } }
-        div.small[small] .pairs[group.key.starts_with("joint")] style=[small.then(|| format!("--cases:{}", columns.clamp(1, 6)))] {
+        div.small[small] .pairs[group.layout == Layout::Pairs] style=[style] {
             @for figure in &group.figures { (figure.to_page(place, small)) }
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use density::grid::Axis;
-use density::model::planar::Force;
+use density::model::planar::SrpJ2;
 use density::model::registry::Planar;
 use density::problem::{InitialGaussian, Problem};
 use figures::atlas;
@@ -130,7 +130,7 @@ impl Run {
         let rows = |method: &'static str| times.iter().map(move |&t| row(method, t, 0.5)).collect::<Vec<_>>();
         let moments = [rows("exact"), rows("mc")].concat();
         let problem = Problem {
-            model: Force { radiation: 0.15, oblateness: 0.40921 }.into(),
+            model: SrpJ2 { radiation: 0.15, oblateness: 0.40921 }.into(),
             initial: InitialGaussian { mean_phi: 2.2, mean_e: 0.2, sigma_phi: 0.2, sigma_e: 0.02, correlation: 0.0 },
             times,
             critical_e: 0.6,
@@ -147,7 +147,7 @@ impl Run {
     }
 
     pub fn of(mut self, radiation: f64, oblateness: f64) -> Self {
-        self.scenario.plane.as_mut().unwrap().model = Force { radiation, oblateness }.into();
+        self.scenario.plane.as_mut().unwrap().model = SrpJ2 { radiation, oblateness }.into();
         self
     }
 

@@ -1,9 +1,10 @@
 //! The registry of the kinds of snapshots: how each kind is checked and estimated.
 //!
 //! Each kind has one file here, with an `impl` of [`Kind`] for its content, and one line in [`of`]. Its columns and its
-//! fields are declared in [`messages::content`]. Beyond these files kinds of snapshots are told apart where one of them
-//! is made (each propagator makes one kind, and [`crate::reduced`] another), by the rules of `phasecloud check` that
-//! hold for single kinds, and where the Python package gives the columns of a snapshot their names.
+//! fields are declared in [`messages::content`]. Beyond these files kinds of snapshots are told apart in
+//! [`counted_samples`], where one of them is made (each propagator makes one kind, and [`crate::reduced`] another), by
+//! the rules of `phasecloud check` that hold for single kinds, and where the Python package gives the columns of a
+//! snapshot their names.
 
 mod characteristics;
 mod mixture;
@@ -113,12 +114,13 @@ pub fn counted_samples(density: &DensityHeader) -> Option<u32> {
     (SnapshotKind::of_code(density.kind) == Some(SnapshotKind::Samples)).then_some(density.rows)
 }
 
-/// Trajectories that were followed for a snapshot, as its propagator counts them. If it does not say, each sample or
-/// characteristic counts as one.
+/// Trajectories that were followed for a snapshot, as its propagator counts them. If it does not say, each row counts as
+/// one where rows are points of trajectories.
 pub fn trajectories_behind(snapshot: &SnapshotHeader) -> u64 {
-    match (snapshot.trajectories, SnapshotKind::of_code(snapshot.kind)) {
-        (0, Some(SnapshotKind::Samples | SnapshotKind::Characteristics)) => snapshot.rows.into(),
-        (said, _) => said,
+    let are_rows = |content: Content| of(&content).trajectories() != Trajectories::None;
+    match snapshot.trajectories {
+        0 if snapshot.content().is_ok_and(are_rows) => snapshot.rows.into(),
+        said => said,
     }
 }
 

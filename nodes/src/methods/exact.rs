@@ -15,7 +15,7 @@ use crate::methods::accuracy::AccuracySetting;
 use crate::methods::{Method, Misfit};
 use kit::assignment::{Assignment, Plane, Uncertain};
 use kit::failure::Failure;
-use kit::propagator::given_row;
+use kit::passage::given_row;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 

@@ -252,6 +252,10 @@ impl Propagator for GaussianMixture {
         Ok(Form::whole(content::Mixture::UNJUDGED, course.most_components()))
     }
 
+    fn approach(&mut self, _index: usize) -> Result<Option<f64>, Failure> {
+        self.course.as_mut().ok_or_else(Failure::no_scenario)?.plan_on()
+    }
+
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
         self.course.as_mut().ok_or_else(Failure::no_scenario)?.advance(index)
     }

@@ -12,7 +12,7 @@ use density::grid::Grid;
 use density::sample_sums::{SampleSums, TooFar};
 use kit::assignment::Assignment;
 use kit::failure::Failure;
-use kit::propagator::given_row;
+use kit::passage::given_row;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 use messages::content::Samples;

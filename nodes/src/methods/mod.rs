@@ -8,6 +8,7 @@
 //! | `method` | what a method says of itself: [`Method`] |
 //! | [`exact`], [`mc`], [`qmc`], [`dee`], [`gmm_ut`], [`flow_map`] | the methods |
 //! | `sampling_settings`, [`accuracy`], `lattice_degree` | settings that several methods have |
+//! | `choices` | what a sampling case may choose for itself: a simpler model, or some of the forces |
 //! | `drawing` | the orbits that a sampling method draws, in the scenario's model or in a simpler one |
 //! | `course` | orbits on their way through the snapshots |
 //! | `mapped_samples`, `mapped_characteristics` | samples and characteristics that move by a flow map |
@@ -15,6 +16,7 @@
 //! | `radiation` | what samples say of an uncertain radiation parameter |
 
 pub mod accuracy;
+mod choices;
 mod course;
 pub mod dee;
 mod drawing;

@@ -11,7 +11,7 @@ use kit::failure::Failure;
 use kit::shard::Shard;
 
 use crate::methods::accuracy::AccuracySetting;
-use crate::methods::drawing::check_forces;
+use crate::methods::choices::check_forces;
 use crate::methods::mc::{self, DrawsChoice, MonteCarlo};
 use crate::methods::sampling_settings::sampling_settings;
 use crate::methods::{Method, Misfit};

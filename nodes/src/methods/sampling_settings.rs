@@ -31,10 +31,10 @@ macro_rules! sampling_settings {
                 skip_serializing_if = "Option::is_none",
                 deserialize_with = "crate::files::toml_words::choice_option"
             )]
-            pub model: Option<crate::methods::drawing::ModelChoice>,
+            pub model: Option<crate::methods::choices::ModelChoice>,
             /// The forces that act, if not all of the scenario's.
             #[serde(skip_serializing_if = "Option::is_none")]
-            pub forces: Option<crate::methods::drawing::Forces>,
+            pub forces: Option<crate::methods::choices::Forces>,
         }
     };
 }

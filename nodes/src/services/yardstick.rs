@@ -48,7 +48,7 @@ impl Figure {
         match self {
             Self::Quantity(Quantity::AboveCritical) => probability,
             Self::Quantity(Quantity::CircularMean(_) | Quantity::ResultantLength(_)) => resultant,
-            Self::Quantity(_) => moments,
+            Self::Quantity(Quantity::Mean(_) | Quantity::Deviation(_) | Quantity::Covariance(..)) => moments,
             Self::Densities => joint,
         }
     }

@@ -2,13 +2,13 @@
 
 use super::*;
 use crate::flow::Flow;
-use crate::model::planar::Force;
+use crate::model::planar::SrpJ2;
 use crate::model::plane::{PlanarHamiltonian, State};
 use crate::model::{Kind, Quantity, Variable};
 
 /// The paper's model without its own recurrence.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct ByEquations(Force);
+struct ByEquations(SrpJ2);
 
 impl PlanarHamiltonian for ByEquations {
     type Series<const P: usize> = FromEquations<Self, P>;
@@ -40,7 +40,7 @@ impl PlanarHamiltonian for ByEquations {
 
 #[test]
 fn the_papers_model_moves_alike_by_its_equations_and_by_its_own_recurrence() {
-    let force = Force { radiation: 0.15, oblateness: 0.40921 };
+    let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
     for (phi, e) in [(2.2069, 0.145), (0.3, 0.0), (4.0, 0.6)] {
         let start = State::from_polar(phi, e);
         for years in [2.0, -2.0] {
@@ -54,7 +54,7 @@ fn the_papers_model_moves_alike_by_its_equations_and_by_its_own_recurrence() {
 
 #[test]
 fn what_follows_from_the_equations_is_what_a_planar_model_says_of_itself() {
-    let force = Force { radiation: 0.15, oblateness: 0.40921 };
+    let force = SrpJ2 { radiation: 0.15, oblateness: 0.40921 };
     for (phi, e) in [(2.2069, 0.145), (0.3, 1e-3), (4.0, 0.6)] {
         let state = State::from_polar(phi, e);
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-10 * (1.0 + b.abs()), "{a} {b}");

@@ -7,7 +7,7 @@ use super::*;
 use crate::first_passage::empirical::point;
 use crate::first_passage::{curve_times, passage_times};
 use crate::flow::Accuracy;
-use crate::model::planar::Force;
+use crate::model::planar::SrpJ2;
 use crate::orbits::Orbits;
 use crate::problem::paper::scenario;
 use crate::sampling::{Draws, SamplingPlan};
@@ -18,14 +18,14 @@ fn plan() -> SamplingPlan {
     SamplingPlan { draws: Draws::Independent, seed: 5, replicates: std::num::NonZeroUsize::MIN }
 }
 
-fn map_of(initial: InitialGaussian, times: &[f64], critical: Option<f64>, settings: &Settings) -> AngleMap<Force> {
+fn map_of(initial: InitialGaussian, times: &[f64], critical: Option<f64>, settings: &Settings) -> AngleMap<SrpJ2> {
     AngleMap::new(Flow::new(scenario(1).model), &initial, times, critical, settings).unwrap()
 }
 
 /// The largest error of a coordinate at all snapshots over random starts that are drawn from the cloud and over as many
 /// that are spread evenly within 8.4 deviations, the largest error of the determinant beside the one in closed form,
 /// `s_t/s_0`, and the share of the former on panels.
-fn off(map: &AngleMap<Force>, initial: InitialGaussian) -> (f64, f64, f64) {
+fn off(map: &AngleMap<SrpJ2>, initial: InitialGaussian) -> (f64, f64, f64) {
     let polar = plan().polar(&initial);
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let mut even = || loop {
@@ -54,7 +54,7 @@ fn off(map: &AngleMap<Force>, initial: InitialGaussian) -> (f64, f64, f64) {
 }
 
 /// The estimate is true within a factor of ten, and the share of the cloud on panels is the one stated.
-fn assert_true(name: &str, map: &AngleMap<Force>, initial: InitialGaussian) {
+fn assert_true(name: &str, map: &AngleMap<SrpJ2>, initial: InitialGaussian) {
     let (worst, of_area, mapped) = off(map, initial);
     let summary = map.summary();
     println!("{name}: off by {worst:.2e}, areas by {of_area:.1e}, mapped {mapped:.4}, {summary:?}");
@@ -181,7 +181,7 @@ fn orbits_are_the_same_bytes_for_any_number_of_threads_and_kept_or_found_again()
 /// Over the saddle, where errors stay as large as the orbit for some halves before they fall.
 #[test]
 fn a_map_that_may_be_less_accurate_covers_no_less() {
-    let model = Force { radiation: 0.05, oblateness: 0.5 };
+    let model = SrpJ2 { radiation: 0.05, oblateness: 0.5 };
     let initial = InitialGaussian { mean_phi: 0.0, mean_e: 0.511, sigma_phi: 0.05, sigma_e: 0.01, correlation: 0.0 };
     let times = [0.0, 25.0, 50.0, 75.0, 100.0];
     for error in [1e-7, 1e-5, 1e-4, 1e-3] {

@@ -6,7 +6,8 @@ use density::in_space::SpaceProblem;
 use density::model::ecliptic::OBLIQUITY_DEGREES;
 use density::model::model_name::ModelName;
 use density::model::osculating::Osculating;
-use density::model::planar::Force;
+use density::model::parameter::{Named, Parameter};
+use density::model::planar::RADIATION;
 use density::model::space_registry::SpaceModel;
 use density::model::sun_moon::SunMoon;
 use density::model::vectorial::Vectorial;
@@ -112,11 +113,13 @@ pub(super) fn check(file: &InputFile, name: ModelName, is_needed: bool) -> Resul
     let variables = start.variables(file, &raw.initial, sun_longitude)?;
     let has_cloud = is_needed || start.has_uncertainty();
     let averaged = Vectorial { forces, obliquity, sun_longitude };
-    let model = if name.is_averaged() {
-        refuse_what_is_averaged(file, name, &raw)?;
-        SpaceModel::Vectorial { model: averaged, axis }
-    } else {
-        unaveraged(file, &raw, (averaged, axis), epoch, has_cloud)?
+    let model = match name {
+        ModelName::Planar => return Err(file.error_in_whole("model.name", "is no model in space")),
+        ModelName::Vectorial => {
+            refuse_what_is_averaged(file, name, &raw)?;
+            SpaceModel::Vectorial { model: averaged, axis }
+        }
+        ModelName::Osculating => unaveraged(file, &raw, (averaged, axis), epoch, has_cloud)?,
     };
     model.check().map_err(|error| raw.locate(file, &error))?;
     let times = times::read(file, &raw.times, epoch.as_ref())?;
@@ -210,28 +213,25 @@ pub(super) fn forces(
     axis: Option<f64>,
 ) -> Result<SunMoon, InputError> {
     let table = orbit.get_ref();
-    let (Some(axis), Some(radiation), None) = (axis, table.value("radiation"), table.value("area_to_mass")) else {
+    let (Some(axis), Some(radiation), None) = (axis, table.value(RADIATION.name), table.value("area_to_mass")) else {
         let planar = orbit::read(file, model, orbit)?;
-        let value = |name: &str| planar.value(name).unwrap_or(0.0);
-        let force = Force { radiation: value("radiation"), oblateness: value("oblateness") };
-        return Ok(SunMoon { force, sun: value("sun"), moon: value("moon") });
+        return SpaceModel::forces_of(&planar).map_err(|Parameter { force, .. }| {
+            file.error(orbit, &format!("the force \"{force}\" acts in no model in space"))
+        });
     };
     let acting = orbit::forces(file, model)?;
-    if !acting.contains(&density::model::planar::RADIATION.force) {
-        return Err(file.error(radiation, &orbit::no_such_force(&density::model::planar::RADIATION)));
+    if !acting.contains(&RADIATION.force) {
+        return Err(file.error(radiation, &orbit::no_such_force(&RADIATION)));
     }
-    for key in ["oblateness", "sun", "moon"] {
-        if let Some(value) = table.value(key) {
-            return Err(file.error(value, "follows from the semi-major axis, leave it out"));
-        }
+    let others = SunMoon::PARAMETERS.iter().filter(|parameter| **parameter != RADIATION);
+    if let Some(value) = others.filter_map(|parameter| table.value(parameter.name)).next() {
+        return Err(file.error(value, "follows from the semi-major axis, leave it out"));
     }
     let radiation = measure::read(file, radiation, Dimension::Number)?;
-    let Force { oblateness, .. } = Force::from_orbit(axis, 0.0, 0.0)
+    let mut forces = SunMoon::of_satellite(axis, 0.0, 0.0)
         .map_err(|error| Orbit::locate(orbit, file, "semi_major_axis", &in_words(&error)))?;
-    let SunMoon { force, sun, moon } = SunMoon::at(axis, Force { radiation, oblateness });
-    let acts = |force: &str, value: f64| if acting.contains(&force) { value } else { 0.0 };
-    let force = Force { oblateness: acts("j2", force.oblateness), ..force };
-    Ok(SunMoon { force, sun: acts("sun", sun), moon: acts("moon", moon) })
+    forces.force.radiation = radiation;
+    Ok(forces.only(|force| acting.contains(&force)))
 }
 
 /// Refuses what an averaged model has no use for.

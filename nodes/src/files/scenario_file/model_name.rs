@@ -41,7 +41,7 @@ struct NamedModel {
 fn named(file: &InputFile) -> Result<Option<NamedModel>, InputError> {
     let Some(place) = file.parse::<File>()?.model.and_then(|model| model.name) else { return Ok(None) };
     let Some(name) = ModelName::read(place.get_ref()) else {
-        let known = ModelName::ALL.map(|name| format!("\"{}\"", name.text())).join(", ");
+        let known = ModelName::listed(|_| true);
         return Err(file.error(&place, &format!("\"{}\" is no model, there are {known}", place.get_ref())));
     };
     Ok(Some(NamedModel { name, place }))

@@ -24,7 +24,7 @@ pub(super) struct Model {
     _name: Option<Spanned<String>>, // `model_name` reads it before all else
     #[schemars(with = "Option<Measure>")]
     pub(super) obliquity: Option<Spanned<Measure>>,
-    #[schemars(with = "Option<Vec<String>>", extend("items" = { "type": "string", "enum": ["srp", "j2", "sun", "moon", "shadow"] }))]
+    #[schemars(with = "Option<Vec<String>>", extend("items" = { "type": "string", "enum": known_forces() }))]
     forces: Option<Spanned<Vec<Spanned<String>>>>,
 }
 
@@ -157,10 +157,15 @@ pub(super) fn has_shadow(model: Option<&Model>) -> bool {
     forces.is_some_and(|forces| forces.get_ref().iter().any(|force| force.get_ref() == SHADOW))
 }
 
+/// The names of all forces, and of the shadow.
+fn known_forces() -> Vec<&'static str> {
+    registry::forces().into_iter().chain([SHADOW]).collect()
+}
+
 /// The forces that act, without the shadow.
 pub(super) fn forces<'a>(file: &InputFile, model: Option<&'a Model>) -> Result<Vec<&'a str>, InputError> {
     let Some(Model { forces: Some(forces), .. }) = model else { return Ok(DEFAULT_FORCES.to_vec()) };
-    let known: Vec<&str> = registry::forces().into_iter().chain([SHADOW]).collect();
+    let known = known_forces();
     let mut acting: Vec<&str> = Vec::new();
     for force in forces.get_ref() {
         let name = force.get_ref().as_str();

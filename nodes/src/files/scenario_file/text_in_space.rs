@@ -2,16 +2,17 @@
 
 use density::in_space::acting::SHADOW;
 use density::in_space::{InitialInSpace, PAIR_NAMES, SpaceProblem};
-use density::model::planar::Force;
-use density::model::sun_moon::SunMoon;
+use density::model::parameter::Parameter;
+use density::model::planar::RADIATION;
+use density::model::space_registry::SpaceModel;
 use density::model::vectorial::Vectorial;
 use density::uncertain::{Distribution, Spread};
 
 /// The text of a scenario file that states a problem in space.
 pub fn to_text(name: &str, problem: &SpaceProblem) -> String {
     let SpaceProblem { model, initial, spread, times, critical_e, shadow, reentry_altitude } = problem;
-    let Vectorial { obliquity, sun_longitude, forces } = model.averaged();
-    let (mut forces, orbit) = orbit(forces, model.axis());
+    let Vectorial { obliquity, sun_longitude, .. } = model.averaged();
+    let (mut forces, orbit) = orbit(model);
     forces.extend(shadow.then_some(SHADOW));
     let disposal = match reentry_altitude {
         Some(altitude) => format!("altitude = \"{altitude:?} R_E\""),
@@ -33,18 +34,15 @@ pub fn to_text(name: &str, problem: &SpaceProblem) -> String {
 }
 
 /// The forces that act, and the lines of the table `[orbit]`.
-fn orbit(forces: SunMoon, axis: Option<f64>) -> (Vec<&'static str>, String) {
-    let SunMoon { force: Force { radiation, oblateness }, sun, moon } = forces;
-    let others = [("j2", "oblateness", oblateness), ("sun", "sun", sun), ("moon", "moon", moon)];
-    let acting: Vec<_> = others.into_iter().filter(|(.., value)| *value != 0.0).collect();
-    let names = ["srp"].into_iter().chain(acting.iter().map(|(force, ..)| *force)).collect();
-    let first = format!("radiation = {radiation:?}\n");
-    let rest = match axis {
-        // All others follow from the semi-major axis.
-        Some(axis) => format!("semi_major_axis = {axis:?}\n"),
-        None => acting.iter().map(|(_, key, value)| format!("{key} = {value:?}\n")).collect(),
-    };
-    (names, first + &rest)
+fn orbit(model: &SpaceModel) -> (Vec<&'static str>, String) {
+    // The radiation parameter is given even where it is 0: with the semi-major axis, all others follow from it.
+    let is_named = |(parameter, value): &(Parameter, f64)| *parameter == RADIATION || *value != 0.0;
+    let acting = model.force_parameters().into_iter().filter(is_named);
+    let names = acting.clone().map(|(parameter, _)| parameter.force).collect();
+    let given = acting.filter(|(parameter, _)| *parameter == RADIATION || model.axis().is_none());
+    let lines: String = given.map(|(parameter, value)| format!("{} = {value:?}\n", parameter.name)).collect();
+    let axis = model.axis().map_or(String::new(), |axis| format!("semi_major_axis = {axis:?}\n"));
+    (names, lines + &axis)
 }
 
 fn variables(InitialInSpace { mean: [phi, e, inclination, node], sigma, .. }: &InitialInSpace) -> String {

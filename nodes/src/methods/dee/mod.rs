@@ -24,7 +24,7 @@ use crate::methods::{Method, Misfit};
 use in_space::InSpace;
 use kit::assignment::{Assignment, Uncertain};
 use kit::failure::Failure;
-use kit::propagator::given_row;
+use kit::passage::given_row;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 use layers::LayersWork;

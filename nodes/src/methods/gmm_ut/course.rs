@@ -6,7 +6,7 @@ use density::flow::{Accuracy, Flow};
 use density::gaussian::Gaussian;
 use density::in_space::SpaceProblem;
 use density::in_space::task::SpaceTask;
-use density::mixture::adaptive::{AdaptiveMixture, Fineness};
+use density::mixture::adaptive::{AdaptiveMixture, Fineness, MixturePlan};
 use density::mixture::component::Component;
 use density::mixture::merge::merge;
 use density::mixture::unscented::Unscented;
@@ -22,6 +22,11 @@ use kit::failure::Failure;
 
 /// A mixture on its way.
 pub(super) trait Course: Debug {
+    /// Does a part of the plan, and returns which share of it is done; `None` if nothing is left to plan.
+    fn plan_on(&mut self) -> Result<Option<f64>, Failure> {
+        Ok(None)
+    }
+
     /// Moves the mixture to snapshot `index` and returns the number of its components there.
     fn advance(&mut self, index: usize) -> Result<usize, Failure>;
 
@@ -81,20 +86,40 @@ impl Course for InPlane {
     }
 }
 
+/// How far the mixture has come.
+#[derive(Debug)]
+enum Stage<M, const N: usize> {
+    /// It is being planned, with at most this number of components.
+    Planning(Box<MixturePlan<M, N>>, usize),
+    /// It is on its way.
+    Planned(AdaptiveMixture<M, N>),
+}
+
 /// A mixture over the variables of any model.
 #[derive(Debug)]
 struct OverVariables<M, const N: usize> {
-    mixture: AdaptiveMixture<M, N>,
+    stage: Stage<M, N>,
     times: Vec<f64>,
     components: Vec<Component<N>>,
     disagreement: f64,
 }
 
 impl<M: Model<Variables = [f64; N]>, const N: usize> Course for OverVariables<M, N> {
+    fn plan_on(&mut self) -> Result<Option<f64>, Failure> {
+        let Stage::Planning(plan, _) = &mut self.stage else { return Ok(None) };
+        let share = plan.go_on()?;
+        if share.is_none() {
+            self.stage = Stage::Planned(plan.mixture()?);
+        }
+        Ok(share)
+    }
+
     fn advance(&mut self, index: usize) -> Result<usize, Failure> {
-        self.mixture.advance_to(self.times[index])?;
-        self.components = self.mixture.mixture();
-        self.disagreement = self.mixture.present_disagreement(index);
+        while self.plan_on()?.is_some() {}
+        let Stage::Planned(mixture) = &mut self.stage else { return Err(Failure::no_scenario()) };
+        mixture.advance_to(self.times[index])?;
+        self.components = mixture.mixture();
+        self.disagreement = mixture.present_disagreement(index);
         Ok(self.components.len())
     }
 
@@ -103,11 +128,17 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> Course for OverVariables<M,
     }
 
     fn most_components(&self) -> usize {
-        self.mixture.components()
+        match &self.stage {
+            Stage::Planning(_, most) => *most,
+            Stage::Planned(mixture) => mixture.components(),
+        }
     }
 
     fn trajectories(&self) -> u64 {
-        self.mixture.trajectories() as u64
+        match &self.stage {
+            Stage::Planning(..) => 0,
+            Stage::Planned(mixture) => mixture.trajectories() as u64,
+        }
     }
 
     /// The weight, the means, and the upper triangle of the covariance, row by row.
@@ -121,7 +152,7 @@ impl<M: Model<Variables = [f64; N]>, const N: usize> Course for OverVariables<M,
     }
 }
 
-/// Plans the mixture of a problem in more than two variables.
+/// The task of planning the mixture of a problem in more than two variables.
 pub(super) struct Planned<'a, P> {
     pub problem: &'a P,
     pub accuracy: Accuracy,
@@ -137,8 +168,9 @@ impl<P> Planned<'_, P> {
         times: &[f64],
     ) -> Result<Box<dyn Course>, Failure> {
         let flow = Flow { model, accuracy: self.accuracy };
-        let mixture = AdaptiveMixture::new(flow, initial, times, self.unscented, self.fineness)?;
-        Ok(Box::new(OverVariables { mixture, times: times.to_vec(), components: Vec::new(), disagreement: f64::NAN }))
+        let plan = MixturePlan::new(flow, initial, times, self.unscented, self.fineness)?;
+        let stage = Stage::Planning(Box::new(plan), self.fineness.components);
+        Ok(Box::new(OverVariables { stage, times: times.to_vec(), components: Vec::new(), disagreement: f64::NAN }))
     }
 }
 

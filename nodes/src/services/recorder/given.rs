@@ -3,7 +3,7 @@
 use density::exact::Estimated;
 use density::first_passage::empirical::FEW;
 use density::first_passage::given::{Given, pooled};
-use kit::propagator::given_row;
+use kit::passage::given_row;
 use messages::layout::{GIVEN_COLUMNS, PASSAGE_COLUMNS};
 use results::rows::{GivenRow, NONE, RE_ENTRY};
 
