@@ -15,7 +15,7 @@ import subprocess
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-EXAMPLE = ["cargo", "run", "--release", "--quiet", "-p", "phasecloud-density", "--example"]
+EXAMPLE = ["cargo", "run", "--release", "--quiet", "-p", "phasecloud-experiments", "--bin"]
 COMMANDS = {
     "kernels": ["cargo", "bench", "--quiet", "-p", "phasecloud-density", "--", "--max-time", "2"],
     "peers": ["python3", "benches/peers/compare.py", "--quick", "--repeats", "7"],

@@ -3,7 +3,7 @@
 
     python3 benches/peers/compare.py [--repeats 5] [--quick] [--yardsticks FOLDER]
 
-makes a virtual environment in target/peers, builds and runs `density/examples/for_peers.rs`, and prints tables in Markdown.
+makes a virtual environment in target/peers, builds and runs `experiments/src/bin/for_peers.rs`, and prints tables in Markdown.
 Each peer runs with the loosest tolerance (or the smallest number of steps) of a series with which no coordinate of any sample at any
 snapshot differs from the reference by more than the level; the reference is heyoka at 1e-16. Figures are medians: CPU time on one
 thread, wall time on two; the last column is the first over the second, which has a meaning only on an idle machine. `taylor.c`
@@ -45,7 +45,7 @@ def median(work, repeats, threads=1):
 
 
 def run_ours(repeats):
-    command = ["cargo", "run", "--release", "--quiet", "-p", "phasecloud-density", "--example", "for_peers", "--"]
+    command = ["cargo", "run", "--release", "--quiet", "-p", "phasecloud-experiments", "--bin", "for_peers", "--"]
     lines = subprocess.run([*command, WORK, str(repeats)], cwd=ROOT, check=True, capture_output=True, text=True).stdout
     rows = [line.split(",") for line in lines.splitlines()]
     return {(stage, level, int(threads)): float(seconds) for stage, level, threads, seconds in rows}

@@ -1,7 +1,7 @@
 """The splitting criteria of PyEst beside ours, on the planar scenarios of the paper.
 
     python3 -m venv target/peers/pyest && target/peers/pyest/bin/pip install pyest==0.7.2
-    cargo run --release -p phasecloud-density --example splitting_criteria -- plane target/splits.json
+    cargo run --release -p phasecloud-experiments --bin splitting_criteria -- plane target/splits.json
     target/peers/pyest/bin/python benches/peers/pyest_splits.py target/splits.json
 
 Three tables. The first has the directions: of PyEst as released, of PyEst with the whitening that its documentation states, and ours. The second has the same

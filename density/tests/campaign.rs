@@ -222,8 +222,8 @@ fn exact_is_not_refused_for_the_side_of_zero_on_which_the_mean_of_a_symmetric_cl
     }
 }
 
-/// Scenarios of this test's campaign; `cargo run --release -p phasecloud-density --example campaign` runs any number.
-const SCENARIOS: u64 = 30;
+/// Scenarios of this test's campaign; `cargo run --release -p phasecloud-experiments --bin campaign` runs any number.
+const SCENARIOS: u64 = 15;
 const SEED: u64 = 20_261_127;
 
 /// Number of scenarios, from the first, on which all methods but `dee-1e5` are tried; on the others only the cheap ones

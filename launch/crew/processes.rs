@@ -7,7 +7,6 @@ use std::time::Instant;
 
 use messages::domain::HeldDomain;
 use messages::reporter::Reporter;
-use messages::service::Service;
 
 use super::ending;
 use super::member::{MOST_RESTARTS, Member};
@@ -39,11 +38,6 @@ impl Processes {
     /// Processes that have not been started yet; `restarts` says whether one that fails is started again.
     pub fn new(supervisor: Supervisor, members: BTreeMap<String, Member>, restarts: bool) -> Self {
         Self { supervisor, members, restarts }
-    }
-
-    /// Whether the process of this name is this service.
-    pub fn is(&self, name: &str, service: Service) -> bool {
-        self.members.get(name).is_some_and(|member| member.who.is(service))
     }
 
     /// When the next process is to be started.

@@ -133,7 +133,7 @@ impl<'a> Workshop<'a> {
     }
 
     fn is_bridge(&self, name: &str) -> bool {
-        self.processes.is(name, Service::Bridge)
+        self.processes.members.get(name).is_some_and(|member| member.who.is(Service::Bridge))
     }
 
     fn start_what_is_due(&mut self) -> Result<(), String> {

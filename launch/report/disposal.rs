@@ -3,7 +3,8 @@
 use results::MomentsRow;
 use results::rows::PassageRow;
 
-use super::{moments, new_table, number, time_heads};
+use super::moments;
+use super::printed::{new_table, number, time_heads};
 
 /// Prints the probability of being above the critical value at each snapshot, and of ever having reached it by
 /// the end.

@@ -3,7 +3,7 @@
 use results::rows::EffortRow;
 use results::table::from_text;
 
-use super::new_table;
+use super::printed::new_table;
 
 /// Table 4 as printed.
 const TABLE_4: &str = include_str!("../paper/table-4.csv");

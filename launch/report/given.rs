@@ -2,7 +2,7 @@
 
 use results::rows::{GivenRow, RE_ENTRY};
 
-use super::new_table;
+use super::printed::new_table;
 
 /// Prints mean and deviation of the radiation parameter given re-entry by the end and given none, if a method has them.
 pub fn print(scenario: &str, rows: &[&GivenRow]) {

@@ -5,17 +5,20 @@ mod effort;
 mod given;
 mod moments;
 mod notes;
+mod printed;
 mod side_by_side;
 mod verdicts;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use results::rows::{EffortRow, GivenRow, NoteRow, PassageRow, VerdictRow, of_scenario};
 use results::{files, table};
 
 use crate::plan::launch_file::Launch;
+
+pub use printed::new_table;
 
 /// Prints the results in `folder`.
 pub fn print(launch: &Launch, folder: &Path) {
@@ -66,28 +69,4 @@ pub fn moments_at(path: &Path, scenario: &str) -> Table {
 
 fn notes_in(folder: &Path) -> Vec<NoteRow> {
     table::read(&folder.join(files::NOTES)).unwrap_or_default()
-}
-
-/// A table whose first `names` columns are words and the others numbers.
-pub fn new_table(header: Vec<String>, names: usize) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN);
-    let columns = header.len();
-    table.set_header(header);
-    for column in names..columns {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    table
-}
-
-/// A number with five decimals; NaN stands for a figure that a method withholds.
-fn number(value: f64) -> String {
-    if value.is_nan() { "withheld".into() } else { format!("{value:.5}") }
-}
-
-/// Column heads for snapshot times \[yr\].
-fn time_heads(times: &[f64]) -> impl Iterator<Item = String> + '_ {
-    times.iter().map(|t| format!("t = {t} yr"))
 }

@@ -4,7 +4,7 @@ use comfy_table::Table;
 use results::MomentsRow;
 use results::moments::from_text;
 
-use super::{new_table, number, time_heads};
+use super::printed::{new_table, number, time_heads};
 
 /// Table 3 as printed.
 const TABLE_3: &str = include_str!("../paper/table-3.csv");

@@ -5,7 +5,7 @@
 use results::MomentsRow;
 
 use super::moments::{shown, symbol, table_3, times};
-use super::{new_table, number, time_heads};
+use super::printed::{new_table, number, time_heads};
 use crate::plan::launch_file::Launch;
 
 /// A method of the paper's Table 3.

@@ -2,7 +2,7 @@
 
 use results::rows::VerdictRow;
 
-use super::new_table;
+use super::printed::new_table;
 
 /// Prints the table.
 pub fn print(scenario: &str, tolerance: f64, rows: &[&VerdictRow]) {

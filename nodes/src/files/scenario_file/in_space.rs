@@ -23,9 +23,9 @@ use super::disposal::Disposal;
 use super::epoch::{Epoch, EpochInSpace};
 use super::measure::{self, Dimension, Measure};
 use super::orbit::{self, Model, Orbit};
+use super::refusals::{check_name, in_words};
 use super::start::Start;
 use super::times::{self, Times};
-use super::{check_name, in_words};
 use crate::files::input::{InputError, InputFile};
 use crate::files::plain_number::plain;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use density::model::PlanarHamiltonian;
 use density::model::registry::{DEFAULT_FORCES, Planar};
 use density::problem::Problem;
-use density::problem_error::{Fault, Field, ProblemError};
+use density::problem_error::{Field, ProblemError};
 use density::uncertain::{Distribution, Spread, UncertainProblem};
 use kit::problem_key::key;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -13,13 +13,13 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::files::file_kind::FileKind;
-use crate::files::input::{InputError, InputFile, PLAIN_NAME, is_plain_name};
-use crate::files::plain_number::plain;
+use crate::files::input::{InputError, InputFile};
 
 use disposal::Disposal;
 use epoch::EpochTable;
 use initial::Initial;
 use orbit::{Model, Orbit};
+use refusals::{check_name, in_words};
 use times::Times;
 
 mod angle;
@@ -31,6 +31,7 @@ mod initial;
 mod measure;
 mod model_name;
 mod orbit;
+mod refusals;
 mod shadowed_plane;
 mod start;
 mod text_in_space;
@@ -117,14 +118,6 @@ pub fn check(file: &InputFile) -> Result<ScenarioFile, InputError> {
     Ok(ScenarioFile { name: raw.name.get_ref().clone(), problem, spread, epoch })
 }
 
-/// Checks the name of a scenario.
-fn check_name(file: &InputFile, name: &Spanned<String>) -> Result<(), InputError> {
-    match is_plain_name(name.get_ref()) {
-        true => Ok(()),
-        false => Err(file.error(name, &format!("\"{}\" is not allowed, {PLAIN_NAME}", name.get_ref()))),
-    }
-}
-
 impl Raw {
     /// The line and key of what is wrong with the problem.
     fn locate(&self, file: &InputFile, error: &ProblemError) -> InputError {
@@ -139,14 +132,6 @@ impl Raw {
                 _ => file.error_in_whole(&key(field), &problem),
             },
         }
-    }
-}
-
-/// What is wrong with a value, and what would be right.
-fn in_words(error: &ProblemError) -> String {
-    match &error.fault {
-        Fault::Value { value, right } => format!("{} is not allowed, it must be {right}", plain(*value)),
-        Fault::Misfit(problem) => problem.clone(),
     }
 }
 

@@ -10,8 +10,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::in_words;
 use super::measure::{self, Dimension, Measure};
+use super::refusals::in_words;
 use crate::files::input::{InputError, InputFile};
 use crate::files::plain_number::plain;
 

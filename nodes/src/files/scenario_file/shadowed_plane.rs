@@ -13,7 +13,8 @@ use super::epoch::Epoch;
 use super::in_space::{self, ScenarioInSpace};
 use super::initial::Initial;
 use super::orbit;
-use super::{Raw, check_name, times};
+use super::refusals::check_name;
+use super::{Raw, times};
 use crate::files::input::{InputError, InputFile};
 
 /// Checks such a file.

@@ -1,6 +1,6 @@
 //! Our part of the comparison with other programs: writes the samples from which all start, and times our kernels.
 //!
-//! Run by `benches/peers/compare.py`; by hand: `cargo run --release -p phasecloud-density --example for_peers -- FOLDER
+//! Run by `benches/peers/compare.py`; by hand: `cargo run --release -p phasecloud-experiments --bin for_peers -- FOLDER
 //! 5`. Files are little-endian f64, column after column, and u32 for triangles. Every time is printed as a line
 //! `stage,level,threads,seconds`, the median of the given number of runs: CPU time on one thread, which other programs
 //! on the machine disturb less, and wall time on two.

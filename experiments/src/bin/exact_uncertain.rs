@@ -1,6 +1,6 @@
 //! What the exact answer costs where the radiation parameter is uncertain, beside what it costs where it is certain.
 //!
-//! `cargo run --release -p phasecloud-density --example exact_uncertain` prints, for the paper's scenarios over two
+//! `cargo run --release -p phasecloud-experiments --bin exact_uncertain` prints, for the paper's scenarios over two
 //! years and deviations of 1, 5 and 10 % of the radiation parameter, CPU seconds of all snapshots (moments and the
 //! joint density on 100 x 100 bins) and of the first-passage curve at 65 times, the same with a certain parameter, the
 //! ratio of the sums, and the largest L1 error estimate. `--scenario N` does one scenario, `--sigma S` one deviation,

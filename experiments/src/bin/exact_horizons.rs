@@ -1,6 +1,6 @@
 //! What the exact answer costs at long horizons, and how accurate it is there.
 //!
-//! `cargo run --release -p phasecloud-density --example exact_horizons` prints, for the paper's scenarios at 2, 30 and
+//! `cargo run --release -p phasecloud-experiments --bin exact_horizons` prints, for the paper's scenarios at 2, 30 and
 //! 100 years, CPU seconds and error estimates of the moments, of the joint density on 100 x 100 bins, and of the
 //! first-passage curve at 65 times. `--years Y` does one horizon, `--scenario N` one scenario. `--check N` compares the
 //! mean and the deviation of `e` with a trapezoidal rule over `N x N` orbits that are propagated one by one, within

@@ -2,7 +2,7 @@
 //! scenario 1.
 //!
 //! ```sh
-//! cargo run --release -p phasecloud-density --example orbit_cost
+//! cargo run --release -p phasecloud-experiments --bin orbit_cost
 //! ```
 
 use density::flow::Flow;

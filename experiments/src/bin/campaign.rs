@@ -1,6 +1,6 @@
 //! Tries the methods on random scenarios and compares each with an oracle.
 //!
-//! `cargo run --release -p phasecloud-density --example campaign -- --scenarios 500 --seed 1`
+//! `cargo run --release -p phasecloud-experiments --bin campaign -- --scenarios 500 --seed 1`
 //!
 //! - `--index K`: only scenario `K` of the seed; `--first K`: scenarios from `K` on
 //! - `--file FILE`: the scenario in a file instead of random ones
@@ -11,7 +11,7 @@
 //! Every figure that is wrong without a warning is printed with its scenario. The exit code is 1 if a figure of `exact`
 //! was.
 
-#[path = "../tests/campaign_support/mod.rs"]
+#[path = "../../../density/tests/campaign_support/mod.rs"]
 mod campaign_support;
 
 use std::process::ExitCode;

@@ -1,9 +1,9 @@
 //! Prints the errors of the mesh methods in the paper's three scenarios, and the time they take.
 //!
-//! `cargo run --release -p phasecloud-density --example mesh_report -- [points] [random|lattice|low-discrepancy]
+//! `cargo run --release -p phasecloud-experiments --bin mesh_report -- [points] [random|lattice|low-discrepancy]
 //! [degree]`
 
-#[path = "../tests/mesh_support/mod.rs"]
+#[path = "../../../density/tests/mesh_support/mod.rs"]
 mod mesh_support;
 
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! The splitting criteria of the literature beside the adaptive split: L1 error of the density against the number of
 //! components, in the paper's three scenarios and in two inclined clouds.
 //!
-//! `cargo run --release -p phasecloud-density --example splitting_criteria -- [plane|space] [FILE]`
+//! `cargo run --release -p phasecloud-experiments --bin splitting_criteria -- [plane|space] [FILE]`
 //!
 //! FILE takes what `benches/peers/pyest_splits.py` needs to do the same with PyEst. A split is made for each time by
 //! itself, along the direction that the criterion prefers for that time. All splits take the splitting library that
@@ -12,7 +12,7 @@ mod common;
 mod plane;
 mod room;
 mod space;
-#[path = "../../tests/space_support/mod.rs"]
+#[path = "../../../../density/tests/space_support/mod.rs"]
 #[allow(dead_code, reason = "the clouds are needed here, not all that is measured on them")]
 mod space_support;
 

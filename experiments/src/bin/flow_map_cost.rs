@@ -1,6 +1,6 @@
 //! What samples cost that move by a flow map, and what the map is made of, beside direct propagation.
 //!
-//! `cargo run --release -p phasecloud-density --example flow_map_cost -- --samples 10000000` prints one row per
+//! `cargo run --release -p phasecloud-experiments --bin flow_map_cost -- --samples 10000000` prints one row per
 //! problem: orbits, cells and coefficients of the map, the estimate of its error and the largest error of 20,000 random
 //! starts, the share of samples that it leaves to direct propagation, and wall seconds, with CPU seconds of all threads
 //! in brackets behind the sum: to make the map, to draw the samples and sort them into cells, to move all samples to

@@ -1,8 +1,8 @@
 //! The paper's DEE over many seeds, beside its Table 3: how much of the difference is chance.
 //!
-//! `cargo run --release -p phasecloud-density --example table_3_spread -- [seeds] [points]`
+//! `cargo run --release -p phasecloud-experiments --bin table_3_spread -- [seeds] [points]`
 
-#[path = "../tests/mesh_support/mod.rs"]
+#[path = "../../../density/tests/mesh_support/mod.rs"]
 mod mesh_support;
 
 use density::mesh::{Branch, Placement, characteristic_densities, hull_estimate};
