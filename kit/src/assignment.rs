@@ -24,7 +24,7 @@ use crate::space_problem;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assignment {
     /// The decoded message: the model and its parameters by name, the initial Gaussian, and everything else.
-    pub said: Description,
+    pub description: Description,
     /// The variables of the scenario, and the projections on which densities are compared.
     pub space: Arc<Space>,
     /// The snapshot times \[yr\].
@@ -61,19 +61,21 @@ pub struct Uncertain {
 impl Assignment {
     /// A planar scenario at position `scenario` of the `scenarios` of a run; `scenarios` is 0 if it is not known.
     pub fn in_plane(run_id: u64, name: &str, (scenario, scenarios): (u32, u32), plane: Plane) -> Self {
-        let said = described(name, &plane.problem, None, |index| ends(plane.grids.get(index)));
-        let said = Description { run_id, scenario, scenarios, projections: projections_on(&plane.grids), ..said };
+        let description = described(name, &plane.problem, None, |index| ends(plane.grids.get(index)));
+        let description =
+            Description { run_id, scenario, scenarios, projections: projections_on(&plane.grids), ..description };
         let axes = plane.grids.iter().map(|grid| vec![grid.phi, grid.e]).collect();
-        Self { plane: Some(plane), ..Self::new(said, axes) }
+        Self { plane: Some(plane), ..Self::new(description, axes) }
     }
 
     /// The same for a scenario with an uncertain radiation parameter.
     pub fn with_uncertainty(run_id: u64, name: &str, (scenario, scenarios): (u32, u32), uncertain: Uncertain) -> Self {
         let UncertainProblem { plane, spread } = &uncertain.problem;
-        let said = described(name, plane, Some(*spread), |index| ends(uncertain.grids.get(index)));
-        let said = Description { run_id, scenario, scenarios, projections: projections_on(&uncertain.grids), ..said };
+        let description = described(name, plane, Some(*spread), |index| ends(uncertain.grids.get(index)));
+        let description =
+            Description { run_id, scenario, scenarios, projections: projections_on(&uncertain.grids), ..description };
         let axes = uncertain.grids.iter().map(|grid| vec![grid.phi, grid.e, NO_AXIS]).collect();
-        Self { uncertain: Some(uncertain), ..Self::new(said, axes) }
+        Self { uncertain: Some(uncertain), ..Self::new(description, axes) }
     }
 
     /// The same for a scenario in space, compared on these axes of its variables at each snapshot.
@@ -84,19 +86,20 @@ impl Assignment {
         problem: SpaceProblem,
         axes: Vec<Vec<Axis>>,
     ) -> Self {
-        let said = Description { run_id, scenario, scenarios, ..space_problem::described(name, &problem, &axes) };
-        let compared = said.projections.iter().flat_map(Projection::axes).map(|(variable, _)| variable);
+        let description =
+            Description { run_id, scenario, scenarios, ..space_problem::described(name, &problem, &axes) };
+        let compared = description.projections.iter().flat_map(Projection::axes).map(|(variable, _)| variable);
         let compared: Vec<usize> = compared.collect();
         let kept = |(k, axis): (usize, Axis)| if compared.contains(&k) { axis } else { NO_AXIS };
         let axes = axes.into_iter().map(|axes| axes.into_iter().enumerate().map(kept).collect()).collect();
-        Self { in_space: Some(problem), ..Self::new(said, axes) }
+        Self { in_space: Some(problem), ..Self::new(description, axes) }
     }
 
-    fn new(said: Description, axes: Vec<Vec<Axis>>) -> Self {
-        let (variables, projections) = (said.variables.clone(), said.projections.clone());
-        let space = Arc::new(Space { variables, reentry: said.reentry, projections });
-        let times = said.snapshots.iter().map(|moment| moment.time).collect();
-        Self { said, space, times, axes, plane: None, uncertain: None, in_space: None }
+    fn new(description: Description, axes: Vec<Vec<Axis>>) -> Self {
+        let (variables, projections) = (description.variables.clone(), description.projections.clone());
+        let space = Arc::new(Space { variables, reentry: description.reentry, projections });
+        let times = description.snapshots.iter().map(|moment| moment.time).collect();
+        Self { description, space, times, axes, plane: None, uncertain: None, in_space: None }
     }
 
     /// Largest count of numbers in the payload of a scenario of any of phasecloud's models with `snapshots` snapshots.
@@ -114,7 +117,7 @@ impl Assignment {
 
     /// Position of the scenario in the run.
     pub fn scenario(&self) -> u32 {
-        self.said.scenario
+        self.description.scenario
     }
 
     /// The problem and the grids of a planar scenario.
@@ -139,7 +142,8 @@ impl Assignment {
 
     /// The scenario's model as its author names it, with the Earth's shadow if there is one.
     pub fn model_in_words(&self) -> String {
-        let name = self.in_space.as_ref().map_or(self.said.model.as_str(), |problem| problem.model_name().text());
+        let name =
+            self.in_space.as_ref().map_or(self.description.model.as_str(), |problem| problem.model_name().text());
         let shadow = if self.has_shadow() { " with the Earth's shadow" } else { "" };
         format!("\"{name}\"{shadow}")
     }
@@ -159,12 +163,14 @@ impl Assignment {
     /// # Errors
     /// Which field is wrong.
     pub fn from_parts(header: &ScenarioHeader, items: &[f64]) -> Result<Self, String> {
-        let said = Description::decode(header, items)?;
-        check_bins(&said.projections)?;
-        let axes: Vec<Vec<Axis>> = said.snapshots.iter().map(|moment| axes(&said, moment)).collect::<Result<_, _>>()?;
-        let (plane, uncertain) = if Planar::has(&said.model) { planar(&said, &axes)? } else { (None, None) };
-        let in_space = space_problem::problem(&said).transpose()?;
-        Ok(Self { plane, uncertain, in_space, ..Self::new(said, axes) })
+        let description = Description::decode(header, items)?;
+        check_bins(&description.projections)?;
+        let axes: Vec<Vec<Axis>> =
+            description.snapshots.iter().map(|moment| axes(&description, moment)).collect::<Result<_, _>>()?;
+        let (plane, uncertain) =
+            if Planar::has(&description.model) { planar(&description, &axes)? } else { (None, None) };
+        let in_space = space_problem::problem(&description).transpose()?;
+        Ok(Self { plane, uncertain, in_space, ..Self::new(description, axes) })
     }
 
     /// The message's header and items.
@@ -172,7 +178,7 @@ impl Assignment {
     /// # Errors
     /// If there are more entries of one type than a message holds.
     pub fn to_parts(&self) -> Result<(ScenarioHeader, Vec<f64>), Failure> {
-        self.said.encode().map_err(Failure::Refused)
+        self.description.encode().map_err(Failure::Refused)
     }
 }
 
@@ -212,12 +218,12 @@ fn check_bins(projections: &[Projection]) -> Result<(), String> {
 }
 
 /// The axis of each variable at a snapshot, which must be the same in every projection.
-fn axes(said: &Description, Moment { time, ends }: &Moment) -> Result<Vec<Axis>, String> {
-    let mut axes: Vec<Option<Axis>> = vec![None; said.variables.len()];
-    for ((variable, bins), &[low, high]) in said.projections.iter().flat_map(Projection::axes).zip(ends) {
+fn axes(description: &Description, Moment { time, ends }: &Moment) -> Result<Vec<Axis>, String> {
+    let mut axes: Vec<Option<Axis>> = vec![None; description.variables.len()];
+    for ((variable, bins), &[low, high]) in description.projections.iter().flat_map(Projection::axes).zip(ends) {
         let axis = Axis { low, high, bins };
         if *axes[variable].get_or_insert(axis) != axis {
-            let symbol = &said.variables[variable].symbol;
+            let symbol = &description.variables[variable].symbol;
             return Err(format!("projections: at {time} yr {symbol} has other bins in one of them than in another"));
         }
     }
@@ -225,9 +231,9 @@ fn axes(said: &Description, Moment { time, ends }: &Moment) -> Result<Vec<Axis>,
 }
 
 /// The problem and the grids of a scenario with a planar model, whose radiation parameter is certain or not.
-fn planar(said: &Description, axes: &[Vec<Axis>]) -> Result<(Option<Plane>, Option<Uncertain>), String> {
-    let (problem, spread) = problem(said)?;
-    let grids = grids(said, axes)?;
+fn planar(description: &Description, axes: &[Vec<Axis>]) -> Result<(Option<Plane>, Option<Uncertain>), String> {
+    let (problem, spread) = problem(description)?;
+    let grids = grids(description, axes)?;
     match spread {
         None => Ok((Some(Plane { problem, grids }), None)),
         Some(spread) => {
@@ -237,9 +243,9 @@ fn planar(said: &Description, axes: &[Vec<Axis>]) -> Result<(Option<Plane>, Opti
     }
 }
 
-fn grids(said: &Description, axes: &[Vec<Axis>]) -> Result<Vec<Grid>, String> {
+fn grids(description: &Description, axes: &[Vec<Axis>]) -> Result<Vec<Grid>, String> {
     let grids: Vec<Grid> = axes.iter().map(|axes| Grid { phi: axes[0], e: axes[1] }).collect();
-    if said.projections != projections_on(&grids) {
+    if description.projections != projections_on(&grids) {
         return Err("projections: a planar model is compared in phi and e together, in phi, and in e".into());
     }
     Ok(grids)

@@ -32,7 +32,7 @@
 //!         let Some((orbits, assignment)) = &self.0 else { return };
 //!         let ([mut phi], [mut e]) = ([0.0], [0.0]);
 //!         orbits.read_out(std::slice::from_mut(&mut phi), std::slice::from_mut(&mut e));
-//!         let &[phi_phi, phi_e, e_e] = &assignment.said.covariance[..] else { return };
+//!         let &[phi_phi, phi_e, e_e] = &assignment.description.covariance[..] else { return };
 //!         Mixture::write_row(columns, 0, [1.0, phi, e, phi_phi, phi_e, e_e]);
 //!     }
 //! }

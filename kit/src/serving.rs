@@ -77,7 +77,7 @@ struct WayOut {
 fn common_header(session: &Session, form: &Form, assignment: &Assignment) -> SnapshotHeader {
     let shard = session.shard;
     SnapshotHeader {
-        run_id: assignment.said.run_id,
+        run_id: assignment.description.run_id,
         scenario: assignment.scenario(),
         count: assignment.times.len() as u32,
         attempt: session.attempt,
@@ -159,7 +159,7 @@ fn send_passage(
     let given = propagator.given_re_entry();
     let given = Some(given).filter(|given| !rows.is_empty() && given.len() == rows.len());
     let header = PassageHeader {
-        run_id: assignment.said.run_id,
+        run_id: assignment.description.run_id,
         seconds: clock.seconds(),
         samples,
         scenario: assignment.scenario(),

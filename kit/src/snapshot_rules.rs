@@ -44,8 +44,8 @@ fn judge<'a>(
     let times = &assignment.times;
     let mut found = Vec::new();
     let mut breach = |rule, what| found.push(Breach { rule, what });
-    if header.run_id != assignment.said.run_id {
-        let what = format!("it belongs to run {:012x}, not to {:012x}", header.run_id, assignment.said.run_id);
+    if header.run_id != assignment.description.run_id {
+        let what = format!("it belongs to run {:012x}, not to {:012x}", header.run_id, assignment.description.run_id);
         breach(Rule::Identity, what);
     }
     if header.scenario != assignment.scenario() {

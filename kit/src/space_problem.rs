@@ -139,7 +139,7 @@ mod tests {
             let (header, items) = sent.to_parts().unwrap();
             let read = Assignment::from_parts(&header, &items).unwrap();
             let (ours, theirs) = (read.in_space.as_ref().unwrap(), sent.in_space.as_ref().unwrap());
-            assert_eq!((&read.said, &read.axes, ours.model), (&sent.said, &sent.axes, theirs.model));
+            assert_eq!((&read.description, &read.axes, ours.model), (&sent.description, &sent.axes, theirs.model));
             let apart = |a: [f64; 6], b: [f64; 6]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14);
             assert!(apart(ours.initial.correlation, theirs.initial.correlation));
             assert_eq!(ours.initial.sigma, theirs.initial.sigma);

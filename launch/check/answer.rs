@@ -113,8 +113,9 @@ pub fn is_from((named, report): &(u64, Report), run_id: u64) -> bool {
 
 /// The end of the work on a scenario, if it has been reported.
 pub fn end_of(assignment: &Assignment, heard: &Heard) -> Option<Outcome> {
-    let is_about =
-        |signed: &&(u64, Report)| signed.1.scenario == assignment.scenario() && is_from(signed, assignment.said.run_id);
+    let is_about = |signed: &&(u64, Report)| {
+        signed.1.scenario == assignment.scenario() && is_from(signed, assignment.description.run_id)
+    };
     heard.reports.iter().filter(is_about).find_map(|(_, report)| match &report.event {
         Event::Done => Some(Outcome::Done),
         Event::Failed { why, .. } => Some(Outcome::Failed(why.clone())),

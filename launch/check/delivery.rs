@@ -14,7 +14,7 @@ use super::verdict::{Findings, Rule};
 
 /// Judges all messages that a propagator sent about a scenario.
 pub fn judge(findings: &mut Findings, answer: &Answer) {
-    let name = &answer.assignment.said.name;
+    let name = &answer.assignment.description.name;
     let snapshots = &answer.heard.snapshots;
     if answer.outcome.is_done() {
         let (sent, right) = (snapshots.len(), answer.assignment.times.len());
@@ -75,7 +75,7 @@ fn judge_snapshot(
         }
     }
     for (rule, what) in &problems {
-        findings.problem(*rule, format!("{}, snapshot {k}: {what}", assignment.said.name));
+        findings.problem(*rule, format!("{}, snapshot {k}: {what}", assignment.description.name));
     }
     problems.into_iter().map(|(rule, _)| rule).collect()
 }
@@ -84,7 +84,7 @@ fn judge_passage(
     assignment: &Assignment,
     Received { header, items }: &Received<PassageHeader>,
 ) -> Result<String, String> {
-    let signed = (header.run_id, header.scenario) == (assignment.said.run_id, assignment.scenario());
+    let signed = (header.run_id, header.scenario) == (assignment.description.run_id, assignment.scenario());
     if !signed || unpack(&header.label) != LABEL {
         let label = unpack(&header.label);
         return Err(format!("it is signed \"{label}\", run {:012x}, scenario {}", header.run_id, header.scenario));

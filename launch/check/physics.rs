@@ -69,7 +69,7 @@ pub fn judge(findings: &mut Findings, answer: &Answer, redrawn: bool) {
 
 /// What was seen, after the name of the scenario.
 fn named(assignment: &Assignment, seen: Result<String, String>) -> Result<String, String> {
-    let name = |text: String| format!("{}: {text}", assignment.said.name);
+    let name = |text: String| format!("{}: {text}", assignment.description.name);
     seen.map(name).map_err(name)
 }
 
@@ -82,7 +82,7 @@ fn judge_densities(
     right: Option<&Right>,
 ) -> Option<Vec<Reading>> {
     let plane = assignment.plane.as_ref();
-    let name = &assignment.said.name;
+    let name = &assignment.description.name;
     let mut case = CaseEstimator::default();
     let mut worst = Worst::default();
     let mut least_mass = f64::INFINITY;

@@ -17,7 +17,7 @@ pub fn problems(file: &InputFile, launch: &Launch) -> Vec<InputError> {
     let assignments: Vec<Assignment> =
         launch.scenarios.iter().filter_map(|scenario| without_grids(&scenario.content)).collect();
     let problem = |(index, case): (usize, &Case)| {
-        let refused = |assignment: &Assignment| Some((assignment.said.name.clone(), refusal(case, assignment)?));
+        let refused = |assignment: &Assignment| Some((assignment.description.name.clone(), refusal(case, assignment)?));
         let (scenario, why) = assignments.iter().find_map(refused)?;
         let problem = format!("the case {} cannot do the scenario {scenario}: {why}", case.label);
         Some(label_error(file, index, &problem))

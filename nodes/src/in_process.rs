@@ -116,7 +116,7 @@ impl Work<'_> {
         let Self { assignment, form, wanted, estimator } = self;
         let (content, variables) = (propagator.content(form.content), assignment.space.variables.len());
         let header = SnapshotHeader {
-            run_id: assignment.said.run_id,
+            run_id: assignment.description.run_id,
             time: assignment.times[index],
             trajectories: propagator.trajectories(),
             trajectory_error: propagator.trajectory_error(),

@@ -25,7 +25,7 @@ pub(crate) struct Scenario {
 }
 
 /// Name, symbol, unit, and lowest and highest value of a variable; an angle on the full circle has no bounds.
-type Said = (String, String, String, Option<(f64, f64)>);
+type VariableParts = (String, String, String, Option<(f64, f64)>);
 
 #[pymethods]
 impl Scenario {
@@ -77,7 +77,7 @@ impl Scenario {
         for parameter in &said.parameters {
             parameters.set_item(&parameter.name, parameter.value)?;
         }
-        let variables: Vec<Said> = said.variables.iter().map(stated).collect();
+        let variables: Vec<VariableParts> = said.variables.iter().map(stated).collect();
         table.set_item("model", said.model)?;
         table.set_item("parameters", parameters)?;
         table.set_item("variables", variables)?;
@@ -88,7 +88,7 @@ impl Scenario {
 
     /// The variables of a single orbit in the scenario's model, those that `propagate` takes and returns.
     #[getter]
-    fn orbit_variables(&self) -> Vec<Said> {
+    fn orbit_variables(&self) -> Vec<VariableParts> {
         self.of_orbit().iter().map(|variable| stated(&as_message(variable))).collect()
     }
 }
@@ -136,7 +136,7 @@ fn as_message(variable: &Variable) -> messages::scenario::Variable {
     }
 }
 
-fn stated(variable: &messages::scenario::Variable) -> Said {
+fn stated(variable: &messages::scenario::Variable) -> VariableParts {
     let bounds = match variable.range {
         Range::Circle => None,
         Range::Interval { low, high } => Some((low, high)),

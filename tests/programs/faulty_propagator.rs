@@ -40,7 +40,7 @@ fn serve(session: &Session, fault: &str) -> Result<(), Failure> {
             drop(message);
             drop(outlet.take());
             if fault != "no-passage" {
-                let (run_id, scenario) = (assignment.said.run_id, assignment.scenario());
+                let (run_id, scenario) = (assignment.description.run_id, assignment.scenario());
                 let (label, reason) = (pack(&session.label), pack("it does not look"));
                 let header = PassageHeader { run_id, scenario, label, reason, ..PassageHeader::default() };
                 let curve = curve(fault, scenario, &assignment.passage_times());
@@ -129,7 +129,7 @@ fn answer(session: &Session, assignment: &Assignment, fault: &str) -> Result<Out
         spoil(fault, index, problem.times[index], phi, e);
         let late = if fault == "times" && index > 0 { 0.001 } else { 0.0 };
         let header = SnapshotHeader {
-            run_id: assignment.said.run_id,
+            run_id: assignment.description.run_id,
             time: problem.times[index] + late,
             scenario: assignment.scenario(),
             index: index as u32,

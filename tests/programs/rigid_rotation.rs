@@ -25,7 +25,7 @@ const SAMPLES: usize = 40_000;
 
 /// The model and the initial Gaussian that a scenario states.
 fn stated(assignment: &Assignment) -> Result<(Flow<RigidRotation>, Gaussian<3>), Failure> {
-    let said = &assignment.said;
+    let said = &assignment.description;
     if said.model != "rigid-rotation" {
         return Err(Failure::Refused(format!("it turns points, it knows nothing of \"{}\"", said.model)));
     }

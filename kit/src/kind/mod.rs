@@ -183,7 +183,7 @@ impl Place<'_> {
 
     /// Calls `read` with the description of the figures to compute of a cloud in the scenario's space.
     pub fn ask<T>(&self, read: impl FnOnce(&Question<'_>) -> T) -> T {
-        let Assignment { space, said, .. } = self.assignment;
+        let Assignment { space, description, .. } = self.assignment;
         let circles: Vec<bool> = (0..space.variables.len()).map(|k| space.is_circle(k)).collect();
         let on = |projection: &messages::scenario::Projection| Projection {
             axes: projection
@@ -193,7 +193,11 @@ impl Place<'_> {
                 .collect(),
         };
         let projections: Vec<Projection> = space.projections.iter().map(on).collect();
-        read(&Question { circles: &circles, projections: &projections, critical: (space.reentry, said.critical) })
+        read(&Question {
+            circles: &circles,
+            projections: &projections,
+            critical: (space.reentry, description.critical),
+        })
     }
 }
 

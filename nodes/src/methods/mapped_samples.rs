@@ -215,7 +215,7 @@ impl MappedSamples {
     /// # Errors
     /// A map that is refused, or a scenario whose orbits cannot be drawn.
     pub fn new(mapping: Mapping, assignment: &Assignment) -> Result<Self, Failure> {
-        let critical = assignment.said.critical;
+        let critical = assignment.description.critical;
         Self::check(mapping.by, &mapping.plan, assignment)?;
         let asked = Asked { by: mapping.by, may_be_by_angle: assignment.plane.is_some() };
         let cloud = match (&assignment.uncertain, &assignment.in_space) {

@@ -103,7 +103,7 @@ impl Propagator for MonteCarlo {
             return Ok(form);
         }
         let (points, curve_times) = (vec![PENDING; most_rows], assignment.passage_times());
-        let (times, critical) = (assignment.times.clone(), assignment.said.critical);
+        let (times, critical) = (assignment.times.clone(), assignment.description.critical);
         let cloud = self.settings.drawing(range).cloud(assignment)?;
         let radiation = Radiation::find(&assignment.space);
         self.direct = Some(DirectSamples { first, cloud, points, curve_times, times, critical, radiation, now: 0.0 });

@@ -27,9 +27,9 @@ fn main() {
     let libraries = COMPONENTS.map(|count| Library::new(count, Variance::Kept).expect("the library converges"));
     let (_, ()) = timed(|| {
         if only("plane") {
-            let told = plane::tables();
+            let of_criteria = plane::tables();
             if let Some(file) = arguments.get(1) {
-                std::fs::write(file, room::written(&told, &libraries)).unwrap_or_else(|e| panic!("{file}: {e}"));
+                std::fs::write(file, room::written(&of_criteria, &libraries)).unwrap_or_else(|e| panic!("{file}: {e}"));
             }
         }
         if only("space") {

@@ -35,7 +35,7 @@ pub struct Case {
 }
 
 /// A split along one direction.
-pub struct Told {
+pub struct CriterionSplits {
     pub case: usize,
     pub criterion: Criterion,
     /// Angle of the direction from `phi` towards `e` in standardised coordinates \[rad\].
@@ -47,7 +47,7 @@ pub struct Told {
 /// All that was computed.
 pub struct All {
     pub cases: Vec<Case>,
-    pub told: Vec<Told>,
+    pub of_criteria: Vec<CriterionSplits>,
 }
 
 impl Case {
@@ -114,22 +114,22 @@ impl Case {
 pub fn tables() -> All {
     let cases: Vec<Case> =
         (1..=3).flat_map(|scenario| TIMES[scenario - 1].map(|time| Case::new(scenario, time))).collect();
-    let mut told = Vec::new();
+    let mut of_criteria = Vec::new();
     for (index, pair) in cases.chunks(2).enumerate() {
         println!("\nscenario {}: L1 error of the joint density by number of components\n", pair[0].scenario);
         head(&pair.iter().map(|case| case.time).collect::<Vec<_>>(), true);
         for criterion in Criterion::ALL {
             let rows = pair.iter().enumerate().map(|(k, case)| of_criterion(2 * index + k, case, criterion));
-            let rows: Vec<Told> = rows.collect();
+            let rows: Vec<CriterionSplits> = rows.collect();
             print_row(criterion.name(), &rows);
-            told.extend(rows);
+            of_criteria.extend(rows);
         }
         others(pair);
     }
     for scenario in 1..=3 {
         every_snapshot(scenario);
     }
-    All { cases, told }
+    All { cases, of_criteria }
 }
 
 /// One split for all snapshots of a scenario, as a case of a run has: the L1 error at each.
@@ -167,17 +167,17 @@ fn every_snapshot(scenario: usize) {
     }
 }
 
-fn of_criterion(index: usize, case: &Case, criterion: Criterion) -> Told {
+fn of_criterion(index: usize, case: &Case, criterion: Criterion) -> CriterionSplits {
     let angle = case.angle(Direction::OfCriterion(criterion));
     let splits = COMPONENTS.iter().map(|&count| case.along(Direction::Angle(angle), count)).collect();
-    Told { case: index, criterion, angle, splits }
+    CriterionSplits { case: index, criterion, angle, splits }
 }
 
-fn print_row(name: &str, rows: &[Told]) {
+fn print_row(name: &str, rows: &[CriterionSplits]) {
     let mut cells = vec![format!("`{name}`")];
-    for told in rows {
-        cells.push(format!("{:.0}°", told.angle.to_degrees()));
-        cells.extend(told.splits.iter().map(|(_, l1)| cell(*l1)));
+    for of_criteria in rows {
+        cells.push(format!("{:.0}°", of_criteria.angle.to_degrees()));
+        cells.extend(of_criteria.splits.iter().map(|(_, l1)| cell(*l1)));
     }
     row(&cells);
 }

@@ -4,17 +4,17 @@ use density::mixture::library::Library;
 use serde_json::{Value, json};
 
 use crate::COMPONENTS;
-use crate::plane::{All, Case, Told};
+use crate::plane::{All, Case, CriterionSplits};
 
 /// Cases, libraries and splits as JSON.
-pub fn written(All { cases, told }: &All, libraries: &[Library]) -> String {
+pub fn written(All { cases, of_criteria }: &All, libraries: &[Library]) -> String {
     let case = |Case { scenario, time, grid, exact, .. }: &Case| {
         let axis = |axis: &density::grid::Axis| json!([axis.low, axis.high, axis.bins]);
         json!({"scenario": scenario, "time": time, "phi": axis(&grid.phi), "e": axis(&grid.e), "exact": exact.joint})
     };
     let library =
         |Library { sigma, weights, means, .. }: &Library| json!({"sigma": sigma, "weights": weights, "means": means});
-    let split = |Told { case, criterion, angle, splits }: &Told| {
+    let split = |CriterionSplits { case, criterion, angle, splits }: &CriterionSplits| {
         let of = |(count, (components, l1)): (&usize, &(Vec<density::mixture::PlanarComponent>, f64))| -> Value {
             let rows: Vec<[f64; 6]> = components.iter().map(|component| component.to_array()).collect();
             json!({"count": count, "components": rows, "l1": l1})
@@ -25,7 +25,7 @@ pub fn written(All { cases, told }: &All, libraries: &[Library]) -> String {
     let all = json!({
         "cases": cases.iter().map(case).collect::<Vec<_>>(),
         "libraries": libraries.iter().map(library).collect::<Vec<_>>(),
-        "splits": told.iter().map(split).collect::<Vec<_>>(),
+        "splits": of_criteria.iter().map(split).collect::<Vec<_>>(),
     });
     all.to_string()
 }

@@ -123,15 +123,15 @@ impl SpaceTask for Table<'_> {
             }
             row(&cells);
         }
-        let told = |(components, l1): (usize, f64)| format!("{} ({components})", cell(l1));
+        let of_criteria = |(components, l1): (usize, f64)| format!("{} ({components})", cell(l1));
         let mut cells = vec!["`adaptive`, at most as many (how many)".to_string()];
         for index in 0..TIMES.len() {
-            cells.extend(COMPONENTS.map(|count| told(tree(index, count))));
+            cells.extend(COMPONENTS.map(|count| of_criteria(tree(index, count))));
         }
         row(&cells);
         for (index, time) in TIMES.iter().enumerate() {
             let single = along(index, std::array::from_fn(|k| f64::from(k == 0)), &Library::unsplit());
-            let larger = LARGER.map(|count| told(tree(index, count))).join(" and ");
+            let larger = LARGER.map(|count| of_criteria(tree(index, count))).join(" and ");
             let apart = cell(reference.apart[index]);
             println!(
                 "\n{time} yr: one component {}; `adaptive` {larger}; the two samples are {apart} apart",

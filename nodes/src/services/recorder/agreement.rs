@@ -25,7 +25,7 @@ const ESTIMATES: f64 = 10.0;
 const ROUNDING: f64 = 1e-9;
 
 /// The results of a case in a scenario.
-pub(super) struct Said<'a> {
+pub(super) struct CaseResults<'a> {
     pub(super) label: &'a str,
     pub(super) snapshots: Vec<&'a Reading>,
     /// The payload of its first-passage curve; empty if there is none that can be used.
@@ -34,7 +34,7 @@ pub(super) struct Said<'a> {
     pub(super) counted: u64,
 }
 
-impl Said<'_> {
+impl CaseResults<'_> {
     fn is_exact(&self) -> bool {
         self.snapshots.first().is_some_and(|first| diagnosis::of(&first.header).is_stated())
     }
@@ -90,7 +90,7 @@ impl Test {
 }
 
 /// All contradictions within a case or between two cases, in one of the `scenarios` scenarios of a run.
-pub(super) fn contradictions(cases: &[Said<'_>], critical: f64, scenarios: u32) -> Vec<Contradiction> {
+pub(super) fn contradictions(cases: &[CaseResults<'_>], critical: f64, scenarios: u32) -> Vec<Contradiction> {
     let mut comparisons = Vec::new();
     for (place, exact) in cases.iter().enumerate().filter(|(_, case)| case.is_exact()) {
         comparisons.extend(exact.snapshots.iter().flat_map(|snapshot| with_itself(exact.label, snapshot, critical)));
@@ -231,7 +231,7 @@ fn variation(exact: &Reading, sampled: &Reading, samples: f64) -> Option<(f64, f
 }
 
 /// Compares the first-passage curves of an exact method and of another case.
-fn of_passages(exact: &Said<'_>, other: &Said<'_>) -> Vec<Comparison> {
+fn of_passages(exact: &CaseResults<'_>, other: &CaseResults<'_>) -> Vec<Comparison> {
     let pairs = rows(&exact.passage).into_iter().zip(rows(&other.passage));
     let pairs = pairs.filter(|(a, b)| (a.time - b.time).abs() <= 1e-9 * a.time.abs());
     let compared = pairs.filter_map(|(a, b)| {

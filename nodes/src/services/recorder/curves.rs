@@ -3,7 +3,7 @@
 //! A curve does not fall, so the reference's bounds hold between its own times too: at any time the probability is at
 //! least that at the reference's last time before, and at most that at its next time.
 
-use super::agreement::{Contradiction, Said};
+use super::agreement::{CaseResults, Contradiction};
 use crate::services::passage_rules::{Row, allowance, rows};
 use crate::services::roster::Roster;
 
@@ -16,7 +16,7 @@ struct Curve<'a> {
 
 /// For each case whose curve lies outside the bounds of the reference's curve by more than both may be off: the row
 /// at which it is farthest outside.
-pub(super) fn off_the_reference(cases: &[Said<'_>], roster: &Roster) -> Vec<Contradiction> {
+pub(super) fn off_the_reference(cases: &[CaseResults<'_>], roster: &Roster) -> Vec<Contradiction> {
     let curves =
         || cases.iter().map(|case| Curve { label: case.label, rows: rows(&case.passage), samples: case.counted });
     let states = |curve: &Curve<'_>| curve.rows.iter().any(|row| !row.is_withheld());
@@ -74,11 +74,11 @@ mod tests {
 
     const NAN: f64 = f64::NAN;
 
-    fn said<'a>(label: &'a str, counted: u64, rows: &[[f64; 4]]) -> Said<'a> {
-        Said { label, snapshots: Vec::new(), passage: rows.concat(), counted }
+    fn said<'a>(label: &'a str, counted: u64, rows: &[[f64; 4]]) -> CaseResults<'a> {
+        CaseResults { label, snapshots: Vec::new(), passage: rows.concat(), counted }
     }
 
-    fn words(cases: &[Said<'_>]) -> Vec<String> {
+    fn words(cases: &[CaseResults<'_>]) -> Vec<String> {
         let labels = cases.iter().map(|case| (case.label.to_owned(), false)).collect();
         let roster = Roster { references: vec![cases[0].label.into()], cases: labels, ..Roster::default() };
         off_the_reference(cases, &roster).into_iter().map(|found| format!("{}: {}", found.label, found.what)).collect()

@@ -18,7 +18,7 @@ pub fn in_plane(name: &str, problem: &Problem<Planar>) -> Description {
 
 /// The description of a scenario.
 pub(super) fn of(assignment: &Assignment) -> Description {
-    let (said, space) = (&assignment.said, &assignment.space);
+    let (said, space) = (&assignment.description, &assignment.space);
     let parameter = |p: &messages::scenario::Parameter| Parameter {
         name: p.name.clone(),
         symbol: p.symbol.clone(),

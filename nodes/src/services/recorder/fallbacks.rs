@@ -16,7 +16,7 @@ use crate::services::yardstick::{Figure, stand_for};
 pub(super) fn of(recording: &Recording, roster: &Roster, passages: &BTreeMap<String, RecordedPassage>) -> Vec<NoteRow> {
     let mut notes = Vec::new();
     let mut note = |method: &str, t_yr: f64, text: String| {
-        let (scenario, method) = (recording.assignment.said.name.clone(), method.to_owned());
+        let (scenario, method) = (recording.assignment.description.name.clone(), method.to_owned());
         notes.push(NoteRow { scenario, method, t_yr, note: format!("{}{text}", Severity::Fallback.prefix()) });
     };
     let is_there = |label: &str| !roster.has_failed(label) && recording.case(label).is_some();

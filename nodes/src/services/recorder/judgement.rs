@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use results::rows::{NoteRow, VerdictRow};
 
-use super::agreement::{Contradiction, Said, contradictions};
+use super::agreement::{CaseResults, Contradiction, contradictions};
 use super::notes::{of_density, of_passage};
 use super::{RecordedPassage, Recording, curves, fallbacks, verdicts};
 use crate::services::passage_rules::{breach, doubts, without_rounding};
@@ -23,7 +23,7 @@ pub(super) struct Judgement {
 /// Judges the cases of a scenario that have not failed, and notes which have.
 pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judgement {
     let assignment = &recording.assignment;
-    let scenario = &assignment.said.name;
+    let scenario = &assignment.description.name;
     let note = |method: &str, t_yr: f64, note: String| NoteRow {
         scenario: scenario.clone(),
         method: method.into(),
@@ -41,7 +41,7 @@ pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judg
             let said = of_density(snapshot);
             notes.extend(said.into_iter().map(|text| note(label, snapshot.header.time, text)));
         }
-        let mut said = Said { label, snapshots, passage: Vec::new(), counted: 0 };
+        let mut said = CaseResults { label, snapshots, passage: Vec::new(), counted: 0 };
         if let Some(mut passage) = recording.passage(label) {
             if let Some(what) = breach(&passage.values) {
                 let text = format!("error: its first-passage curve is not used, it cannot be right: {what}");
@@ -63,7 +63,7 @@ pub(super) fn of(recording: &Recording, roster: &Roster, tolerance: f64) -> Judg
             .into_iter()
             .map(|Contradiction { label, time, what }| note(&label, time, format!("warning: {what}"))),
     );
-    let contradictions = contradictions(&cases, assignment.said.critical, assignment.said.scenarios);
+    let contradictions = contradictions(&cases, assignment.description.critical, assignment.description.scenarios);
     notes.extend(
         contradictions
             .into_iter()

@@ -226,7 +226,8 @@ pub fn run(session: &Session, folder: &Path, tape: Option<&Path>, tolerance: f64
             while let Some(message) = receive(session, &passages)? {
                 recording.take_passage(*message.header(), message.items());
             }
-            let (scenario, count) = (recording.assignment.said.scenario, recording.assignment.said.scenarios);
+            let (scenario, count) =
+                (recording.assignment.description.scenario, recording.assignment.description.scenarios);
             if roster.is_known() && roster.scenario == scenario && recording.is_complete() {
                 let missing = recording.without_passage(&roster);
                 if let Some(label) = missing.as_ref().filter(|_| missing != awaited) {

@@ -41,7 +41,7 @@ impl SoFar {
 
     /// Position of the scenario in the run.
     pub fn scenario(&self) -> u32 {
-        self.recording.assignment.said.scenario
+        self.recording.assignment.description.scenario
     }
 
     fn accepts<T: Screened>(&self, message: &Message<T>) -> bool {
@@ -76,7 +76,7 @@ impl SoFar {
 
     /// The scenario's name.
     pub fn name(&self) -> &str {
-        &self.recording.assignment.said.name
+        &self.recording.assignment.description.name
     }
 
     /// Which cases take part, and which have failed.

@@ -39,7 +39,7 @@ pub(crate) fn write(recording: &Recording, roster: &Roster, folder: &Path, toler
 /// The text of the scenario's file. If no file can ask for the scenario's model, the text states the fields of the
 /// message.
 pub(super) fn scenario_text(assignment: &Assignment) -> String {
-    let said = &assignment.said;
+    let said = &assignment.description;
     if let Some(plane) = &assignment.plane {
         return scenario_file::to_text(&said.name, &plane.problem, None);
     }
@@ -111,7 +111,7 @@ impl Tables {
         let Judgement { notes, verdicts, mut passages } = judgement::of(recording, roster, tolerance);
         self.notes.write(notes)?;
         self.verdicts.write(verdicts)?;
-        let (scenario, space) = (&recording.assignment.said.name, &recording.assignment.space);
+        let (scenario, space) = (&recording.assignment.description.name, &recording.assignment.space);
         for (method, _) in roster.cases.iter().filter(|(_, failed)| !failed) {
             let Some(case) = recording.case(method) else { continue };
             // A mixture may have another number of components later; those of the first snapshot are the ones that

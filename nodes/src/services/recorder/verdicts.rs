@@ -94,7 +94,7 @@ fn row(recording: &Recording, roster: &Roster, method: &str, case: &[&Reading], 
     };
     let (m, d) = (moments.unwrap_or_else(none), density.unwrap_or_else(none));
     VerdictRow {
-        scenario: recording.assignment.said.name.clone(),
+        scenario: recording.assignment.description.name.clone(),
         method: method.into(),
         verdict,
         tolerance,
