@@ -10,11 +10,18 @@ const PLANAR: &str = "name = \"plane\"\n[orbit]\nsemi_major_axis = 2.5\narea_to_
     sigma_e = 0.0125\n[times]\nat = [0.0, 0.1]\n[disposal]\ncritical_e = 0.3\n";
 
 /// Scenarios by the name of their file.
-fn scenarios() -> [(&'static str, String); 4] {
+fn scenarios() -> [(&'static str, String); 5] {
     let uncertain = PLANAR.replace("\"plane\"", "\"uncertain\"").replace("[times]", "sigma_radiation = 0.1\n[times]");
     let shadow = format!("{PLANAR}[model]\nforces = [\"srp\", \"j2\", \"shadow\"]\n").replace("\"plane\"", "\"dark\"");
     let space = include_str!("../launch/scenarios/three-dimensional.toml").to_owned();
-    [("plane", PLANAR.to_owned()), ("uncertain", uncertain), ("dark", shadow), ("three-dimensional", space)]
+    let long = PLANAR.replace("\"plane\"", "\"long\"").replace("0.1]\n[disposal]", "100.0]\n[disposal]");
+    [
+        ("plane", PLANAR.to_owned()),
+        ("uncertain", uncertain),
+        ("dark", shadow),
+        ("long", long),
+        ("three-dimensional", space),
+    ]
 }
 
 fn launch(scenario: &str, case: &str) -> String {
@@ -59,6 +66,17 @@ fn validate_tells_what_a_case_cannot_do() {
             "node = \"exact\"",
             "the scenario's model is \"vectorial\", this is for models in the plane alone",
         ),
+        (
+            "long",
+            "node = \"flow-map\"\nmap_error = 1e-11",
+            "map_error: a flow map cannot have an error of 1e-11: orbits themselves are known to 5e-11 after 100 yr; it can have 5e-10 or more",
+        ),
+        (
+            "long",
+            "node = \"flow-map\"\nsends = \"characteristics\"\nmap_error = 1e-10",
+            "map_error: a flow map cannot have an error of 1e-10",
+        ),
+        ("long", "node = \"mc\"\nthrough = \"flow-map\"\nmap_error = 1e-10", "map_error: a flow map cannot have"),
         ("three-dimensional", "node = \"dee\"\nplacement = \"random\"", "placement: in space dee reads out the flow"),
     ] {
         bench.write("launch.toml", &launch(scenario, case));

@@ -19,6 +19,11 @@ impl Given {
     /// Nothing is known, as of an event that is as good as impossible.
     pub const UNKNOWN: Self = Self { mean: UNKNOWN, deviation: UNKNOWN };
 
+    /// The larger of the two errors.
+    pub(super) fn error(&self) -> f64 {
+        self.mean.error.max(self.deviation.error)
+    }
+
     /// The same without errors.
     #[must_use]
     pub fn without_errors(self) -> Self {

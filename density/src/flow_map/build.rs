@@ -29,6 +29,14 @@ pub(super) fn accuracy_for(error: f64, years: f64) -> Result<Accuracy, Refused> 
     Accuracy::ALL.into_iter().find(fits).ok_or(too_fine)
 }
 
+/// Checks that there can be a map with this error that reaches so many years.
+///
+/// # Errors
+/// [`Refused::TooFine`] if no orbits are accurate enough.
+pub fn check_error(error: f64, years: f64) -> Result<(), Refused> {
+    accuracy_for(error, years).map(drop)
+}
+
 /// The same for a map that knows first passages, if it does: their times are smooth functions of the start only as far
 /// as the orbits are accurate.
 fn accuracy_of(error: f64, years: f64, has_passages: bool) -> Result<Accuracy, Refused> {

@@ -51,6 +51,7 @@ use cell::{Cell, Locals, Tree, UNMAPPED};
 use chebyshev::Polynomial;
 use passing::Passing;
 
+pub use build::check_error;
 pub use by_angle::{AngleMap, AngleOrbits};
 pub use mapped::MappedOrbits;
 pub use refused::{Cause, Refused, Unresolved};

@@ -133,8 +133,8 @@ pub enum Refused {
         /// Number of orbits propagated.
         orbits: usize,
     },
-    /// The event is rarer than what can be told.
-    #[error("the event is rarer than {least:e}, and {orbits} orbits say no more of it")]
+    /// The estimate is below what can be told.
+    #[error("the estimate from {orbits} orbits is below {least:e}, where intervals would be too narrow to be told")]
     TooRare {
         /// The least probability that is told.
         least: f64,

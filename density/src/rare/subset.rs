@@ -98,8 +98,10 @@ pub fn subset<M: Model, const N: usize>(
         }
         if threshold == 0.0 {
             let variance = genealogy.variance();
-            let answer = Answer::new(probability, probability * variance.sqrt(), orbits)?;
-            return if variance > MOST_VARIANCE { Err(Refused::FewChains { orbits }) } else { Ok(answer) };
+            if variance > MOST_VARIANCE {
+                return Err(Refused::FewChains { orbits });
+            }
+            return Answer::new(probability, probability * variance.sqrt(), orbits);
         }
         let (next, taken) = level.next(question, threshold, &mut random)?;
         orbits += taken;

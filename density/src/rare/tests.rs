@@ -133,12 +133,11 @@ fn the_interval_of_subset_simulation_holds_the_exact_probability_in_95_of_100_se
 fn an_event_that_cannot_happen_is_refused_in_words() {
     let refused = importance(&question(&scenario(1), 0.9, Event::Ever), ORBITS, 1).unwrap_err();
     assert!(refused.to_string().contains("up to 7.5 standard deviations from the mean has the event"), "{refused}");
-    for rarer in [
-        importance(&question(&scenario(1), 0.5666, Event::AtEnd), ORBITS, 1),
-        subset(&question(&scenario(1), 0.5666, Event::AtEnd), 1000, 1),
-    ] {
-        assert!(matches!(rarer, Err(Refused::TooRare { .. })), "{rarer:?}");
-    }
+    let rarer = importance(&question(&scenario(1), 0.5666, Event::AtEnd), ORBITS, 1);
+    assert!(matches!(rarer, Err(Refused::TooRare { .. })), "{rarer:?}");
+    // What subset simulation finds there rests on few chains, which it says first.
+    let rarer = subset(&question(&scenario(1), 0.5666, Event::AtEnd), 1000, 1);
+    assert!(matches!(rarer, Err(Refused::TooRare { .. } | Refused::FewChains { .. })), "{rarer:?}");
     let few = importance(&question(&scenario(1), 0.8, Event::Ever), 100, 1).unwrap_err();
     assert!(few.to_string().contains("at least 500 are needed"), "{few}");
 }

@@ -60,6 +60,7 @@ fn wanted_in_words(wanted: &str) -> &str {
         "f32" | "f64" => "a number",
         "a boolean" => "true or false",
         "a string" | "string" | "path string" | "os string" | "a borrowed string" => "text, in quotation marks",
+        "a TOML datetime" => "a date without quotation marks, as 2027-03-01",
         "a sequence" => "a list",
         "a map" => "a table",
         other if other.starts_with("struct ") => "a table",

@@ -19,7 +19,9 @@ use crate::methods::accuracy::AccuracySetting;
 use crate::methods::lattice_degree::usual_degree;
 use crate::methods::map_refusal::By;
 use crate::methods::mapped_characteristics::MappedCharacteristics;
-use crate::methods::mapped_samples::{MAP_ERROR, MappedSamples, Mapping, check_map_error, map_for};
+use crate::methods::mapped_samples::{
+    MAP_ERROR, MappedSamples, Mapping, check_map_error, check_map_error_over, map_for,
+};
 use crate::methods::{Method, Misfit};
 use kit::assignment::{Assignment, Plane};
 use kit::failure::Failure;
@@ -159,8 +161,11 @@ impl Method for Settings {
 
     fn check_scenario(&self, assignment: &Assignment, _: Shard) -> Result<(), Failure> {
         match self.sends {
-            SendsChoice::Samples => MappedSamples::check(self.by(), &self.plan(), assignment),
-            SendsChoice::Characteristics => plane(assignment).map(drop),
+            SendsChoice::Samples => MappedSamples::check(self.by(), &self.plan(), self.map_error, assignment),
+            SendsChoice::Characteristics => {
+                plane(assignment)?;
+                check_map_error_over(self.map_error, assignment)
+            }
         }
     }
 

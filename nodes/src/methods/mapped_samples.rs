@@ -8,7 +8,7 @@ use std::ops::Range;
 use density::first_passage::empirical::{EmpiricalCurve, curve_of_counts};
 use density::flow::{Accuracy, Flow};
 use density::flow_map::draw::one_by_one;
-use density::flow_map::{AngleMap, AngleOrbits, FlowMap, MappedOrbits, Refused, Settings as MapSettings};
+use density::flow_map::{self, AngleMap, AngleOrbits, FlowMap, MappedOrbits, Refused, Settings as MapSettings};
 use density::gaussian::Gaussian;
 use density::grid::Grid;
 use density::in_space::SpaceProblem;
@@ -49,6 +49,12 @@ pub(super) fn check_map_error(error: f64) -> Result<(), Misfit> {
         return Ok(());
     }
     Err(Misfit::new("map_error", format!("{error} is not allowed, it must be between 1e-11 and 1e-3")))
+}
+
+/// Checks that orbits are accurate enough, to the end of a scenario, for a map with this error.
+pub(super) fn check_map_error_over(map_error: f64, assignment: &Assignment) -> Result<(), Failure> {
+    let years = assignment.times.last().copied().unwrap_or(0.0);
+    flow_map::check_error(map_error, years).map_err(|refused| Failure::Refused(format!("map_error: {refused}")))
 }
 
 /// The samples of a case on their way by a map.
@@ -193,7 +199,7 @@ impl MappedSamples {
     ///
     /// # Errors
     /// Why not.
-    pub fn check(by: By, plan: &SamplingPlan, assignment: &Assignment) -> Result<(), Failure> {
+    pub fn check(by: By, plan: &SamplingPlan, map_error: f64, assignment: &Assignment) -> Result<(), Failure> {
         let are_plain = plan.draws == Draws::Independent && plan.replicates.get() == 1;
         if assignment.uncertain.is_some() && !are_plain {
             let why = "where the radiation parameter is uncertain, a flow map takes independent draws without replicates alone";
@@ -207,7 +213,7 @@ impl MappedSamples {
         if assignment.uncertain.is_none() && assignment.in_space.is_none() {
             assignment.plane()?;
         }
-        Ok(())
+        check_map_error_over(map_error, assignment)
     }
 
     /// The samples at the start.
@@ -216,7 +222,7 @@ impl MappedSamples {
     /// A map that is refused, or a scenario whose orbits cannot be drawn.
     pub fn new(mapping: Mapping, assignment: &Assignment) -> Result<Self, Failure> {
         let critical = assignment.description.critical;
-        Self::check(mapping.by, &mapping.plan, assignment)?;
+        Self::check(mapping.by, &mapping.plan, mapping.map.error, assignment)?;
         let asked = Asked { by: mapping.by, may_be_by_angle: assignment.plane.is_some() };
         let cloud = match (&assignment.uncertain, &assignment.in_space) {
             (_, Some(problem)) => {

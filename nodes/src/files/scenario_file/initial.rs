@@ -8,6 +8,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::measure::{self, Dimension, Measure};
+use super::refusals;
 use crate::files::input::{InputError, InputFile};
 
 /// The table `[initial]`: means, either one or two standard deviations of each variable, and their correlation.
@@ -78,9 +79,13 @@ impl Initial {
             Field::SigmaRadiation => sigma_radiation.as_ref(),
             _ => None,
         };
+        let problem = match value.map(Spanned::get_ref) {
+            Some(Measure::Text(text)) => refusals::of_text(text, problem),
+            _ => problem.to_owned(),
+        };
         let is_half = matches!(field, Field::DeltaPhi) && delta_phi.is_none()
             || matches!(field, Field::DeltaE) && delta_e.is_none();
-        let problem = if is_half { format!("two of it: {problem}") } else { problem.to_owned() };
+        let problem = if is_half { format!("two of it: {problem}") } else { problem };
         value.map_or_else(|| file.error(table, &problem), |value| file.error(value, &problem))
     }
 }

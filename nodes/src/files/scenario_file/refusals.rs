@@ -14,10 +14,21 @@ pub(super) fn check_name(file: &InputFile, name: &Spanned<String>) -> Result<(),
     }
 }
 
+/// Between a value and what it must be.
+const NOT_ALLOWED: &str = " is not allowed, it must be ";
+
+/// What is wrong with a value that was written with its unit, from the words about its number: the value as it was
+/// written, without the thought that another unit may be meant.
+pub(super) fn of_text(text: &str, problem: &str) -> String {
+    let Some((_, right)) = problem.split_once(NOT_ALLOWED) else { return problem.into() };
+    let right = right.split("; if ").next().unwrap_or(right);
+    format!("\"{}\"{NOT_ALLOWED}{right}", text.escape_debug())
+}
+
 /// What is wrong with a value, and what would be right.
 pub(super) fn in_words(error: &ProblemError) -> String {
     match &error.fault {
-        Fault::Value { value, right } => format!("{} is not allowed, it must be {right}", plain(*value)),
+        Fault::Value { value, right } => format!("{}{NOT_ALLOWED}{right}", plain(*value)),
         Fault::Misfit(problem) => problem.clone(),
     }
 }

@@ -48,6 +48,7 @@ fn an_epoch_gives_dates_and_the_horizon_may_be_one() {
         (until.replace("until = 2029", "until = 2026"), "is not after the epoch, 2027-03-01"),
         (until.replace("until = 2029", "until = 2027"), "it must be later"),
         (until.replace("until = 2029-03-01", "until = 07:32:00"), "must be a date from 1970 on"),
+        (until.replace("until = 2029-03-01", "until = \"2029-03-01\""), "it must be a date without quotation marks"),
         (until.replace("date = 2027", "date = 1957"), "must be a date from 1970 on"),
         (until.replace("until = 2029", "end = 2.0\nuntil = 2029"), "either end and step"),
     ] {
@@ -186,6 +187,13 @@ fn every_mistake_is_told_with_line_and_key() {
         ("phi = 2.2069", "phi = 100", 6, "initial.phi", "if 100 degrees are meant, write 1.7453293"),
         ("phi = 2.2069", "phi = 7.0", 6, "initial.phi", "between -2π and 2π; if 7 degrees are meant, write 0.1221730"),
         ("phi = 2.2069", "phi = 1e9", 6, "initial.phi", "between -2π and 2π"),
+        (
+            "phi = 2.2069",
+            "phi = \"361 deg\"",
+            6,
+            "initial.phi",
+            "initial.phi: \"361 deg\" is not allowed, it must be an angle in radians, between -2π and 2π",
+        ),
         (
             "delta_e = 0.05",
             "delta_e = 0.05\nsigma_radiation = 5",

@@ -273,6 +273,10 @@ impl Propagator for DensityEvolution {
     }
 }
 
+/// A first-passage probability from which an end of its interval is farther than this is withheld: it would say little,
+/// and the interval says what is known.
+const LARGEST_PASSAGE_ERROR: f64 = 0.1;
+
 /// The rows of a curve that estimates its own error. An orbit that has passed stays so: the lower end of an interval
 /// is therefore not below that of an earlier time, and the upper end is not above that of a later time.
 fn rows(curve: &PassageCurve, times: &[f64]) -> Vec<[f64; PASSAGE_COLUMNS]> {
@@ -283,6 +287,11 @@ fn rows(curve: &PassageCurve, times: &[f64]) -> Vec<[f64; PASSAGE_COLUMNS]> {
     }
     for k in (1..rows.len()).rev() {
         rows[k - 1][3] = rows[k - 1][3].min(rows[k][3]);
+    }
+    for [_, probability, low, high] in &mut rows {
+        if (*probability - *low).max(*high - *probability) > LARGEST_PASSAGE_ERROR {
+            *probability = f64::NAN;
+        }
     }
     rows
 }

@@ -139,7 +139,10 @@ impl Method for Settings {
 
     fn check_scenario(&self, assignment: &Assignment, _: Shard) -> Result<(), Failure> {
         match self.through {
-            Through::FlowMap => MappedSamples::check(By::Cells, &self.plan(), assignment),
+            Through::FlowMap => {
+                let map_error = self.map_error.unwrap_or(MAP_ERROR);
+                MappedSamples::check(By::Cells, &self.plan(), map_error, assignment)
+            }
             // No orbits are drawn, but all that may be wrong is.
             Through::Orbits => self.drawing(0..0).cloud(assignment).map(drop),
         }
