@@ -2,6 +2,7 @@
 
 mod in_space;
 mod layers;
+mod passage_rows;
 mod settings;
 
 use std::ops::Range;
@@ -15,7 +16,7 @@ use density::model::registry::Planar;
 use density::orbits::Orbits;
 use density::problem::Problem;
 use messages::content::{Characteristics, Lattice, MOST_RESOLUTION};
-use messages::layout::{GIVEN_COLUMNS, PASSAGE_COLUMNS};
+use messages::layout::GIVEN_COLUMNS;
 
 use crate::files::input::Mode;
 use crate::methods::accuracy::AccuracySetting;
@@ -28,6 +29,7 @@ use kit::passage::given_row;
 use kit::shard::Shard;
 use kit::{Form, Passage, Propagator};
 use layers::LayersWork;
+use passage_rows::rows;
 use settings::{LAYERS, POINTS, degree_problem};
 pub use settings::{MeshChoice, PlacementChoice, Settings};
 
@@ -271,27 +273,4 @@ impl Propagator for DensityEvolution {
     fn given_re_entry(&self) -> Vec<[f64; GIVEN_COLUMNS]> {
         self.given.clone()
     }
-}
-
-/// A first-passage probability from which an end of its interval is farther than this is withheld: it would say little,
-/// and the interval says what is known.
-const LARGEST_PASSAGE_ERROR: f64 = 0.1;
-
-/// The rows of a curve that estimates its own error. An orbit that has passed stays so: the lower end of an interval
-/// is therefore not below that of an earlier time, and the upper end is not above that of a later time.
-fn rows(curve: &PassageCurve, times: &[f64]) -> Vec<[f64; PASSAGE_COLUMNS]> {
-    let row = |((&time, &p), &error): ((&f64, &f64), &f64)| [time, p, (p - error).max(0.0), (p + error).min(1.0)];
-    let mut rows: Vec<_> = times.iter().zip(&curve.probability).zip(&curve.error).map(row).collect();
-    for k in 1..rows.len() {
-        rows[k][2] = rows[k][2].max(rows[k - 1][2]);
-    }
-    for k in (1..rows.len()).rev() {
-        rows[k - 1][3] = rows[k - 1][3].min(rows[k][3]);
-    }
-    for [_, probability, low, high] in &mut rows {
-        if (*probability - *low).max(*high - *probability) > LARGEST_PASSAGE_ERROR {
-            *probability = f64::NAN;
-        }
-    }
-    rows
 }
