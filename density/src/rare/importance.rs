@@ -15,6 +15,9 @@
 //! ```
 //!
 //! is unbiased with a standard error of its own (Owen, *Monte Carlo theory, methods and examples*, 2013, Chapter 9).
+//!
+//! No proposal is better than the Gaussian itself for an event that is not rare. Where the refinement says that it is
+//! more probable than [`COMMON`], the rest is drawn from the Gaussian, and counted.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -41,6 +44,8 @@ const POINTS_EACH: f64 = 10.0;
 /// How the weight is shared: the fitted mixture a little widened, much widened, and the first kernels.
 const WIDTHS: [(f64, f64); 2] = [(1.25, 0.8), (2.5, 0.15)];
 const FIRST: f64 = 0.05;
+/// Probability above which an event is counted.
+const COMMON: f64 = 0.3;
 /// The least effective number of orbits with the event.
 const NEEDED: f64 = 50.0;
 
@@ -75,6 +80,9 @@ pub fn importance<M: Model, const N: usize>(
         proposal = drawn.fit(&first).unwrap_or(proposal);
     }
     let count = orbits.saturating_sub(used);
+    if drawn.probability() / inside > COMMON {
+        return counted(question, count, used, &mut random);
+    }
     let points: Vec<[f64; N]> = (0..count).map(|_| proposal.draw(&mut random)).collect();
     let margins = question.margins(&points)?;
     used += margins.orbits;
@@ -91,6 +99,21 @@ pub fn importance<M: Model, const N: usize>(
     let mean = weights.iter().sum::<f64>() / n;
     let variance = weights.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (n - 1.0);
     Answer::new(mean, (variance / n).sqrt(), used)
+}
+
+/// The share of `count` independent points of the cut Gaussian that have the event; `used` orbits have been propagated
+/// before.
+fn counted<M: Model, const N: usize>(
+    question: &Question<M, N>,
+    count: usize,
+    used: usize,
+    random: &mut ChaCha8Rng,
+) -> Result<Answer, Refused> {
+    let points = question.draw(count, random);
+    let margins = question.margins(&points)?;
+    let happened = margins.values.iter().filter(|&&margin| margin <= 0.0).count();
+    let answer = Answer::of_share(happened as f64 / count as f64, count);
+    Ok(Answer { orbits: used + margins.orbits, ..answer })
 }
 
 /// Looks for regions of the event; returns kernels about the points found and the number of orbits.
@@ -136,20 +159,28 @@ impl<const N: usize> Drawn<N> {
         Ok(margins.orbits)
     }
 
-    /// The mixture fitted to all points with the event, made defensive; `None` if there are none. The weights take all
-    /// sources together (the balance heuristic, Veach & Guibas 1995).
+    /// The logarithm of a point's weight: the normal density over those of all sources together (the balance heuristic,
+    /// Veach & Guibas 1995).
+    fn log_weight(&self, point: &[f64; N]) -> f64 {
+        let terms: Vec<f64> =
+            (self.sources.iter()).map(|(source, count)| (*count as f64).ln() + source.log_density(point)).collect();
+        log_normal(point) - super::proposal::log_sum(&terms)
+    }
+
+    /// An estimate of the probability of the event.
+    fn probability(&self) -> f64 {
+        let happened = self.points.iter().zip(&self.margins).filter(|(_, margin)| **margin <= 0.0);
+        happened.map(|(point, _)| self.log_weight(point).exp()).sum()
+    }
+
+    /// The mixture fitted to all points with the event, made defensive; `None` if there are none.
     fn fit(&self, first: &Proposal<N>) -> Option<Proposal<N>> {
         let happened = |(point, margin): (&[f64; N], &f64)| (*margin <= 0.0).then_some(*point);
         let points: Vec<[f64; N]> = self.points.iter().zip(&self.margins).filter_map(happened).collect();
         if points.is_empty() {
             return None;
         }
-        let log_weight = |point: &[f64; N]| {
-            let terms: Vec<f64> =
-                (self.sources.iter()).map(|(source, count)| (*count as f64).ln() + source.log_density(point)).collect();
-            log_normal(point) - super::proposal::log_sum(&terms)
-        };
-        let weights = normalised(&points.iter().map(log_weight).collect::<Vec<_>>());
+        let weights = normalised(&points.iter().map(|point| self.log_weight(point)).collect::<Vec<_>>());
         let most = (effective(weights.iter().copied()) / POINTS_EACH).clamp(1.0, COMPONENTS as f64) as usize;
         let fitted = Proposal::fit(&points, &weights, most);
         let mut components: Vec<_> =

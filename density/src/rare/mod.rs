@@ -28,6 +28,9 @@ mod tests;
 pub use importance::importance;
 pub use subset::subset;
 
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
 use crate::first_passage::empirical::wilson_interval;
 use crate::flow::Flow;
 use crate::gaussian::Gaussian;
@@ -190,6 +193,18 @@ impl<M: Model, const N: usize> Question<M, N> {
     fn allows(&self, point: &[f64; N]) -> bool {
         let values = self.gaussian.point(*point);
         M::VARIABLES.iter().zip(&values).all(|(variable, &value)| variable.allows(value))
+    }
+
+    /// Independent points of the cut Gaussian.
+    fn draw(&self, count: usize, random: &mut ChaCha8Rng) -> Vec<[f64; N]> {
+        let mut points = Vec::with_capacity(count);
+        while points.len() < count {
+            let point = std::array::from_fn(|_| StandardNormal.sample(random));
+            if self.allows(&point) {
+                points.push(point);
+            }
+        }
+        points
     }
 
     /// The share of the Gaussian that is within the ranges of the variables.

@@ -116,13 +116,7 @@ fn first_level<M: Model, const N: usize>(
     count: usize,
     random: &mut ChaCha8Rng,
 ) -> Result<(Level<N>, usize), Refused> {
-    let mut points = Vec::with_capacity(count);
-    while points.len() < count {
-        let point = std::array::from_fn(|_| StandardNormal.sample(random));
-        if question.allows(&point) {
-            points.push(point);
-        }
-    }
+    let points = question.draw(count, random);
     let margins = question.margins(&points)?;
     Ok((Level { points, margins: margins.values, length: 1, parents: Vec::new() }, margins.orbits))
 }

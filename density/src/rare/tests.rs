@@ -182,6 +182,8 @@ fn the_interval_of_a_nearly_certain_event_is_not_empty() {
         let question = question(&problem, critical, Event::Ever);
         let (held, _, _) = coverage(right, 20, |seed| subset(&question, 833, seed));
         assert!((0.99..1.0).contains(&right) && held >= 17, "{critical}, {right}: {held} of 20");
+        let (held, worst, _) = coverage(right, 20, |seed| importance(&question, ORBITS, seed));
+        assert!(held >= 17 && worst < 2e-3, "{critical}, {right}: {held} of 20, {worst}");
     }
 }
 
