@@ -1,7 +1,7 @@
 //! Contours of the Hamiltonian in the `(phi, e)` plane, and its stationary points.
 //!
 //! At a given eccentricity the Hamiltonian of every planar model so far is `h0 + h1 cos(phi) + h2 cos²(phi)`; `h2` is the
-//! Sun's gravity. No contours are drawn of a model with another Hamiltonian ([`is_quadratic_in_cosine`]). On a contour `H = h` the solar angle follows from the eccentricity in closed form, and contours
+//! Sun's gravity. No contours are drawn of a model with another Hamiltonian ([`check_form`]). On a contour `H = h` the solar angle follows from the eccentricity in closed form, and contours
 //! are drawn piece by piece between the eccentricities where the right side passes ±1 or ceases to be real, with points
 //! that crowd where the curve turns.
 
@@ -9,7 +9,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use density::model::PlanarHamiltonian;
 use density::model::plane::{State, zero_between};
+use density::model::registry::Planar;
 
+use crate::draw_error::DrawError;
 use crate::elements::Point;
 
 /// Number of eccentricities at which pieces of a contour are looked for.
@@ -32,8 +34,22 @@ pub fn at<M: PlanarHamiltonian>(model: M, phi: f64, e: f64) -> f64 {
     model.hamiltonian(State::from_polar(phi, e))
 }
 
+/// Refuses a model whose contours are not known here.
+///
+/// # Errors
+/// [`DrawError`] in words.
+pub fn check_form(model: Planar) -> Result<(), DrawError> {
+    match is_quadratic_in_cosine(model) {
+        true => Ok(()),
+        false => Err(DrawError(format!(
+            "contours of the model \"{}\" are not drawn: its Hamiltonian is not quadratic in cos φ",
+            model.name()
+        ))),
+    }
+}
+
 /// Whether the Hamiltonian has, at every eccentricity, the form from which contours follow here.
-pub fn is_quadratic_in_cosine<M: PlanarHamiltonian>(model: M) -> bool {
+fn is_quadratic_in_cosine<M: PlanarHamiltonian>(model: M) -> bool {
     let fits = |phi: f64, e: f64| {
         let [h0, h1, h2] = coefficients(model, e);
         let cos = phi.cos();

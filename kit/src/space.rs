@@ -107,7 +107,8 @@ impl Space {
         match quantity {
             Quantity::Mean(k) => self.is_circle(k),
             Quantity::CircularMean(_) => true,
-            _ => false,
+            Quantity::Deviation(_) | Quantity::Covariance(..) => false,
+            Quantity::AboveCritical | Quantity::ResultantLength(_) => false,
         }
     }
 

@@ -29,6 +29,7 @@
 //! | [`linearity`] | how far the flow over a component is from linear, which says when to distrust the density |
 //! | [`merge`] | fewer components with the same mean and covariance |
 //! | [`moments`], [`bins`] | the results of a mixture: moments, and bin averages of its density |
+//! | `exact_joint` | the exact joint density, for the tests |
 //! | [`any_model`] | the transform and the mixture over the variables of a model that is not planar |
 //! | [`adaptive`] | the same, split where the flow is not linear |
 //! | `splitting` | where and how the adaptive mixture is split |

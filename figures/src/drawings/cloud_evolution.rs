@@ -31,6 +31,7 @@ const BOUND: Stroke = Stroke { ink: Ink::Faint, width: 1.6, dashes: &[] };
 /// Draws the figure.
 pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let problem = scene.problem()?;
+    hamiltonian::check_form(problem.model)?;
     let [x, y] = scene.variables()?;
     let phi = scene.x_range();
     let (samples, levels) = snapshots(scene)?;

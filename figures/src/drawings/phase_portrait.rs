@@ -33,12 +33,7 @@ pub fn draw(scene: &Scene<'_>) -> Result<Figure, DrawError> {
     let problem = scene.problem()?;
     let [x, y] = scene.variables()?;
     let model = problem.model;
-    if !hamiltonian::is_quadratic_in_cosine(model) {
-        return Err(DrawError(format!(
-            "contours of the model \"{}\" are not drawn: its Hamiltonian is not quadratic in cos φ",
-            model.name()
-        )));
-    }
+    hamiltonian::check_form(model)?;
     let phi = scene.x_range();
     let points = hamiltonian::stationary_points(model);
     let cloudy = scene.clouds().into_iter().flatten().map(|cloud| cloud.y.end);

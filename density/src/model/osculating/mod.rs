@@ -36,6 +36,7 @@ pub use series::OsculatingSeries;
 use super::earth::{self, SUN_MEAN_MOTION};
 use super::elements::{Elements, turn};
 use super::irradiated::{Irradiated, irradiated_carried_here};
+use super::planar::SrpJ2;
 use super::sun_moon::{MOON_DISTANCE, MOON_MU, SunMoon};
 use super::uncertain_radiation::Scale;
 use super::vector::{Vector, cross, dot, plus, times};
@@ -120,24 +121,16 @@ impl Osculating {
 
     /// The Sun and the Moon.
     fn bodies(&self) -> [Body; 2] {
+        // Radiation pressure and oblateness act in the rate; no force may be forgotten there or here.
+        let SunMoon { force: SrpJ2 { radiation: _, oblateness: _ }, sun: of_sun, moon: of_moon } = self.forces;
         let axis = self.semi_major_axis * earth::RADIUS;
         let strength = |parameter: f64| 4.0 / 3.0 * parameter / self.pace();
         // Kepler's third law for two bodies.
         let moon_pace = ((earth::MU + MOON_MU) / MOON_DISTANCE.powi(3)).sqrt() * earth::YEAR / SUN_MEAN_MOTION;
         let (sun, moon) = (self.sun_longitude, self.moon_longitude);
         [
-            Body {
-                strength: strength(self.forces.sun),
-                distance: earth::SUN_DISTANCE / axis,
-                pace: 1.0,
-                longitude: sun,
-            },
-            Body {
-                strength: strength(self.forces.moon),
-                distance: MOON_DISTANCE / axis,
-                pace: moon_pace,
-                longitude: moon,
-            },
+            Body { strength: strength(of_sun), distance: earth::SUN_DISTANCE / axis, pace: 1.0, longitude: sun },
+            Body { strength: strength(of_moon), distance: MOON_DISTANCE / axis, pace: moon_pace, longitude: moon },
         ]
     }
 

@@ -146,7 +146,7 @@ fn of_spread(reading: &Reading) -> Vec<String> {
 fn of_estimates(reading: &Reading, [moments, circular, probability, joint]: [f64; 4]) -> Vec<String> {
     let space = &reading.space;
     let is_circular = |q: &Quantity| matches!(q, Quantity::CircularMean(_) | Quantity::ResultantLength(_));
-    let is_moment = |q: &Quantity| !is_circular(q) && *q != Quantity::AboveCritical;
+    let is_moment = |q: &Quantity| matches!(q, Quantity::Mean(_) | Quantity::Deviation(_) | Quantity::Covariance(..));
     let is_stated = |is_meant: &dyn Fn(&Quantity) -> bool| {
         space.quantities().into_iter().filter(|q| is_meant(q)).any(|q| Figure::Quantity(q).is_stated(reading))
     };

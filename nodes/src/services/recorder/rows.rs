@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use messages::layout::{DISTANCE_COLUMNS, DensityHeader, ERROR_COLUMNS, PASSAGE_COLUMNS};
+use messages::payload;
 use messages::text::unpack;
 use results::MomentsRow;
 use results::diagnostic_names::{OF_A_MESH, OF_A_MIXTURE, OF_A_STATED_DENSITY};
@@ -92,13 +93,11 @@ pub(super) fn distances(
 }
 
 pub(super) fn effort(scenario: &str, method: &str, recorded: &RecordedComparison, trajectories: f64) -> Vec<EffortRow> {
-    match recorded.values[..] {
-        [t_prop_s, t_int_s, t_cal_s, ratio_to_baseline] => {
-            let (scenario, method) = (scenario.into(), method.into());
-            vec![EffortRow { scenario, method, t_prop_s, t_int_s, t_cal_s, ratio_to_baseline, trajectories }]
-        }
-        _ => Vec::new(),
-    }
+    const COLUMNS: usize = payload::EFFORT.len();
+    let Some(&values) = recorded.values.first_chunk::<COLUMNS>() else { return Vec::new() };
+    let [t_prop_s, t_int_s, t_cal_s, ratio_to_baseline] = values;
+    let (scenario, method) = (scenario.into(), method.into());
+    vec![EffortRow { scenario, method, t_prop_s, t_int_s, t_cal_s, ratio_to_baseline, trajectories }]
 }
 
 pub(super) fn passages(scenario: &str, method: &str, recorded: &RecordedPassage) -> Vec<PassageRow> {

@@ -20,7 +20,10 @@ use kit::space::{Quantity, Space};
 
 /// The quantities that are judged: means, deviations and the probability above the critical value.
 fn judged_quantities(space: &Space) -> Vec<Quantity> {
-    let is_judged = |q: &Quantity| matches!(q, Quantity::Mean(_) | Quantity::Deviation(_) | Quantity::AboveCritical);
+    let is_judged = |q: &Quantity| match q {
+        Quantity::Mean(_) | Quantity::Deviation(_) | Quantity::AboveCritical => true,
+        Quantity::Covariance(..) | Quantity::CircularMean(_) | Quantity::ResultantLength(_) => false,
+    };
     space.quantities().into_iter().filter(is_judged).collect()
 }
 
@@ -259,7 +262,8 @@ fn trusted(reading: &Reading, tolerance: f64) -> Verdict {
 fn unit(reading: &Reading, quantity: Quantity) -> f64 {
     match quantity {
         Quantity::Mean(k) | Quantity::Deviation(k) => reading.value(Quantity::Deviation(k)),
-        _ => 1.0,
+        Quantity::AboveCritical => 1.0,
+        Quantity::Covariance(..) | Quantity::CircularMean(_) | Quantity::ResultantLength(_) => 1.0, // not judged
     }
 }
 
