@@ -58,7 +58,7 @@ impl Atlas {
     fn home(&self) -> Child {
         let mut command = self.site.home.phasecloud();
         command.args(["map", "map.toml", "--out", "out"]).env("RAYON_NUM_THREADS", "1");
-        let said = std::fs::File::create(self.description()).unwrap();
+        let said = std::fs::File::create(self.said()).unwrap();
         command.stdout(Stdio::null()).stderr(said).spawn().unwrap()
     }
 
@@ -76,13 +76,13 @@ impl Atlas {
 
     /// Waits until home has said this.
     fn await_words(&self, words: &str) {
-        wait_until(words, || std::fs::read_to_string(self.description()).unwrap_or_default().contains(words));
+        wait_until(words, || std::fs::read_to_string(self.said()).unwrap_or_default().contains(words));
     }
 
     /// Waits for the end of home; returns its exit code and what it has said.
     fn end(&self, mut home: Child) -> (Option<i32>, String) {
         wait_until("the end of the map", || home.try_wait().unwrap().is_some());
-        (home.wait().unwrap().code(), std::fs::read_to_string(self.description()).unwrap())
+        (home.wait().unwrap().code(), std::fs::read_to_string(self.said()).unwrap())
     }
 
     /// Waits for the end of home, and checks that the map is complete and that of one host.
@@ -147,7 +147,7 @@ fn workers_that_are_killed_or_leave_cost_no_byte_and_may_come_back() {
     let still_holding = |words: &str| {
         wait_until(words, || {
             asker.ask(&[], false).unwrap();
-            std::fs::read_to_string(atlas.description()).unwrap().contains(words)
+            std::fs::read_to_string(atlas.said()).unwrap().contains(words)
         });
     };
     still_holding("worker-a has joined");
@@ -244,7 +244,7 @@ fn a_mistake_at_a_point_that_a_worker_has_ends_the_map_with_its_words() {
         _ => false,
     });
     let worker = atlas.join(0);
-    let is_there = || std::fs::read_to_string(atlas.description()).unwrap().contains("worker-a has joined");
+    let is_there = || std::fs::read_to_string(atlas.said()).unwrap().contains("worker-a has joined");
     wait_until("worker-a", || asker.ask(&[], false).unwrap().is_some() && is_there());
     let brought = Brought { place: place.unwrap(), found: Err("inclined-7: no such orbit".into()) };
     let answer = asker.ask(&[brought], false).unwrap();
