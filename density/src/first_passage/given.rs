@@ -19,11 +19,6 @@ impl Given {
     /// Nothing is known, as of an event that is as good as impossible.
     pub const UNKNOWN: Self = Self { mean: UNKNOWN, deviation: UNKNOWN };
 
-    /// The larger of the two errors.
-    pub(super) fn error(&self) -> f64 {
-        self.mean.error.max(self.deviation.error)
-    }
-
     /// The same without errors.
     #[must_use]
     pub fn without_errors(self) -> Self {
@@ -32,7 +27,7 @@ impl Given {
     }
 
     /// From the integrals of 1, `d` and `d²` over the event, where the parameter is `centre + scale d`. Their errors
-    /// are taken to add up.
+    /// are taken to add up. Nothing is told that is known no better than `scale`, the deviation of the parameter itself.
     pub(super) fn of_integrals([mass, first, second]: [Estimated; 3], (centre, scale): (f64, f64)) -> Self {
         let over_mass = |sum: Estimated| {
             let value = sum.value / mass.value;
@@ -44,6 +39,9 @@ impl Given {
         let deviation = variance.max(0.0).sqrt();
         // A variance within its own error of zero has a root of any size up to that of the error.
         let of_deviation = (of_variance / (2.0 * deviation)).min(of_variance.sqrt());
+        if mean.error >= 1.0 || of_deviation >= 1.0 {
+            return Self::UNKNOWN;
+        }
         Self {
             mean: Estimated { value: centre + scale * mean.value, error: scale * mean.error },
             deviation: Estimated { value: scale * deviation, error: scale * of_deviation },
@@ -214,5 +212,13 @@ mod tests {
         assert!((1e-8..1e-7).contains(&given.mean.error) && (1e-8..1e-7).contains(&given.deviation.error));
         let doubled = Given::of_integrals(sums(2e-6), (0.15, 0.01));
         assert!((doubled.deviation.error / given.deviation.error - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_known_no_better_than_the_parameter_itself_is_not_told() {
+        // An event of 0.003 whose parameter is half a deviation above the mean.
+        let sums = |error: f64| [0.003, 0.0015, 0.002].map(|value| Estimated { value, error });
+        assert!(Given::of_integrals(sums(1e-5), (0.15, 0.01)).mean.error < 0.001);
+        assert!(Given::of_integrals(sums(3e-3), (0.15, 0.01)).mean.value.is_nan());
     }
 }

@@ -120,11 +120,9 @@ fn mean_curve<E: Send>(
             Estimated { value: values[all] - passed[power].value, error: passed[power].error + of_rules[all] }
         });
         let given = |sums: [Estimated; 3]| match sums[0].value > RAREST {
-            true => Some(Given::of_integrals(sums, (centre, scale))),
-            false => None,
+            true => Given::of_integrals(sums, (centre, scale)),
+            false => Given::UNKNOWN,
         };
-        // What is no better known than the parameter itself is not told.
-        let given = |sums| given(sums).filter(|given| given.error() < scale).unwrap_or(Given::UNKNOWN);
         let probability = Estimated { value: passed[0].value.clamp(0.0, 1.0), ..passed[0] };
         Passed { probability, radiation_if_passed: given(passed), radiation_if_not: given(still) }
     };

@@ -22,7 +22,8 @@ struct Determinant {
 impl<M: PlanarHamiltonian> FlowMap<M, 2> {
     /// The determinant of the derivative of the state at snapshot `index` by the state at the start, of the orbit that
     /// starts with these variables; `None` if it has to be propagated directly. The flow itself keeps the measure `dx1
-    /// dx2/s`, so the right value is `s_t/s_0` (Liouville's theorem): by how much this one is off shows how good the map is.
+    /// dx2/s`, so the right value is `s_t/s_0` (Liouville's theorem). By how much this one is off
+    /// shows how good the map is.
     ///
     /// # Panics
     /// If there is no such snapshot.

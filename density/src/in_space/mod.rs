@@ -2,7 +2,7 @@
 //!
 //! The cloud at `t = 0` is a Gaussian over solar angle, eccentricity, inclination and node, some of which may be
 //! certain, and over the radiation parameter if that is uncertain, which is then independent of the others. The
-//! elements of an orbit are singular in two places, in neither of which the cloud is:
+//! elements of an orbit are singular in two places, at neither of which the cloud is singular:
 //!
 //! - `e = 0`: the Gaussian is cut to `0 < e < 1` and scaled to a probability of 1, as in the plane
 //!   ([`crate::problem`]);

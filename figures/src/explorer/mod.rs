@@ -20,7 +20,7 @@ pub fn of_scenario(scenes: &[&Scene<'_>], id: &str) -> Markup {
     match data::of(scenes) {
         Err(why) => html! { p { "Not offered here: " (why) "." } },
         Ok(data) => html! {
-            p.still { "The figures below show the densities at all times. On a screen, and with scripts, this place shows any two of them side by side." }
+            p.still { "The figures below show the densities at all times. On a screen, and with scripts, this place shows two of them at a time, of your choice." }
             div.explorer id=(id) hidden { (controls(scenes, id)) (view(id)) (passage(scenes, id)) }
             // Nothing in it may end the element early.
             script type="application/json" id={ (id) "-data" } { (PreEscaped(data.to_string().replace('<', "\\u003c"))) }

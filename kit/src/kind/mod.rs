@@ -114,8 +114,8 @@ pub fn counted_samples(density: &DensityHeader) -> Option<u32> {
     (SnapshotKind::of_code(density.kind) == Some(SnapshotKind::Samples)).then_some(density.rows)
 }
 
-/// Trajectories that were followed for a snapshot, as its propagator counts them. If it does not say, each row counts as
-/// one where rows are points of trajectories.
+/// Trajectories that were followed for a snapshot, as its propagator counts them. If it does not say, each row counts
+/// as one where rows are points of trajectories.
 pub fn trajectories_behind(snapshot: &SnapshotHeader) -> u64 {
     let are_rows = |content: Content| of(&content).trajectories() != Trajectories::None;
     match snapshot.trajectories {

@@ -68,6 +68,11 @@ fn wanted_in_words(wanted: &str) -> &str {
     }
 }
 
+/// Names in quotation marks, for a sentence.
+pub(crate) fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    names.into_iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+}
+
 /// For a word that is not one of those that are allowed.
 fn about_choice(message: &str) -> Option<String> {
     let (found, wanted) = message.strip_prefix("unknown variant `")?.rsplit_once("`, expected ")?;

@@ -9,6 +9,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::files::toml_words::quoted;
 use crate::methods::Misfit;
 
 /// The model in which a case moves its orbits.
@@ -82,10 +83,6 @@ impl JsonSchema for ForceChoice {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({"description": "A force in space, or the Earth's shadow.", "type": "string", "enum": acting::all()})
     }
-}
-
-fn quoted(names: impl IntoIterator<Item = &'static str>) -> String {
-    names.into_iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
 }
 
 /// The forces of a case that has its own.

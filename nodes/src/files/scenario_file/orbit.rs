@@ -14,6 +14,7 @@ use super::measure::{self, Dimension, Measure};
 use super::refusals::in_words;
 use crate::files::input::{InputError, InputFile};
 use crate::files::plain_number::plain;
+use crate::files::toml_words::quoted;
 
 /// The table `[model]`.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -170,7 +171,9 @@ pub(super) fn forces<'a>(file: &InputFile, model: Option<&'a Model>) -> Result<V
     for force in forces.get_ref() {
         let name = force.get_ref().as_str();
         if !known.contains(&name) {
-            return Err(file.error(force, &format!("\"{name}\" is no force, there are {}", quoted(&known))));
+            return Err(
+                file.error(force, &format!("\"{name}\" is no force, there are {}", quoted(known.iter().copied())))
+            );
         }
         if acting.contains(&name) {
             return Err(file.error(force, &format!("\"{name}\" stands in the list for the second time, leave it out")));
@@ -181,7 +184,7 @@ pub(super) fn forces<'a>(file: &InputFile, model: Option<&'a Model>) -> Result<V
     match acting.is_empty() {
         true => {
             let what = if forces.get_ref().is_empty() { "no force" } else { "no force but the shadow of one" };
-            Err(file.error(forces, &format!("names {what}, there are {}", quoted(&known))))
+            Err(file.error(forces, &format!("names {what}, there are {}", quoted(known.iter().copied()))))
         }
         false => Ok(acting),
     }
@@ -247,8 +250,4 @@ fn locate(file: &InputFile, orbit: &Spanned<Orbit>, field: Field, problem: &str)
         Field::Parameter(name) => Orbit::locate(orbit, file, name, problem),
         _ => file.error(orbit, problem),
     }
-}
-
-fn quoted(names: &[&str]) -> String {
-    names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
 }

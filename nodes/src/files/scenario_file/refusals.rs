@@ -17,8 +17,8 @@ pub(super) fn check_name(file: &InputFile, name: &Spanned<String>) -> Result<(),
 /// Between a value and what it must be.
 const NOT_ALLOWED: &str = " is not allowed, it must be ";
 
-/// What is wrong with a value that was written with its unit, from the words about its number: the value as it was
-/// written, without the thought that another unit may be meant.
+/// What is wrong with a value that was written with its unit, from the words about its number: with the value as it
+/// was written, and without the hint that it may be meant in degrees.
 pub(super) fn of_text(text: &str, problem: &str) -> String {
     let Some((_, right)) = problem.split_once(NOT_ALLOWED) else { return problem.into() };
     let right = right.split("; if ").next().unwrap_or(right);
